@@ -1,0 +1,47 @@
+"""Animation: the curves of named channels over frames, and what they were made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.alignment import Interval
+
+
+@dataclass(frozen=True)
+class Animation:
+    """Control curves: `values[n]` holds every channel at the instant `start + n / fps` seconds.
+
+    `values` is (frames, channels) float32; `channels` are the control names of `rig`;
+    `phones` and `words` are the labels as spoken (for timelines); `audio` is the recording;
+    `provenance` says what made it (input hash, model, rig, options, version).
+    """
+
+    values: NDArray[np.float32]
+    channels: tuple[str, ...]
+    fps: float
+    rig: str
+    start: float = 0.0
+    phones: tuple[Interval, ...] = ()
+    words: tuple[Interval, ...] = ()
+    audio: Path | None = None
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def times(self) -> NDArray[np.float64]:
+        """(frames,) seconds."""
+        return self.start + np.arange(len(self.values)) / self.fps
+
+    def channel(self, name: str) -> NDArray[np.float32]:
+        """The curve of one channel, (frames,). Raises KeyError when the rig has no such control."""
+        if name not in self.channels:
+            raise KeyError(name)
+        return self.values[:, self.channels.index(name)]
+
+    def with_values(self, values: NDArray[np.float32]) -> Animation:
+        """The same animation with other curves, (frames, channels)."""
+        return replace(self, values=values)

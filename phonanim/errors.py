@@ -1,0 +1,35 @@
+"""The errors that a user can mend. Each ends a command in one line on stderr and exit code 2."""
+
+from __future__ import annotations
+
+
+class PhonanimError(Exception):
+    """Base of every error that bad input can cause; the text names the file, the place and the mend."""
+
+
+class AlignmentError(PhonanimError):
+    """An alignment file that cannot be read, or whose times make no sense."""
+
+
+class LabelError(PhonanimError):
+    """A phone label that the language does not know."""
+
+
+class ModelError(PhonanimError):
+    """A model folder that is missing, damaged, or made for something else."""
+
+
+class RigError(PhonanimError):
+    """A rig, a head or a retargeting map that cannot be used."""
+
+
+class CorpusError(PhonanimError):
+    """Recordings or a training corpus that cannot be used."""
+
+
+class OutputError(PhonanimError):
+    """A destination that cannot be written."""
+
+
+class MissingExtraError(PhonanimError):
+    """An optional dependency is absent; the text names the extra that brings it."""

@@ -1,0 +1,36 @@
+"""Phones in the model's own inventory, as contiguous segments of continuous time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class PhoneTrack:
+    """What is said when: segment i is phone `codes[i]` from `bounds[i]` to `bounds[i + 1]`.
+
+    `codes` is (segments,) uint8 indices into the inventory (lexicon/phones.csv), `bounds` is
+    (segments + 1,) float64 seconds, strictly rising from 0 to the duration, `labels` are the
+    labels of the alignment that each segment came from ("" where a gap was filled with silence).
+    """
+
+    codes: NDArray[np.uint8]
+    bounds: NDArray[np.float64]
+    labels: tuple[str, ...]
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the start to the end of the last segment."""
+        return float(self.bounds[-1])
+
+    def segment_at(self, times: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Index of the segment that holds each time, (times,) seconds -> (times,); the ends repeat."""
+        found = np.searchsorted(self.bounds, times, side="right") - 1
+        return np.clip(found, 0, len(self.codes) - 1)
+
+    def sample(self, times: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Phone code at each time, (times,) seconds -> (times,) uint8."""
+        return self.codes[self.segment_at(times)]
