@@ -1,0 +1,78 @@
+"""Files: whole or not at all, and content hashes."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from phonanim.errors import OutputError
+
+PARTIAL = ".partial"  # every unfinished file is named ".<random>.partial<suffix>"
+
+
+@contextmanager
+def atomic_path(path: Path) -> Iterator[Path]:
+    """A temporary path beside `path` to write to; it takes the place of `path` when the block ends well.
+
+    The suffix is kept, for writers that choose the format by it. When the block fails, what was there
+    before stays. Raises OutputError when the destination cannot be written.
+    """
+    target = _writable(path)
+    partial = target.with_name(f".{secrets.token_hex(6)}{PARTIAL}{target.suffix}")
+    try:
+        yield partial
+        os.replace(partial, target)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write UTF-8 text with Unix line ends, whole or not at all. Raises OutputError."""
+    with atomic_path(path) as partial:
+        partial.write_bytes(text.encode("utf-8"))
+
+
+def sweep(folder: Path) -> int:
+    """Remove what killed runs left unfinished in a folder, and say how many files that were."""
+    leftovers = [path for path in folder.glob(f".*{PARTIAL}*") if path.is_file()]
+    for path in leftovers:
+        path.unlink(missing_ok=True)
+    return len(leftovers)
+
+
+def content_hash(path: Path) -> str:
+    """SHA-256 of a file, or of every file in a folder with its relative path, as 64 hex digits."""
+    if not path.is_dir():
+        return _file_hash(path)
+    lines = [
+        f"{part.relative_to(path).as_posix()} {_file_hash(part)}\n"
+        for part in sorted(path.rglob("*"))
+        if part.is_file()
+    ]
+    return hashlib.sha256("".join(lines).encode()).hexdigest()
+
+
+def _file_hash(path: Path) -> str:
+    digest = hashlib.sha256()
+    with path.open("rb") as stream:
+        while block := stream.read(1 << 20):
+            digest.update(block)
+    return digest.hexdigest()
+
+
+def _writable(path: Path) -> Path:
+    """The real place of `path`, once it is sure that a plain file can stand there."""
+    target = Path(os.path.realpath(path))
+    if target.is_dir():
+        raise OutputError(f"{path}: is a folder; name a file in it")
+    if target.exists() and not target.is_file():
+        raise OutputError(f"{path}: is not a plain file; name another")
+    if not target.parent.is_dir():
+        raise OutputError(f"{path}: the folder {target.parent} does not exist; make it first")
+    return target
