@@ -1,0 +1,146 @@
+"""The model's inventory: 41 phone symbols, their articulation and their 60 attribute classes."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+_INSTALLED = Path(__file__).parent / "lexicon"
+LEXICON = _INSTALLED if _INSTALLED.is_dir() else Path(__file__).parent.parent / "lexicon"
+"""The folder of data tables: inside the installed package, or beside it in a clone."""
+
+N_PHONES = 41
+N_ATTRIBUTES = 60
+SILENCE = "sil"
+CLASSES = ("vowel", "consonant", "silence")
+LIPS = ("neutral", "open", "spread", "rounded", "protruded", "teeth", "closed")
+
+
+@dataclass(frozen=True, slots=True)
+class Phone:
+    """One symbol of the inventory, as a row of lexicon/phones.csv.
+
+    `kind` is one of CLASSES, `lips` the shape that is seen, one of LIPS. `height` (0 open, 1 close)
+    and `backness` (0 front, 1 back) are of the tongue in vowels and glides, NaN elsewhere; `rounding`
+    is 0 to 1 for every phone. The `end_` values differ from the others in diphthongs alone.
+    """
+
+    name: str
+    ipa: str
+    example: str
+    kind: str
+    place: str
+    manner: str
+    voiced: bool
+    height: float
+    backness: float
+    rounding: float
+    end_height: float
+    end_backness: float
+    end_rounding: float
+    lips: str
+
+
+@dataclass(frozen=True)
+class Inventory:
+    """The symbols in code order, and which attribute classes each belongs to.
+
+    `attributes` is (41, 60) bool, columns in the order of `attribute_names`. The symbols are those of
+    Taylor 2017, supplement section 1, the classes those of its Table 1. Table 1 also names sounds
+    that the 41 symbols lack (en ax dx oh ia ua ea pau h). lexicon/attributes.csv keeps them as
+    published; they set nothing here, so `Diphthong-centring` is empty. One class alone would lose its
+    purpose by that: "silences: /pau/, /h/" are the pause and the boundary mark of other symbol sets,
+    so the column `added` puts our own silences, sil and sp, into it.
+    """
+
+    sounds: tuple[Phone, ...]
+    attribute_names: tuple[str, ...]
+    attributes: NDArray[np.bool_]
+
+    @cached_property
+    def phones(self) -> tuple[str, ...]:
+        """The 41 names; a phone's code is its place here."""
+        return tuple(sound.name for sound in self.sounds)
+
+    @cached_property
+    def _codes(self) -> dict[str, int]:
+        return {name: code for code, name in enumerate(self.phones)}
+
+    def code(self, name: str) -> int:
+        """The code of a symbol. Raises KeyError when the inventory lacks it."""
+        return self._codes[name]
+
+    def codes(self, names: Iterable[str]) -> NDArray[np.uint8]:
+        """The codes of symbols, (names,). Raises KeyError as `code` does."""
+        return np.array([self._codes[name] for name in names], dtype=np.uint8)
+
+    def numbers(self, column: str) -> NDArray[np.float64]:
+        """A numeric column of the phones (height, rounding, voiced, ...), (41,), NaN where it has none."""
+        return np.array([getattr(sound, column) for sound in self.sounds], dtype=np.float64)
+
+    def where(self, **columns: str | bool) -> NDArray[np.bool_]:
+        """Which phones have these values, (41,): `where(place="bilabial")`, `where(kind="vowel")`."""
+        return np.array([all(getattr(s, k) == v for k, v in columns.items()) for s in self.sounds])
+
+    def attribute(self, name: str) -> NDArray[np.bool_]:
+        """Which phones belong to a class of Table 1, (41,). Raises ValueError when there is no such class."""
+        return self.attributes[:, self.attribute_names.index(name)]
+
+
+def load_inventory(folder: Path) -> Inventory:
+    """The inventory of `folder`/phones.csv and attributes.csv. Raises ValueError where they are wrong."""
+    sounds = tuple(_phone(row) for row in _rows(folder / "phones.csv"))
+    classes = _rows(folder / "attributes.csv")
+    names = tuple(row["attribute"] for row in classes)
+    members = [set(f"{row['members']} {row['added']}".split()) for row in classes]
+    attributes = np.array([[sound.name in group for group in members] for sound in sounds], dtype=bool)
+    inventory = Inventory(sounds, names, attributes)
+    _check(inventory)
+    return inventory
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def _phone(row: dict[str, str]) -> Phone:
+    def number(column: str) -> float:
+        return float(row[column] or "nan")
+
+    return Phone(
+        name=row["phone"],
+        ipa=row["ipa"],
+        example=row["example"],
+        kind=row["class"],
+        place=row["place"],
+        manner=row["manner"],
+        voiced=row["voiced"] == "1",
+        height=number("height"),
+        backness=number("backness"),
+        rounding=number("rounding"),
+        end_height=number("end_height"),
+        end_backness=number("end_backness"),
+        end_rounding=number("end_rounding"),
+        lips=row["lips"],
+    )
+
+
+def _check(inventory: Inventory) -> None:
+    if len(set(inventory.phones)) != N_PHONES or inventory.phones[0] != SILENCE:
+        raise ValueError(f"phones.csv: expected {N_PHONES} different symbols, {SILENCE} first")
+    if len(set(inventory.attribute_names)) != N_ATTRIBUTES:
+        raise ValueError(f"attributes.csv: expected {N_ATTRIBUTES} different classes")
+    for sound in inventory.sounds:
+        if sound.kind not in CLASSES or sound.lips not in LIPS:
+            raise ValueError(f"phones.csv: {sound.name} has class {sound.kind} and lips {sound.lips}")
+
+
+INVENTORY = load_inventory(LEXICON)
+"""The inventory that every model and language of the package speaks."""
