@@ -1,0 +1,86 @@
+"""What every command shares: how it talks, and how it shows progress."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import wraps
+from typing import Any
+
+import click
+
+PATIENCE = 2.0  # seconds without a word before a progress bar appears
+
+
+@dataclass(frozen=True, slots=True)
+class Talk:
+    """Results go to stdout, everything else to stderr."""
+
+    json: bool = False
+    quiet: bool = False
+
+    def say(self, text: str) -> None:
+        """One line for the reader, on stderr."""
+        if not self.quiet and not self.json:
+            click.echo(text, err=True)
+
+    def result(self, value: object, text: str = "") -> None:
+        """The result on stdout: as JSON when scripts asked for it, as text otherwise."""
+        if self.json:
+            click.echo(json.dumps(value, indent=2, ensure_ascii=False, default=str))
+        elif text:
+            click.echo(text)
+
+    @contextmanager
+    def progress(self, label: str) -> Iterator[Callable[[float], None]]:
+        """A function to call with the part that is done, 0 to 1; a bar appears on stderr after two seconds."""
+        bar = _Bar(label, shown=not (self.quiet or self.json) and sys.stderr.isatty())
+        try:
+            yield bar.update
+        finally:
+            bar.close()
+
+
+class _Bar:
+    """A rich progress bar that is imported and drawn only for work that takes its time."""
+
+    def __init__(self, label: str, shown: bool) -> None:
+        self.label = label
+        self.shown = shown
+        self.started = time.monotonic()
+        self.progress: Any = None
+
+    def update(self, done: float) -> None:
+        if self.progress is None and self.shown and time.monotonic() - self.started > PATIENCE:
+            self._open()
+        if self.progress is not None:
+            self.progress.update(self.task, completed=done)
+
+    def _open(self) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+        columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
+        self.progress = Progress(*columns, console=Console(stderr=True), transient=True)
+        self.task = self.progress.add_task(self.label, total=1.0)
+        self.progress.start()
+
+    def close(self) -> None:
+        if self.progress is not None:
+            self.progress.stop()
+
+
+def talk_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The options --json and --quiet, handed to the command as `talk`."""
+
+    @wraps(function)
+    def wrapped(*args: Any, as_json: bool, quiet: bool, **kwargs: Any) -> Any:
+        return function(*args, talk=Talk(as_json, quiet), **kwargs)
+
+    add_quiet = click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors.")
+    add_json = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+    return add_json(add_quiet(wrapped))

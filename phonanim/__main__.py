@@ -1,0 +1,81 @@
+"""The command line: one command per file of phonanim/commands/, imported only when it is called."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import NoReturn
+
+import click
+from click.exceptions import NoArgsIsHelpError
+
+from phonanim import __version__
+from phonanim.errors import PhonanimError
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+
+
+class CommandFolder(click.Group):
+    """A click group whose commands are the files of a folder: the stem is the name."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The stems of the folder, in alphabetical order."""
+        folder = Path(__file__).parent / "commands"
+        return sorted(path.stem for path in folder.glob("[a-z]*.py"))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The object called `command` in the file of that name."""
+        if cmd_name not in self.list_commands(ctx):
+            return None
+        command: click.Command = import_module(f"phonanim.commands.{cmd_name}").command
+        return command
+
+
+@click.group(cls=CommandFolder, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, message="phonanim %(version)s")
+def commands() -> None:
+    """Speech animation from phone alignments.
+
+    \b
+    phonanim animate line.TextGrid                         the shipped head, speaking: line.glb
+    phonanim animate line.TextGrid -o line.csv --rig arkit    curves for Live Link Face
+    """
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code: 0 good, 1 some lines failed, 2 bad input or usage."""
+    try:
+        return int(commands.main(arguments, prog_name="phonanim", standalone_mode=False) or 0)
+    except NoArgsIsHelpError as error:
+        return _complain(error.format_message())
+    except click.UsageError as error:
+        command = error.ctx.command_path if error.ctx else "phonanim"
+        return _complain(f"{command}: {_sentence(error.format_message())}; see {command} --help")
+    except click.ClickException as error:
+        return _complain(f"phonanim: {error.format_message()}")
+    except PhonanimError as error:
+        return _complain(f"phonanim: {error}")
+    except click.Abort:
+        return INTERRUPTED
+
+
+def main() -> NoReturn:
+    """Run the command that the arguments name, and exit with its code."""
+    sys.exit(run())
+
+
+def _sentence(message: str) -> str:
+    """Click's message as the start of a longer line."""
+    return " ".join(message.split()).rstrip(".")
+
+
+def _complain(message: str) -> int:
+    click.echo(message, err=True)
+    return BAD_INPUT
+
+
+if __name__ == "__main__":
+    main()
