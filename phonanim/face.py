@@ -1,0 +1,126 @@
+"""The reference face: a mean shape and its modes of variation (the shape half of an AAM)."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import ModelError
+
+# MediaPipe face-mesh numbers that the rest of the package needs by name.
+SUBNASALE = 2
+UPPER_LIP_INNER, LOWER_LIP_INNER = 13, 14
+MOUTH_CORNER_RIGHT, MOUTH_CORNER_LEFT = 61, 291
+OUTER_LIPS = (61, 185, 40, 39, 37, 0, 267, 269, 270, 409, 291, 375, 321, 405, 314, 17, 84, 181, 91, 146)
+INNER_LIPS = (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308, 324, 318, 402, 317, 14, 87, 178, 88, 95)
+# Upper and lower inner-lip points that face each other, from the right corner to the left.
+INNER_LIP_PAIRS = ((80, 88), (81, 178), (82, 87), (13, 14), (312, 317), (311, 402), (310, 318))
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FaceModel:
+    """Linear shape model s = mean + sum_k p_k modes_k (Taylor 2017, section 4.1).
+
+    `mean` is (landmarks, 3) mm, `modes` (m, landmarks, 3) orthonormal and largest first, `std`
+    (m,) mm, the standard deviation of each parameter in the training clips, `indices` (landmarks,)
+    the MediaPipe face-mesh number of each row. Origin between the eyes, x to the image's right,
+    y up, z towards the camera, the pupils 63 mm apart. Landmarks above the upper lip are rigid:
+    their modes are zero.
+    """
+
+    mean: Array
+    modes: Array
+    std: Array
+    indices: NDArray[np.int64]
+
+    def project(self, shapes: NDArray[np.floating]) -> Array:
+        """Shape parameters of shapes, (frames, landmarks, 3) mm -> (frames, m)."""
+        flat = (np.asarray(shapes, np.float64) - self.mean).reshape(len(shapes), -1)
+        return flat @ self._basis.T
+
+    def instance(self, parameters: NDArray[np.floating]) -> Array:
+        """Shapes of parameters, (frames, m) -> (frames, landmarks, 3) mm."""
+        flat = np.asarray(parameters, np.float64) @ self._basis
+        return self.mean + flat.reshape(-1, *self.mean.shape)
+
+    def landmark(self, number: int) -> int:
+        """Row of a MediaPipe face-mesh number. Raises ModelError when the face does not have it."""
+        rows = np.flatnonzero(self.indices == number)
+        if len(rows) == 0:
+            raise ModelError(f"the reference face has no landmark {number}; it has {self.indices.tolist()}")
+        return int(rows[0])
+
+    def rows(self, numbers: Iterable[int]) -> NDArray[np.int64]:
+        """Rows of several MediaPipe face-mesh numbers."""
+        return np.array([self.landmark(number) for number in numbers])
+
+    @cached_property
+    def moving(self) -> NDArray[np.bool_]:
+        """Which landmarks the modes move, (landmarks,); errors are measured over these."""
+        moved: NDArray[np.bool_] = np.abs(self.modes).max(axis=(0, 2)) > 0
+        return moved
+
+    @cached_property
+    def id(self) -> str:
+        """Twelve hex digits that change with the modes; a rig's poses hold for one face only."""
+        digest = hashlib.sha256()
+        for part in (self.mean, self.modes, self.std):
+            digest.update(np.round(part, 4).astype("<f4").tobytes())
+        return digest.hexdigest()[:12]
+
+    @cached_property
+    def _basis(self) -> Array:
+        return self.modes.reshape(len(self.modes), -1)
+
+
+def fit_face(shapes: NDArray[np.floating], indices: NDArray[np.int64], variance: float = 0.99) -> FaceModel:
+    """Shape PCA of training shapes, (frames, landmarks, 3) mm, keeping `variance` of the energy.
+
+    Only landmarks below the nose take part: blinks and brows are not speech. Each mode's sign is
+    chosen so that its positive side opens the mouth (or, where it does not open it, raises the
+    corners), which makes the poses nameable and the fit repeatable.
+    """
+    mean = shapes.mean(axis=0, dtype=np.float64)
+    moving = mean[:, 1] < mean[np.flatnonzero(indices == SUBNASALE)[0], 1]
+    centred = (shapes[:, moving] - mean[moving]).reshape(len(shapes), -1).astype(np.float64)
+    energy, vectors = np.linalg.eigh(centred.T @ centred / len(centred))
+    energy, vectors = energy[::-1], vectors[:, ::-1].T
+    count = int(np.searchsorted(np.cumsum(energy) / energy.sum(), variance)) + 1
+    modes = np.zeros((count, *mean.shape))
+    modes[:, moving] = vectors[:count].reshape(count, -1, 3)
+    face = FaceModel(mean, modes, np.sqrt(energy[:count]), np.asarray(indices, np.int64))
+    return FaceModel(mean, modes * _signs(face)[:, None, None], face.std, face.indices)
+
+
+def _signs(face: FaceModel) -> Array:
+    upper, lower, right, left = face.rows(
+        (UPPER_LIP_INNER, LOWER_LIP_INNER, MOUTH_CORNER_RIGHT, MOUTH_CORNER_LEFT)
+    )
+    opening = face.modes[:, upper, 1] - face.modes[:, lower, 1]
+    raising = face.modes[:, right, 1] + face.modes[:, left, 1]
+    deciding = np.where(np.abs(opening) > 0.02, opening, raising)
+    return np.where(deciding < 0, -1.0, 1.0)
+
+
+def lip_aperture(shapes: NDArray[np.floating], face: FaceModel) -> Array:
+    """Gap between the middles of the inner lips, (frames, landmarks, 3) -> (frames,) mm."""
+    upper, lower = face.rows((UPPER_LIP_INNER, LOWER_LIP_INNER))
+    return np.asarray(shapes[:, upper, 1] - shapes[:, lower, 1], np.float64)
+
+
+def lip_width(shapes: NDArray[np.floating], face: FaceModel) -> Array:
+    """Distance between the mouth corners, (frames, landmarks, 3) -> (frames,) mm."""
+    right, left = face.rows((MOUTH_CORNER_RIGHT, MOUTH_CORNER_LEFT))
+    return np.asarray(np.linalg.norm(shapes[:, left] - shapes[:, right], axis=1), np.float64)
+
+
+def lip_protrusion(shapes: NDArray[np.floating], face: FaceModel) -> Array:
+    """Mean forward position of the outer lips' middles, (frames, landmarks, 3) -> (frames,) mm."""
+    return np.asarray(shapes[:, face.rows((0, 17)), 2].mean(axis=1), np.float64)
