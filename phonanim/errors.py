@@ -31,5 +31,13 @@ class OutputError(PhonanimError):
     """A destination that cannot be written."""
 
 
+class AudioError(PhonanimError):
+    """A recording that is missing, cannot be read, or does not fit its alignment or text."""
+
+
+class OptionError(PhonanimError):
+    """An option whose value makes no sense; the text says which would."""
+
+
 class MissingExtraError(PhonanimError):
     """An optional dependency is absent; the text names the extra that brings it."""
