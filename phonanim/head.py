@@ -1,0 +1,120 @@
+"""The head: a mesh in six parts with morph targets, as the shipped `head.glb` holds it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import RigError
+from phonanim.glb import Glb, read_glb
+from phonanim.inventory import LEXICON
+
+SHIPPED = LEXICON / "rigs" / "head.glb"
+PARTS = ("skin", "tongue", "teeth_u", "teeth_l", "eye_l", "eye_r")
+
+
+@dataclass(frozen=True)
+class Head:
+    """A head at rest and what each control at full weight moves.
+
+    `vertices` is (n, 3) metres, x to the character's left, y up, z forward; `triangles` (t, 3) indices;
+    `parts` the rows of each part; `targets` the control names; `deltas` (targets, n, 3) metres;
+    `colors` (n, 3) linear light reflected, 0 to 1.
+    """
+
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    parts: dict[str, slice]
+    targets: tuple[str, ...]
+    deltas: NDArray[np.float64]
+    colors: NDArray[np.float64]
+
+    def shape(self, weights: NDArray[Any]) -> NDArray[np.float64]:
+        """Vertices under control weights, (..., targets) -> (..., n, 3) metres."""
+        flat = self.deltas.reshape(len(self.targets), -1)
+        moved = np.asarray(weights, float) @ flat
+        return self.vertices + moved.reshape(*moved.shape[:-1], *self.vertices.shape)
+
+    def weights(self, values: NDArray[Any], channels: tuple[str, ...]) -> NDArray[np.float64]:
+        """Curves by channel name as weights by target, (frames, channels) -> (frames, targets).
+
+        Channels that the head lacks are left out; raises RigError when it has none of them.
+        """
+        known = [(i, self.targets.index(name)) for i, name in enumerate(channels) if name in self.targets]
+        if not known:
+            raise RigError(
+                f"the head has none of the channels {', '.join(channels[:4])} ...; use --rig arkit"
+            )
+        columns, targets = np.transpose(known)
+        weights = np.zeros((len(values), len(self.targets)))
+        weights[:, targets] = np.asarray(values)[:, columns]
+        return weights
+
+
+def load_head(path: Path | None = None) -> Head:
+    """Read a head: the shipped one, or a GLB made like it. Raises RigError."""
+    return _shipped() if path is None else _head(read_glb(path))
+
+
+@cache
+def _shipped() -> Head:
+    return _head(read_glb(SHIPPED))
+
+
+def _head(glb: Glb) -> Head:
+    """The first mesh that has morph targets, its primitives end to end."""
+    meshes = [mesh for mesh in glb.tree.get("meshes", []) if mesh["primitives"][0].get("targets")]
+    if not meshes:
+        raise RigError(f"{glb.source}: has no morph targets; export the character with its shape keys")
+    primitives = meshes[0]["primitives"]
+    points = [glb.accessor(primitive["attributes"]["POSITION"]) for primitive in primitives]
+    bounds = np.cumsum([0, *map(len, points)]).tolist()
+    faces = [glb.accessor(primitive["indices"]).reshape(-1, 3) for primitive in primitives]
+    spans = [slice(*span) for span in pairwise(bounds)]
+    return Head(
+        vertices=np.concatenate(points).astype(float),
+        triangles=np.concatenate([face + np.int64(at) for face, at in zip(faces, bounds, strict=False)]),
+        parts=dict(zip(_part_names(glb, primitives), spans, strict=True)),
+        targets=_target_names(glb, meshes[0]),
+        deltas=_deltas(glb, primitives, spans),
+        colors=np.concatenate([_colors(glb, *item) for item in zip(primitives, points, strict=True)]),
+    )
+
+
+def _target_names(glb: Glb, mesh: dict[str, Any]) -> tuple[str, ...]:
+    names = tuple(mesh.get("extras", {}).get("targetNames", ()))
+    if len(names) != len(mesh["primitives"][0]["targets"]):
+        raise RigError(f"{glb.source}: its morph targets have no names (mesh extras.targetNames); name them")
+    return names
+
+
+def _part_names(glb: Glb, primitives: list[dict[str, Any]]) -> list[str]:
+    materials = glb.tree.get("materials", [])
+    names = [materials[p["material"]].get("name", "") if "material" in p else "" for p in primitives]
+    return [name if name and names.count(name) == 1 else f"part{i}" for i, name in enumerate(names)]
+
+
+def _deltas(glb: Glb, primitives: list[dict[str, Any]], spans: list[slice]) -> NDArray[np.float64]:
+    """(targets, n, 3) metres."""
+    deltas = np.zeros((len(primitives[0]["targets"]), spans[-1].stop, 3))
+    for primitive, span in zip(primitives, spans, strict=True):
+        for target, delta in zip(primitive["targets"], deltas, strict=True):
+            if "POSITION" in target:
+                delta[span] = glb.accessor(target["POSITION"])
+    return deltas
+
+
+def _colors(glb: Glb, primitive: dict[str, Any], points: NDArray[Any]) -> NDArray[np.float64]:
+    """(n, 3) linear: the material's colour times the vertex colours."""
+    material = glb.tree["materials"][primitive["material"]] if "material" in primitive else {}
+    factor = material.get("pbrMetallicRoughness", {}).get("baseColorFactor", (0.8, 0.8, 0.8, 1.0))
+    colors = np.tile(np.asarray(factor[:3], float), (len(points), 1))
+    if "COLOR_0" in primitive["attributes"]:
+        colors *= glb.accessor(primitive["attributes"]["COLOR_0"])[:, :3]
+    return colors

