@@ -31,7 +31,7 @@ def read_audio(path: Path) -> tuple[NDArray[np.float32], int]:
 
 
 def resample(samples: NDArray[np.float32], rate: int, target: int) -> NDArray[np.float32]:
-    """Band-limited resampling by the Fourier transform, (samples,) at `rate` -> (samples',) at `target` Hz."""
+    """Band-limited resampling by the Fourier transform, `rate` -> `target` hertz."""
     if rate == target:
         return samples
     count = round(len(samples) * target / rate)
@@ -80,6 +80,8 @@ def _soundfile(path: Path):  # type: ignore[no-untyped-def]  # noqa: ANN202
     try:
         import soundfile
     except ImportError as error:
-        message = f"{path}: reading {path.suffix or 'this'} needs pip install 'phonanim[audio]', or a 16-bit WAV"
+        message = (
+            f"{path}: reading {path.suffix or 'this'} needs pip install 'phonanim[audio]', or a 16-bit WAV"
+        )
         raise MissingExtraError(message) from error
     return soundfile

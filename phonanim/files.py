@@ -25,7 +25,7 @@ def atomic_path(path: Path) -> Iterator[Path]:
     partial = target.with_name(f".{secrets.token_hex(6)}{PARTIAL}{target.suffix}")
     try:
         yield partial
-        os.replace(partial, target)
+        partial.replace(target)
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
     finally:

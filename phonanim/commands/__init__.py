@@ -37,7 +37,7 @@ class Talk:
 
     @contextmanager
     def progress(self, label: str) -> Iterator[Callable[[float], None]]:
-        """A function to call with the part that is done, 0 to 1; a bar appears on stderr after two seconds."""
+        """A function to call with the part done, 0 to 1; slow work draws a bar on stderr."""
         bar = _Bar(label, shown=not (self.quiet or self.json) and sys.stderr.isatty())
         try:
             yield bar.update

@@ -1,0 +1,133 @@
+"""Align English speech with its text: words and phones, found by pocketsphinx, offline."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.alignment import Interval
+from phonanim.audio import read_audio, resample
+from phonanim.errors import AlignmentError, MissingExtraError, OptionError
+
+RATE = 16000  # hertz, what the acoustic model was trained on
+FRAME = 0.01  # seconds, the step of the acoustic model
+SILENCES = ("<s>", "</s>", "<sil>", "[NOISE]", "[COUGH]", "[SMACK]", "[UM]", "[UH]", "SIL")
+DITHER = 1e-4  # of full scale: digital silence has no spectrum to recognize
+
+
+@dataclass(frozen=True, slots=True)
+class SpeechAlignment:
+    """What is said when: words (lower case) and ARPAbet phones without stress, in seconds."""
+
+    words: tuple[Interval, ...]
+    phones: tuple[Interval, ...]
+    duration: float
+
+
+def align(audio: Path, text: str | None = None) -> SpeechAlignment:
+    """Find the words and phones of `text` in a recording; without text, recognize what is said.
+
+    Raises OptionError when a word is not in the CMU pronouncing dictionary, AlignmentError when the
+    text does not fit the sound, AudioError when the recording cannot be read, MissingExtraError.
+    """
+    samples, rate = read_audio(audio)
+    decoder = _decoder(listening=text is None)
+    if text is not None:
+        decoder.set_align_text(" ".join(_known_words(decoder, text)))
+    sound = _pcm(resample(samples, rate, RATE))
+    duration = len(samples) / rate
+    words, phones = _two_passes(decoder, sound, audio, duration)
+    return SpeechAlignment(tuple(words), tuple(phones), duration)
+
+
+def words_of(text: str) -> list[str]:
+    """The words of a sentence in lower case, without punctuation."""
+    return re.findall(r"[^\W_]+(?:['’][^\W_]+)*", text.lower().replace("’", "'"))
+
+
+def _two_passes(
+    decoder: Any, sound: bytes, audio: Path, duration: float
+) -> tuple[list[Interval], list[Interval]]:
+    """First where the words are, then, with these words fixed, where their phones are."""
+    _decode(decoder, sound)
+    if decoder.hyp() is None:
+        raise AlignmentError(
+            f"{audio}: the text cannot be found in the sound; check that they belong together"
+        )
+    decoder.set_alignment()
+    _decode(decoder, sound)
+    words: list[Interval] = []
+    phones: list[Interval] = []
+    for word in decoder.get_alignment():
+        if word.name not in SILENCES:
+            words.append(_interval(spelled(word.name), word, duration))
+            # While the loop stands at this word: a word that the iterator has left is freed memory.
+            phones += [_interval(phone.name, phone, duration) for phone in word]
+    return words, phones
+
+
+def _decode(decoder: Any, sound: bytes) -> None:
+    decoder.start_utt()
+    decoder.process_raw(sound, full_utt=True)
+    decoder.end_utt()
+
+
+def spelled(entry: str) -> str:
+    """A dictionary entry without the number of its pronunciation: "the(2)" is "the"."""
+    return re.sub(r"\(\d+\)$", "", entry)
+
+
+def _interval(label: str, entry: Any, duration: float) -> Interval:
+    return Interval(label, entry.start * FRAME, min((entry.start + entry.duration) * FRAME, duration))
+
+
+def _known_words(decoder: Any, text: str) -> list[str]:
+    words = words_of(text)
+    if not words:
+        raise OptionError("the text holds no word; give what is said in the recording")
+    unknown = [word for word in words if decoder.lookup_word(word) is None]
+    if unknown:
+        raise OptionError(
+            f"the pronouncing dictionary lacks {', '.join(map(repr, unknown))}; "
+            "spell numbers out and write names as the words they sound like"
+        )
+    return words
+
+
+def _pcm(samples: NDArray[np.float32]) -> bytes:
+    """16-bit little-endian samples with a trace of noise, the same noise every time."""
+    noise = np.random.default_rng(0).normal(0.0, DITHER, len(samples))
+    return (np.clip(samples + noise, -1.0, 1.0) * 32767).astype("<i2").tobytes()
+
+
+def _decoder(listening: bool) -> Any:
+    with _silent_stderr():
+        try:
+            from pocketsphinx import Decoder
+        except ImportError as error:
+            raise MissingExtraError("aligning speech needs pip install 'phonanim[align]'") from error
+    options = {} if listening else {"lm": None}
+    return Decoder(samprate=RATE, loglevel="FATAL", **options)
+
+
+@contextmanager
+def _silent_stderr() -> Iterator[None]:
+    """Keep quiet: pocketsphinx opens the sound card on import, and complains on machines without one."""
+    sys.stderr.flush()
+    keep, void = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(void, 2)
+    try:
+        yield
+    finally:
+        os.dup2(keep, 2)
+        os.close(keep)
+        os.close(void)
