@@ -37,7 +37,7 @@ class CommandFolder(click.Group):
 @click.group(cls=CommandFolder, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, message="phonanim %(version)s")
 def commands() -> None:
-    r"""Speech animation from phone alignments.
+    """Speech animation from phone alignments.
 
     \b
     phonanim animate line.TextGrid                         the shipped head, speaking: line.glb

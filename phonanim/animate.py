@@ -1,0 +1,92 @@
+"""The whole path: an alignment in, an animation out."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from phonanim import __version__, contacts, regressors
+from phonanim.alignment import read_alignment
+from phonanim.animation import Animation
+from phonanim.catalog import DEFAULT_MODEL, find_model
+from phonanim.files import content_hash
+from phonanim.language import load_language, to_phones
+from phonanim.rates import frame_count
+from phonanim.rig import load_rig
+from phonanim.rig.retarget import retarget
+from phonanim.style import dial
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """How a line is animated; the defaults suit speech of any aligner on the shipped head.
+
+    `model` and `rig` are names or paths, `fps` is in hertz, `tier` is found when it is None.
+    60 frames per second show a closure of 30 ms, which 24 or 30 may miss.
+    """
+
+    rig: str = "arkit"
+    model: str = DEFAULT_MODEL
+    fps: float = 60.0
+    language: str = "auto"
+    tier: str | None = None
+    unknown: str = "error"
+    contacts: bool = True
+    retarget: str = "auto"
+    intensity: float = 1.0
+    jaw: float = 1.0
+    lips: float = 1.0
+
+
+def animate(path: Path, options: Options = Options(), audio: Path | None = None) -> Animation:
+    """Read an alignment and move a rig: each step is one module.
+
+    The frames lie at n / fps seconds, from 0 to the end of the alignment. Labels that had to be replaced
+    (`options.unknown`) are told in `provenance["notes"]`. Raises the PhonanimError of the step that fails.
+    """
+    model, rig = load_model(options.model), load_cached_rig(options.rig)
+    alignment = read_alignment(path, options.tier)
+    language = load_language(options.language)
+    track, notes = to_phones(alignment, language, options.unknown)
+    modes = model.predict(track, options.fps, frame_count(track.duration, options.fps))
+    if options.contacts:
+        modes = contacts.close(modes, track, model.face, options.fps)
+    values = retarget(modes, model.face, rig, options.retarget)
+    values = dial(values, rig, options.intensity, options.jaw, options.lips)
+    return Animation(
+        values=values,
+        channels=rig.controls,
+        fps=options.fps,
+        rig=rig.name,
+        phones=alignment.intervals,
+        words=alignment.words,
+        audio=audio,
+        provenance=_provenance(path, options, notes),
+    )
+
+
+@lru_cache(maxsize=8)
+def load_model(name: str) -> regressors.Model:
+    """A model by name or path, read once."""
+    return regressors.load(find_model(name))
+
+
+load_cached_rig = lru_cache(maxsize=64)(load_rig)
+
+
+@lru_cache(maxsize=8)
+def _model_hash(name: str) -> str:
+    return content_hash(find_model(name))
+
+
+def _provenance(path: Path, options: Options, notes: tuple[str, ...]) -> dict[str, Any]:
+    return {
+        "tool": f"phonanim {__version__}",
+        "input": path.name,
+        "input_sha256": content_hash(path),
+        "model_sha256": _model_hash(options.model),
+        "options": asdict(options),
+        "notes": list(notes),
+    }

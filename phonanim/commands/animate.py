@@ -1,0 +1,123 @@
+"""`phonanim animate`: one alignment to animation files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from phonanim.commands import Talk, talk_options
+from phonanim.commands._options import animation_options
+
+if TYPE_CHECKING:
+    from phonanim.animate import Options
+    from phonanim.animation import Animation
+
+FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
+OUTPUT = click.Path(dir_okay=False, path_type=Path)
+
+
+@click.command()
+@click.argument("alignment", type=FILE)
+@click.option(
+    "-o", "--output", "outputs", type=OUTPUT, multiple=True, help="File to write; more than one is fine."
+)
+@animation_options
+@click.option("--audio", type=FILE, help="The recording; found beside the alignment otherwise.")
+@click.option("--sheet", type=OUTPUT, help="Also draw a contact sheet of the face, as PNG.")
+@talk_options
+def command(
+    alignment: Path,
+    outputs: tuple[Path, ...],
+    options: Options,
+    audio: Path | None,
+    sheet: Path | None,
+    talk: Talk,
+) -> None:
+    """Move a rig by a phone alignment.
+
+    The suffix of each output chooses its format; without -o the shipped head speaks in a GLB beside the
+    alignment. `phonanim info` lists formats, rigs and languages.
+
+    \b
+    Examples:
+      phonanim animate line.TextGrid
+      phonanim animate line.TextGrid -o line.csv --rig arkit --fps 25
+      phonanim animate line.TextGrid -o line.glb -o line.npz --sheet line.png
+    """
+    from phonanim.animate import animate
+    from phonanim.audio import find_audio
+
+    outputs = outputs or (alignment.with_suffix(".glb"),)
+    check_outputs([*outputs, *filter(None, [sheet])], [alignment, *filter(None, [audio])])
+    animation = animate(alignment, options, audio or find_audio(alignment))
+    written = write(animation, outputs, sheet)
+    facts = describe(animation, alignment, options, written)
+    for line in sentences(facts):
+        talk.say(line)
+    talk.result(facts)
+
+
+def check_outputs(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:
+    """Raise OptionError when two outputs are one file or an output would overwrite an input."""
+    from phonanim.errors import OptionError
+
+    taken = {path.resolve() for path in inputs}
+    for path in outputs:
+        if path.resolve() in taken:
+            raise OptionError(f"{path}: is named twice, as input or output; give every file its own name")
+        taken.add(path.resolve())
+
+
+def write(animation: Animation, outputs: Sequence[Path], sheet: Path | None) -> list[Path]:
+    """Write every output, once it is sure that each has a known format; return the paths."""
+    from phonanim.exporters import find_exporter, save
+
+    for path in outputs:
+        find_exporter(path)
+    for path in outputs:
+        save(animation, path)
+    if sheet is None:
+        return list(outputs)
+    from phonanim.render import save_sheet
+
+    save_sheet(animation, sheet)
+    return [*outputs, sheet]
+
+
+def describe(animation: Animation, alignment: Path, options: Options, written: list[Path]) -> dict[str, Any]:
+    """What was done, for scripts."""
+    frames, channels = animation.values.shape
+    return {
+        "alignment": str(alignment),
+        "audio": str(animation.audio) if animation.audio else None,
+        "phones": len(animation.phones),
+        "frames": frames,
+        "fps": animation.fps,
+        "seconds": round((frames - 1) / animation.fps, 6),
+        "channels": channels,
+        "rig": animation.rig,
+        "model": options.model,
+        "notes": animation.provenance["notes"],
+        "outputs": [{"path": str(path), "bytes": path.stat().st_size} for path in written],
+    }
+
+
+def sentences(facts: dict[str, Any]) -> list[str]:
+    """The same for people: what was read, what was made, what was written, and what had to be replaced."""
+    sound = f" with {facts['audio']}" if facts["audio"] else ""
+    files = ", ".join(f"{output['path']} ({size(output['bytes'])})" for output in facts["outputs"])
+    return [
+        f"read {facts['alignment']}: {facts['phones']} phones in {facts['seconds']:.2f} s{sound}",
+        f"moved {facts['rig']} by {facts['model']}: {facts['frames']} frames at {facts['fps']:g} fps, "
+        f"{facts['channels']} channels",
+        f"wrote {files}",
+        *facts["notes"],
+    ]
+
+
+def size(count: int) -> str:
+    """A number of bytes as people read it."""
+    return f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{count / 1e3:.1f} kB"

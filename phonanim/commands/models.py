@@ -1,0 +1,43 @@
+"""`phonanim models`: the models at hand and how good they are."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from phonanim.commands import Talk, talk_options
+
+if TYPE_CHECKING:
+    from phonanim.catalog import ModelEntry
+
+
+@click.command()
+@talk_options
+def command(talk: Talk) -> None:
+    """List the models at hand.
+
+    They are the shipped ones, and those in ./models or in the folders of PHONANIM_MODELS.
+
+    \b
+    Examples:
+      phonanim models
+      phonanim models --json
+    """
+    from phonanim.catalog import list_models
+
+    entries = list_models()
+    talk.result([facts(entry) for entry in entries], "\n".join(map(line, entries)))
+
+
+def facts(entry: ModelEntry) -> dict[str, Any]:
+    """One model for scripts: where it is, and its model.json."""
+    return {"name": entry.name, "path": str(entry.path), "shipped": entry.shipped, **entry.card}
+
+
+def line(entry: ModelEntry) -> str:
+    """One model for people: name, kind, size and held-out scores."""
+    scores = entry.card.get("provenance", {}).get("scores", {})
+    told = ", ".join(f"{name} {value:g}" for name, value in scores.items() if isinstance(value, (int, float)))
+    origin = "shipped" if entry.shipped else str(entry.path)
+    return f"{entry.name:<16} {entry.card.get('kind', '?'):<12} {origin:<10} {told}"

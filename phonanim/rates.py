@@ -1,0 +1,30 @@
+"""Frame rates: exact NTSC rates, and which instants a line has frames at."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+from phonanim.errors import OptionError
+
+# What people write for the NTSC rates, which are whole rates x 1000/1001.
+NTSC = {"23.976": 24, "23.98": 24, "29.97": 30, "47.952": 48, "47.95": 48, "59.94": 60, "119.88": 120}
+LOWEST, HIGHEST = 1, 1000  # hertz
+ROUNDING = 1e-6  # frames: an instant this little beyond the end is at the end
+
+
+def parse_rate(text: str) -> float:
+    """Frames per second from "60", "29.97" (taken as 30000/1001) or "30000/1001". Raises OptionError."""
+    stripped = text.strip()
+    try:
+        rate = Fraction(NTSC[stripped] * 1000, 1001) if stripped in NTSC else Fraction(stripped)
+    except (ValueError, ZeroDivisionError) as error:
+        raise OptionError(f"{text!r} is no frame rate; write it as 60, 29.97 or 30000/1001") from error
+    if not LOWEST <= rate <= HIGHEST:
+        raise OptionError(f"{text} frames per second: the rate must lie from {LOWEST} to {HIGHEST}")
+    return float(rate)
+
+
+def frame_count(duration: float, fps: float) -> int:
+    """How many of the instants n / fps, n = 0, 1, ..., lie from 0 to `duration` seconds, both included."""
+    return math.floor(duration * fps + ROUNDING) + 1
