@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import wave
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,19 +46,33 @@ def resample(samples: NDArray[np.float32], rate: int, target: int) -> NDArray[np
 
 
 def duration(path: Path) -> float:
-    """Seconds of a recording, read from its header where the format has one. Raises AudioError."""
+    """Seconds of a recording, from its header. Raises AudioError.
+
+    WAV and FLAC need nothing; every other format needs the `audio` extra.
+    """
+    with _open(path) as file:
+        head = file.read(26)
+    if head[:4] == b"fLaC":
+        return _flac_duration(head)
     try:
         with wave.open(str(path), "rb") as stream:
             return stream.getnframes() / stream.getframerate()
-    except (wave.Error, EOFError):
-        info = _soundfile(path).info(str(path))
-        return float(info.frames / info.samplerate)
+    except (wave.Error, EOFError, ZeroDivisionError):
+        with _soundfile(path) as soundfile:
+            info = soundfile.info(str(path))
+            return float(info.frames / info.samplerate)
+
+
+def _flac_duration(head: bytes) -> float:
+    """The STREAMINFO block (RFC 9639, section 8.2): 20 bits of rate, ..., 36 bits of sample count."""
+    fields = int.from_bytes(head[18:26], "big")
+    return (fields & (2**36 - 1)) / (fields >> 44)
 
 
 def _read_wav(path: Path) -> tuple[NDArray[np.float32], int] | None:
     """A 16-bit PCM WAV file; None when it is anything else."""
     try:
-        with wave.open(str(path), "rb") as stream:
+        with _open(path) as file, wave.open(file, "rb") as stream:
             if stream.getsampwidth() != 2:
                 return None
             data = np.frombuffer(stream.readframes(stream.getnframes()), "<i2")
@@ -63,25 +80,30 @@ def _read_wav(path: Path) -> tuple[NDArray[np.float32], int] | None:
             return mono.astype(np.float32), stream.getframerate()
     except (wave.Error, EOFError, ValueError):
         return None
+
+
+def _read_other(path: Path) -> tuple[NDArray[np.float32], int]:
+    with _soundfile(path) as soundfile:
+        data, rate = soundfile.read(str(path), dtype="float32", always_2d=True)
+        return data.mean(axis=1), int(rate)
+
+
+def _open(path: Path) -> BinaryIO:
+    try:
+        return path.open("rb")
     except OSError as error:
         raise AudioError(f"{path}: cannot be read: {error.strerror}") from error
 
 
-def _read_other(path: Path) -> tuple[NDArray[np.float32], int]:
-    soundfile = _soundfile(path)
-    try:
-        data, rate = soundfile.read(str(path), dtype="float32", always_2d=True)
-    except soundfile.LibsndfileError as error:
-        raise AudioError(f"{path}: is no recording that can be read: {error.error_string}") from error
-    return data.mean(axis=1), int(rate)
-
-
-def _soundfile(path: Path):  # type: ignore[no-untyped-def]  # noqa: ANN202
+@contextmanager
+def _soundfile(path: Path) -> Iterator[Any]:
+    """The soundfile module, its errors told as AudioError."""
     try:
         import soundfile
     except ImportError as error:
-        message = (
-            f"{path}: reading {path.suffix or 'this'} needs pip install 'phonanim[audio]', or a 16-bit WAV"
-        )
-        raise MissingExtraError(message) from error
-    return soundfile
+        needed = "pip install 'phonanim[audio]', or a 16-bit WAV"
+        raise MissingExtraError(f"{path}: reading {path.suffix or 'this'} needs {needed}") from error
+    try:
+        yield soundfile
+    except soundfile.LibsndfileError as error:
+        raise AudioError(f"{path}: is no recording that can be read: {error.error_string}") from error

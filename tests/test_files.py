@@ -1,0 +1,69 @@
+import errno
+import os
+
+import pytest
+
+from phonanim.errors import OutputError
+from phonanim.files import atomic_path, content_hash, sweep, write_text
+
+
+def test_the_file_appears_whole_and_alone(tmp_path):
+    with atomic_path(tmp_path / "a.csv") as partial:
+        assert partial.parent == tmp_path
+        assert partial.suffix == ".csv"
+        partial.write_text("new")
+        assert not (tmp_path / "a.csv").exists()
+    assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
+    assert (tmp_path / "a.csv").read_text() == "new"
+
+
+def test_a_failure_leaves_what_was_there(tmp_path):
+    (tmp_path / "a.csv").write_text("old")
+    with pytest.raises(ZeroDivisionError), atomic_path(tmp_path / "a.csv") as partial:
+        partial.write_text("half")
+        raise ZeroDivisionError
+    assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
+    assert (tmp_path / "a.csv").read_text() == "old"
+
+
+def test_a_full_disk_is_one_line(tmp_path):
+    message = r"a\.csv: cannot be written: No space left on device"
+    with pytest.raises(OutputError, match=message), atomic_path(tmp_path / "a.csv"):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_places_that_hold_no_file(tmp_path):
+    with pytest.raises(OutputError, match=r"is a folder; name a file in it"):
+        write_text(tmp_path, "")
+    with pytest.raises(OutputError, match=r"the folder .*missing does not exist; make it first"):
+        write_text(tmp_path / "missing" / "a.csv", "")
+    (tmp_path / "device.csv").symlink_to("/dev/null")
+    with pytest.raises(OutputError, match=r"device.csv: is not a plain file; name another"):
+        write_text(tmp_path / "device.csv", "")
+
+
+def test_a_link_stays_a_link(tmp_path):
+    (tmp_path / "real.csv").write_text("old")
+    (tmp_path / "link.csv").symlink_to("real.csv")
+    write_text(tmp_path / "link.csv", "new")
+    assert (tmp_path / "link.csv").is_symlink()
+    assert (tmp_path / "real.csv").read_text() == "new"
+
+
+def test_sweep_takes_leftovers_only(tmp_path):
+    for name in (".0123456789ab.partial.csv", ".0123456789ab.partial", "a.partial.csv", ".hidden"):
+        (tmp_path / name).write_text("")
+    assert sweep(tmp_path) == 2
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".hidden", "a.partial.csv"]
+
+
+def test_the_hash_of_a_folder_sees_names_and_contents(tmp_path):
+    write_text(tmp_path / "a", "1")
+    first = content_hash(tmp_path)
+    assert content_hash(tmp_path) == first
+    (tmp_path / "a").rename(tmp_path / "b")
+    second = content_hash(tmp_path)
+    write_text(tmp_path / "b", "2")
+    assert len({first, second, content_hash(tmp_path)}) == 3
+    assert content_hash(tmp_path / "b") == "d4735e3a265e16eee03f59718b9b5d03019c07d8b6c51f90da3a666eec13ab35"
