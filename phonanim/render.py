@@ -1,0 +1,191 @@
+"""Pictures of a head: view, light and shade, without a graphics card."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.head import Head
+from phonanim.raster import Picture, rasterize
+
+
+@dataclass(frozen=True)
+class View:
+    """A camera that looks at `centre` (metres) and shows `span` metres from top to bottom.
+
+    `yaw` and `pitch` in degrees turn the head to its left and down; `distance` in metres sets the
+    perspective; `samples` squared are averaged into each pixel.
+    """
+
+    centre: tuple[float, float, float]
+    span: float
+    height: int = 200
+    width: int = 200
+    yaw: float = 0.0
+    pitch: float = 0.0
+    distance: float = 0.9
+    samples: int = 2
+
+
+@dataclass(frozen=True)
+class Light:
+    """Where a light comes from (towards the light, in the camera's axes), and its linear colour."""
+
+    direction: tuple[float, float, float]
+    color: tuple[float, float, float]
+
+
+LIGHTS = (
+    Light((-0.45, 0.55, 0.75), (1.75, 1.62, 1.50)),
+    Light((0.85, 0.05, 0.40), (0.26, 0.32, 0.42)),
+    Light((0.55, 0.45, -0.65), (0.85, 0.90, 1.00)),
+)
+SKY, GROUND = (0.30, 0.32, 0.36), (0.16, 0.11, 0.09)
+WRAP = 0.25  # light that goes round the terminator, as it does under skin
+BACKDROP = ((0.035, 0.040, 0.050), (0.085, 0.093, 0.110))  # bottom and top, linear
+
+# Highlight strength and sharpness of each part.
+GLOSS = {
+    "skin": (0.10, 14.0),
+    "tongue": (0.25, 30.0),
+    "teeth_u": (0.35, 50.0),
+    "teeth_l": (0.35, 50.0),
+    "eye_l": (0.9, 120.0),
+    "eye_r": (0.9, 120.0),
+}
+# Crevices darken by how far they lie behind their surroundings (Luft, Colditz, Deussen 2006, "Image
+# enhancement by unsharp masking the depth buffer"): radius in metres, and how fast per metre.
+CREVICES = ((0.0035, 90.0), (0.011, 75.0))
+
+
+def lower_face(head: Head, size: int = 200, yaw: float = 16.0) -> View:
+    """The view from under the eyes to the chin, a little from the side, of any head with teeth and eyes."""
+    teeth = head.vertices[head.parts["teeth_u"]]
+    eyes = head.vertices[head.parts["eye_l"]]
+    middle = (teeth.min(axis=0) + teeth.max(axis=0)) / 2
+    span = 1.55 * (eyes.mean(axis=0)[1] - middle[1])
+    centre = (0.0, float(middle[1] - 0.10 * span), float(teeth[:, 2].max()))
+    return View(centre, float(span), size, size, yaw)
+
+
+def whole_head(head: Head, height: int = 512, width: int = 512, yaw: float = 0.0) -> View:
+    """The view of face and neck."""
+    skin = head.vertices[head.parts["skin"]]
+    eyes = head.vertices[head.parts["eye_l"]].mean(axis=0)
+    span = 2.6 * (skin[:, 1].max() - eyes[1])
+    return View((0.0, float(eyes[1] - 0.16 * span), float(eyes[2] - 0.03)), float(span), height, width, yaw)
+
+
+def render(vertices: NDArray[np.float64], head: Head, view: View) -> NDArray[np.uint8]:
+    """Draw a head, (n, 3) metres -> (height, width, 3) sRGB."""
+    height, width = view.height * view.samples, view.width * view.samples
+    seen = turned(vertices, view)
+    picture = rasterize(projected(seen, view), head.triangles, height, width)
+    image = backdrop(height, width)
+    pixels = picture.covered()
+    shade = shaded(picture, pixels, seen, head) * crevices(picture, view).reshape(-1, 1)[pixels]
+    image.reshape(-1, 3)[pixels] = shade
+    return srgb(averaged(image, view.samples))
+
+
+def turned(vertices: NDArray[np.float64], view: View) -> NDArray[np.float32]:
+    """Vertices in the camera's axes: x right, y up, z to the viewer, metres from the centre."""
+    yaw, pitch = np.radians([view.yaw, view.pitch])
+    about_y = np.array([[np.cos(yaw), 0, np.sin(yaw)], [0, 1, 0], [-np.sin(yaw), 0, np.cos(yaw)]])
+    about_x = np.array([[1, 0, 0], [0, np.cos(pitch), -np.sin(pitch)], [0, np.sin(pitch), np.cos(pitch)]])
+    seen = (vertices - np.array(view.centre)) @ (about_x @ about_y).T
+    return seen.astype(np.float32)
+
+
+def projected(seen: NDArray[np.float32], view: View) -> NDArray[np.float32]:
+    """Pixels right and down, and nearness in metres (at the centre)."""
+    scale = view.distance / (view.distance - seen[:, 2:])
+    pixels = view.height * view.samples / view.span
+    middle = np.array([view.width, view.height], np.float32) * view.samples / 2 - 0.5
+    places = seen[:, :2] * scale * np.array([pixels, -pixels], np.float32) + middle
+    return np.hstack([places, (scale - 1) * view.distance]).astype(np.float32)
+
+
+def shaded(
+    picture: Picture, pixels: NDArray[np.int64], seen: NDArray[np.float32], head: Head
+) -> NDArray[np.float32]:
+    """Linear light from each covered pixel, (p, 3)."""
+    gloss = np.concatenate(
+        [np.tile(GLOSS.get(n, GLOSS["skin"]), (s.stop - s.start, 1)) for n, s in head.parts.items()]
+    )
+    values = np.hstack([vertex_normals(seen, head.triangles), head.colors, gloss]).astype(np.float32)
+    normal, color, strength, power = np.split(picture.at(pixels, values), [3, 6, 7], axis=1)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    diffuse = ambient(normal[:, 1:2])
+    highlight = np.zeros_like(diffuse)
+    for light in LIGHTS:
+        towards = unit(light.direction)
+        half = unit(towards + np.array([0, 0, 1], np.float32))
+        tint = np.array(light.color, np.float32)
+        diffuse += np.clip((normal @ towards + WRAP) / (1 + WRAP), 0, None)[:, None] * tint
+        highlight += np.clip(normal @ half, 0, None)[:, None] ** power * tint
+    return color * diffuse + strength * highlight
+
+
+def ambient(up: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Light from sky and ground on a surface whose normal rises by `up`, (p, 1) -> (p, 3)."""
+    share = (up + 1) / 2
+    return share * np.array(SKY, np.float32) + (1 - share) * np.array(GROUND, np.float32)
+
+
+def crevices(picture: Picture, view: View) -> NDArray[np.float32]:
+    """How much light reaches each pixel past what stands before it, (height, width), 0 to 1."""
+    shown = picture.face >= 0
+    depth = np.where(shown, picture.depth, picture.depth[shown].min() if shown.any() else 0)
+    light = np.ones_like(depth)
+    for radius, rate in CREVICES:
+        pixels = max(1, round(radius * view.height * view.samples / view.span))
+        light *= np.exp(-rate * np.clip(blurred(depth, pixels) - depth, 0, None))
+    return light
+
+
+def blurred(values: NDArray[np.float32], radius: int) -> NDArray[np.float32]:
+    """Mean over a square of (2·radius + 1)² pixels, twice; the border repeats."""
+    for axis in (0, 1, 0, 1):
+        padding = [(radius + 1, radius) if a == axis else (0, 0) for a in (0, 1)]
+        sums = np.cumsum(np.pad(values, padding, mode="edge"), axis=axis, dtype=np.float64)
+        upper, lower = [np.take(sums, np.arange(values.shape[axis]) + s, axis) for s in (2 * radius + 1, 0)]
+        values = ((upper - lower) / (2 * radius + 1)).astype(np.float32)
+    return values
+
+
+def backdrop(height: int, width: int) -> NDArray[np.float32]:
+    """A quiet gradient, (height, width, 3) linear."""
+    share = np.linspace(1, 0, height, dtype=np.float32)[:, None, None]
+    low, high = np.array(BACKDROP, np.float32)
+    return np.broadcast_to(low + share * (high - low), (height, width, 3)).copy()
+
+
+def averaged(image: NDArray[np.float32], samples: int) -> NDArray[np.float32]:
+    """Means over squares of samples: anti-aliasing."""
+    height, width = image.shape[0] // samples, image.shape[1] // samples
+    return image.reshape(height, samples, width, samples, 3).mean(axis=(1, 3))
+
+
+def srgb(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Linear light as sRGB bytes (IEC 61966-2-1), highlights rolled off softly."""
+    soft = np.where(linear > 0.6, 0.6 + 0.4 * np.tanh((linear - 0.6) / 0.4), linear)
+    encoded = np.where(soft <= 0.0031308, 12.92 * soft, 1.055 * np.maximum(soft, 1e-9) ** (1 / 2.4) - 0.055)
+    return np.rint(np.clip(encoded, 0, 1) * 255).astype(np.uint8)
+
+
+def vertex_normals(points: NDArray[np.float32], triangles: NDArray[np.int64]) -> NDArray[np.float32]:
+    """Unit normals, weighted by area, (n, 3)."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    faces = np.cross(b - a, c - a)
+    flat = triangles.T.ravel()
+    sums = np.stack([np.bincount(flat, np.tile(f, 3), len(points)) for f in faces.T], axis=1)
+    return (sums / np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), 1e-12)).astype(np.float32)
+
+
+def unit(vector: tuple[float, ...] | NDArray[np.float32]) -> NDArray[np.float32]:
+    """The vector at length one."""
+    values = np.asarray(vector, np.float32)
+    return values / np.float32(np.linalg.norm(values))
