@@ -2,7 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from pathlib import Path
+
+from phonanim.readers import Source, find_reader, open_source
+
+MAX_DURATION = 7200.0
+"""Seconds. More is a wrong unit of time or a whole session: two hours at 60 fps are 432,000 frames."""
+
+ROUNDING = 1e-3
+"""Seconds. Aligners write milliseconds at best; narrower gaps and overlaps come from rounding."""
+
+LATE_START = 1.0
+"""Seconds. A file that starts later was cut out of a longer recording, and so was its audio."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,12 +28,34 @@ class Interval:
 
 
 @dataclass(frozen=True, slots=True)
+class Tier:
+    """One row of intervals; `number` counts from 1 as the program shows it that wrote the file."""
+
+    name: str
+    intervals: tuple[Interval, ...]
+    number: int = 1
+
+    def __str__(self) -> str:
+        return f'{self.number} "{self.name}"'
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """Everything that an alignment file holds: its interval tiers, and its first and last instant in s."""
+
+    tiers: tuple[Tier, ...]
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, slots=True)
 class Alignment:
     """The phone tier of one recording.
 
     `intervals` are in time order and do not overlap; gaps between them are silence.
     `duration` is the end of the file in seconds, `tier` the name of the tier that was read,
     `source` the path for error messages, `words` the word tier if the file has one.
+    `offset` is the time on the file's clock that is 0 here: not 0 for a file cut out of a longer one.
     """
 
     intervals: tuple[Interval, ...]
@@ -28,3 +63,82 @@ class Alignment:
     tier: str
     source: str
     words: tuple[Interval, ...] = ()
+    offset: float = 0.0
+
+
+def read_alignment(path: Path, tier: str | None = None) -> Alignment:
+    """The phones of an alignment file, in any format of `phonanim.readers`.
+
+    The phone tier is found by its name, else by its labels; `tier` chooses it by name or by number
+    (from 1). Raises AlignmentError with one line when the file cannot be read, no tier has phones, or
+    times make no sense.
+    """
+    from phonanim.tiers import phone_tier, word_tier
+
+    source = open_source(Path(path))
+    recording = find_reader(source).read(source)
+    phones = phone_tier(recording, tier, source)
+    words = word_tier(recording, phones)
+    offset = _offset(recording, source)
+    intervals = _checked(phones, offset, source)
+    ends = [recording.end - offset, *(interval.end for interval in intervals[-1:])]
+    return Alignment(
+        intervals=intervals,
+        duration=_duration(max(ends), source),
+        tier=phones.name,
+        source=source.name,
+        words=_checked(words, offset, source) if words else (),
+        offset=offset,
+    )
+
+
+def _offset(recording: Recording, source: Source) -> float:
+    if not (math.isfinite(recording.start) and math.isfinite(recording.end)):
+        raise source.error(f"starts at {recording.start} s and ends at {recording.end} s; correct its header")
+    if recording.start < -ROUNDING:
+        raise source.error(f"starts at {recording.start:g} s, before 0; shift its times to zero")
+    return recording.start if recording.start >= LATE_START else 0.0
+
+
+def _duration(seconds: float, source: Source) -> float:
+    if seconds > MAX_DURATION:
+        hours = f"{seconds / 3600:.1f} hours long, over the limit of {MAX_DURATION / 3600:.0f}"
+        raise source.error(f"is {hours}; split it, or correct its unit of time")
+    if seconds < ROUNDING:
+        raise source.error("has no duration; align the recording again")
+    return seconds
+
+
+def _checked(tier: Tier, offset: float, source: Source) -> tuple[Interval, ...]:
+    """The intervals on a clock that starts at `offset`, in order and without overlap."""
+    checked: list[Interval] = []
+    last_end = 0.0
+    for number, interval in enumerate(tier.intervals, 1):
+        if interval.start == interval.end and not interval.label:
+            continue  # says nothing about any time
+        start, end = interval.start - offset, interval.end - offset
+        if fault := _fault(start, end, last_end):
+            place = f'tier "{tier.name}", interval {number} "{_brief(interval.label)}"'
+            raise source.error(f"{place} from {interval.start:g} to {interval.end:g} s: {fault}")
+        start = start if start - last_end > ROUNDING else last_end
+        checked.append(Interval(interval.label, start, end))
+        last_end = end
+    return tuple(checked)
+
+
+def _fault(start: float, end: float, last_end: float) -> str:
+    if not (math.isfinite(start) and math.isfinite(end)):
+        return "its time is not a number; correct it"
+    if end < start:
+        return "ends before it starts; swap its times"
+    if start < last_end - ROUNDING:
+        return "overlaps the one before it" if last_end else "starts before the file; shift the times"
+    if end <= max(start, last_end):
+        return "has no length; remove it or give it one"
+    return ""
+
+
+def _brief(label: str) -> str:
+    """A label short enough for one line."""
+    flat = " ".join(label.split())
+    return flat if len(flat) <= 24 else flat[:23] + "…"

@@ -10,7 +10,9 @@ import pytest
 
 from phonanim.inventory import INVENTORY, LEXICON, load_inventory
 
-SUPPLEMENT = "sil dh ih s z uh p r aa b l m th ae d g ow k n er iy y w eh ch v t sh f ah sp hh aw oy uw ey ao zh ay jh ng"
+SUPPLEMENT = """
+sil dh ih s z uh p r aa b l m th ae d g ow k n er iy y w eh ch v t sh f ah sp hh aw oy uw ey ao zh ay jh ng
+"""
 
 
 def test_phones_are_those_of_the_supplement_in_its_order() -> None:

@@ -1,0 +1,45 @@
+"""EMU annotation JSON: `_annot.json` of an emuDB, and the `_bndl.json` that EMU-webApp exchanges."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from phonanim.alignment import Interval, Recording, Tier
+from phonanim.readers import Source
+
+FORMAT = "EMU annotation JSON"
+
+
+def recognizes(source: Source) -> bool:
+    """Whether it is JSON with levels and a sample rate, bare or in a bundle."""
+    annotation = _annotation(source)
+    return isinstance(annotation, dict) and {"levels", "sampleRate"} <= annotation.keys()
+
+
+def read(source: Source) -> Recording:
+    """Every level of segments, with sample numbers turned into seconds."""
+    annotation = _annotation(source)
+    try:
+        rate = float(annotation["sampleRate"])
+        levels = [level for level in annotation["levels"] if level["type"] == "SEGMENT"]
+        tiers = tuple(_tier(level, rate, number) for number, level in enumerate(levels, 1))
+    except (KeyError, TypeError, ValueError, IndexError, ZeroDivisionError, AttributeError) as error:
+        raise source.error(f"is a damaged EMU annotation ({error!r}); export it again") from error
+    return Recording(tiers, 0.0, max((i.end for tier in tiers for i in tier.intervals), default=0.0))
+
+
+def _annotation(source: Source) -> Any:
+    content = source.json
+    return content.get("annotation", content) if isinstance(content, dict) else None
+
+
+def _tier(level: dict[str, Any], rate: float, number: int) -> Tier:
+    return Tier(str(level["name"]), tuple(_interval(item, rate) for item in level["items"]), number)
+
+
+def _interval(item: dict[str, Any], rate: float) -> Interval:
+    # Some writers let sampleDur reach the sample before the next segment, others that segment itself;
+    # the gap of one sample is closed with the other rounding gaps.
+    start, length = float(item["sampleStart"]), float(item["sampleDur"])
+    label = item["labels"][0]["value"] if item["labels"] else ""
+    return Interval(str(label).strip(), start / rate, (start + length) / rate)

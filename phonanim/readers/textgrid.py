@@ -1,0 +1,131 @@
+"""Praat TextGrid as text: long, short and chronological, with any spacing and comments."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from phonanim.alignment import Interval, Recording, Tier
+from phonanim.readers import Source
+
+FORMAT = "Praat TextGrid"
+
+# Praat reads free-standing numbers, quoted strings and flags, in whatever layout, and passes over all
+# else: https://www.fon.hum.uva.nl/praat/manual/TextGrid_file_formats.html. So the long form is the
+# short form with comments, and one reader serves for both.
+_TOKEN = re.compile(r'"([^"]*(?:""[^"]*)*)"|!.*|<(\w+)>|([^\s"=]+)')
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf(?:inity)?)", re.IGNORECASE)
+_CHRONOLOGICAL = "Praat chronological TextGrid text file"
+
+
+def recognizes(source: Source) -> bool:
+    """Whether the text starts as Praat starts its text files."""
+    head = source.text[:200].lstrip()
+    return (head.startswith("File type") and "ooTextFile" in head) or head.startswith(f'"{_CHRONOLOGICAL}"')
+
+
+def read(source: Source) -> Recording:
+    """Every interval tier, in file order; point tiers are passed over."""
+    tokens = _Tokens(source)
+    if (kind := tokens.string()) == _CHRONOLOGICAL:
+        return _read_chronological(tokens)
+    if not kind.startswith("ooTextFile") or (kind := tokens.string()) != "TextGrid":
+        raise source.error(f'holds a Praat object of class "{kind}", not a TextGrid; save the TextGrid alone')
+    start, end = tokens.number(), tokens.number()
+    tiers = [_read_tier(tokens, number) for number in range(1, tokens.tier_count() + 1)]
+    return Recording(tuple(tier for tier in tiers if tier), start, end)
+
+
+def _read_tier(tokens: _Tokens, number: int) -> Tier | None:
+    tokens.place = f"tier {number}"
+    kind, name = tokens.string(), tokens.string()
+    tokens.number(), tokens.number()
+    count = tokens.count()
+    intervals = []
+    for entry in range(1, count + 1):
+        tokens.place = f'tier {number} "{name}", entry {entry} of {count}'
+        start = tokens.number()
+        end = tokens.number() if kind == "IntervalTier" else start
+        intervals.append(Interval(tokens.string().strip(), start, end))
+    return Tier(name, tuple(intervals), number) if kind == "IntervalTier" else None
+
+
+def _read_chronological(tokens: _Tokens) -> Recording:
+    start, end = tokens.number(), tokens.number()
+    headers = []
+    for _ in range(tokens.count()):
+        headers.append((tokens.string(), tokens.string()))
+        tokens.number(), tokens.number()
+    entries: list[list[Interval]] = [[] for _ in headers]
+    while tokens.more():
+        number = tokens.count()
+        if not 1 <= number <= len(headers):
+            raise tokens.source.error(f"is damaged: an entry belongs to tier {number} of {len(headers)}")
+        first = tokens.number()
+        last = tokens.number() if headers[number - 1][0] == "IntervalTier" else first
+        entries[number - 1].append(Interval(tokens.string().strip(), first, last))
+    tiers = [
+        Tier(name, tuple(found), number)
+        for number, ((kind, name), found) in enumerate(zip(headers, entries, strict=True), 1)
+        if kind == "IntervalTier"
+    ]
+    return Recording(tuple(tiers), start, end)
+
+
+class _Tokens:
+    """The free-standing strings, numbers and flags of a Praat text file, in order."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.place = "header"
+        self._tokens = _scan(source.text)
+        self._next = next(self._tokens, None)
+
+    def more(self) -> bool:
+        return self._next is not None
+
+    def string(self) -> str:
+        return str(self._take(str, "a text in quotes"))
+
+    def number(self) -> float:
+        return float(self._take(float, "a number"))
+
+    def count(self) -> int:
+        value = self.number()
+        if not 0 <= value < 1e7 or value != int(value):
+            raise self._damaged(f"the count is {value:g}")
+        return int(value)
+
+    def tier_count(self) -> int:
+        """The number of tiers, which the flag <exists> precedes."""
+        flag = self._take(_Flag, "<exists>")
+        return self.count() if flag == "exists" else 0
+
+    def _take(self, kind: type, expected: str) -> str | float:
+        token = self._next
+        if token is None:
+            raise self._damaged(f"the file ends where {expected} should stand")
+        if type(token) is not kind:
+            raise self._damaged(f"{token!r} stands where {expected} should")
+        self._next = next(self._tokens, None)
+        return token
+
+    def _damaged(self, what: str) -> Exception:
+        return self.source.error(f"{self.place}: {what}; the file is cut short or damaged, save it again")
+
+
+class _Flag(str):
+    """A word in angle brackets."""
+
+    __slots__ = ()
+
+
+def _scan(text: str) -> Iterator[str | float]:
+    for match in _TOKEN.finditer(text):
+        quoted, flag, word = match.groups()
+        if quoted is not None:
+            yield quoted.replace('""', '"')
+        elif flag is not None:
+            yield _Flag(flag)
+        elif word is not None and _NUMBER.fullmatch(word):
+            yield float(word)

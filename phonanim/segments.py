@@ -1,0 +1,64 @@
+"""Segments: stretches of one phone on their way from labels to a contiguous track."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from phonanim.alignment import ROUNDING
+from phonanim.inventory import INVENTORY, SILENCE
+from phonanim.phones import PhoneTrack
+
+SILENT = INVENTORY.code(SILENCE)
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """One phone code from `start` to `end`; `releases` are the codes that it may be the closure of."""
+
+    code: int
+    start: float
+    end: float
+    label: str
+    releases: tuple[int, ...] = ()
+
+
+def filled(segments: Iterable[Segment], duration: float) -> list[Segment]:
+    """The segments with silence in the gaps, from 0 to the duration."""
+    whole: list[Segment] = []
+    time = 0.0
+    for segment in segments:
+        if segment.start > time:
+            whole.append(Segment(SILENT, time, segment.start, ""))
+        whole.append(segment)
+        time = segment.end
+    if duration - time > ROUNDING or not whole:
+        whole.append(Segment(SILENT, time, duration, ""))
+    elif time < duration:
+        whole[-1] = replace(whole[-1], end=duration)
+    return whole
+
+
+def joined(segments: Iterable[Segment]) -> list[Segment]:
+    """The segments with silences run together and closures joined to what they release into."""
+    fewer: list[Segment] = []
+    for segment in segments:
+        last = fewer[-1] if fewer else None
+        silent = last is not None and last.code == segment.code == SILENT
+        if last is not None and (silent or segment.code in last.releases):
+            label = (last.label or segment.label) if silent else f"{last.label} {segment.label}"
+            fewer[-1] = replace(segment, start=last.start, label=label)
+        else:
+            fewer.append(segment)
+    return fewer
+
+
+def to_track(segments: list[Segment]) -> PhoneTrack:
+    """The segments as arrays."""
+    return PhoneTrack(
+        codes=np.array([segment.code for segment in segments], dtype=np.uint8),
+        bounds=np.array([0.0, *(segment.end for segment in segments)]),
+        labels=tuple(segment.label for segment in segments),
+    )
