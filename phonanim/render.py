@@ -38,11 +38,11 @@ class Light:
 
 
 LIGHTS = (
-    Light((-0.45, 0.55, 0.75), (1.75, 1.62, 1.50)),
+    Light((-0.45, 0.55, 0.75), (1.45, 1.34, 1.24)),
     Light((0.85, 0.05, 0.40), (0.26, 0.32, 0.42)),
     Light((0.55, 0.45, -0.65), (0.85, 0.90, 1.00)),
 )
-SKY, GROUND = (0.30, 0.32, 0.36), (0.16, 0.11, 0.09)
+SKY, GROUND = (0.24, 0.26, 0.30), (0.12, 0.085, 0.07)
 WRAP = 0.25  # light that goes round the terminator, as it does under skin
 BACKDROP = ((0.035, 0.040, 0.050), (0.085, 0.093, 0.110))  # bottom and top, linear
 
@@ -57,7 +57,7 @@ GLOSS = {
 }
 # Crevices darken by how far they lie behind their surroundings (Luft, Colditz, Deussen 2006, "Image
 # enhancement by unsharp masking the depth buffer"): radius in metres, and how fast per metre.
-CREVICES = ((0.0035, 90.0), (0.011, 75.0))
+CREVICES = ((0.003, 130.0), (0.011, 85.0))
 
 
 def lower_face(head: Head, size: int = 200, yaw: float = 16.0) -> View:
@@ -72,10 +72,11 @@ def lower_face(head: Head, size: int = 200, yaw: float = 16.0) -> View:
 
 def whole_head(head: Head, height: int = 512, width: int = 512, yaw: float = 0.0) -> View:
     """The view of face and neck."""
-    skin = head.vertices[head.parts["skin"]]
+    crown = head.vertices[head.parts["skin"], 1].max()
     eyes = head.vertices[head.parts["eye_l"]].mean(axis=0)
-    span = 2.6 * (skin[:, 1].max() - eyes[1])
-    return View((0.0, float(eyes[1] - 0.16 * span), float(eyes[2] - 0.03)), float(span), height, width, yaw)
+    span = 2.9 * (crown - eyes[1])
+    centre = (0.0, float(crown + 0.04 * span - span / 2), float(eyes[2] - 0.05))
+    return View(centre, float(span), height, width, yaw)
 
 
 def render(vertices: NDArray[np.float64], head: Head, view: View) -> NDArray[np.uint8]:

@@ -44,14 +44,29 @@ COPYRIGHT = "CC0 1.0; base mesh: MakeHuman community (MPFB2); face units: Mika S
 MATERIALS = {
     "skin": ((0.60, 0.36, 0.26), 0.55),
     "tongue": ((0.48, 0.13, 0.13), 0.40),
-    "teeth_u": ((0.78, 0.73, 0.62), 0.25),
-    "teeth_l": ((0.78, 0.73, 0.62), 0.25),
+    "teeth_u": ((0.68, 0.62, 0.52), 0.25),
+    "teeth_l": ((0.68, 0.62, 0.52), 0.25),
     "eye_l": ((0.82, 0.80, 0.77), 0.12),
     "eye_r": ((0.82, 0.80, 0.77), 0.12),
 }
 # What the vertex colours multiply the skin by.
 LIPS = (0.72, 0.42, 0.42)
 INNER_MOUTH = (0.38, 0.12, 0.12)
+HAIR = (0.16, 0.13, 0.12)
+DEEP = (0.18, 0.12, 0.12)  # tongue and teeth as they lie in the dark
+LIT, DARK = 0.010, 0.034  # metres from the tip of the tongue, or from between the front teeth
+
+RIM = 0.5295  # metres: the height of the rim of the neck
+
+# An eyebrow in metres: its reach from the middle, its height along that, its half thickness at both ends.
+BROW_START, BROW_END, BROW_FRONT = 0.011, 0.056, 0.08
+BROW_ARC = ((0.0, 0.55, 1.0), (0.7500, 0.7560, 0.7515))
+BROW_THICKNESS = (0.0042, 0.0018)
+BROW_DENSITY = 0.8
+
+# Cropped hair grows above this height (second row) at this distance to the front (first row), in metres.
+HAIRLINE = ((-0.10, -0.02, 0.05, 0.09, 0.16), (0.70, 0.735, 0.755, 0.800, 0.815))
+HAIR_FADE, HAIR_DENSITY = 0.03, 0.85
 
 # Rings of an eye by their angle from the gaze in degrees, each with its colour relative to the white.
 # Close pairs make sharp edges: pupil to 10, iris to 28 (a human iris of 11.5 mm on a 24 mm ball).
@@ -145,7 +160,11 @@ def piece(base: BaseMesh, moves: Array, quads: Array) -> Part:
     used, corners = np.unique(quads[..., 0], return_inverse=True)
     corners = corners.reshape(-1, 4)
     triangles = corners[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
-    return Part(base.points[used] * METRES, triangles, np.ones((len(used), 3)), moves[:, used] * METRES)
+    points = base.points[used] * METRES
+    front = points[points[:, 2].argmax()] * [0, 0, 1]
+    depth = np.linalg.norm((points - front)[:, [0, 2]], axis=1, keepdims=True)
+    depth = np.clip((depth - LIT) / (DARK - LIT), 0, 1)
+    return Part(points, triangles, tinted(depth, DEEP), moves[:, used] * METRES)
 
 
 def skin(base: BaseMesh, moves: Array, masks: Path) -> Part:
@@ -155,8 +174,48 @@ def skin(base: BaseMesh, moves: Array, masks: Path) -> Part:
     part = piece(base, moves, quads)
     inside = masked(base, quads, masks / "mpfb_inside-mouth.jpg")[:, None]
     lips = masked(base, quads, masks / "mpfb_lips.jpg")[:, None] * (1 - inside)
-    colors = 1 + lips * (np.array(LIPS) - 1) + inside * (np.array(INNER_MOUTH) - 1)
-    return Part(part.points, part.triangles, colors, part.deltas)
+    hair = np.maximum(brows(part.points), scalp(part.points))[:, None]
+    colors = tinted(lips, LIPS) * tinted(inside, INNER_MOUTH) * tinted(hair, HAIR)
+    return Part(levelled(part.points, part.triangles), part.triangles, colors, part.deltas)
+
+
+def tinted(amount: Array, color: tuple[float, float, float]) -> Array:
+    """Factors that multiply a colour: one where the amount is 0, `color` where it is 1."""
+    return 1 + amount * (np.array(color) - 1)
+
+
+def brows(points: Array) -> Array:
+    """How much brow there is at each point of the skin, 0 to 1: an arc over each eye."""
+    along = (np.abs(points[:, 0]) - BROW_START) / (BROW_END - BROW_START)
+    height = np.interp(along, *BROW_ARC)
+    across = np.abs(points[:, 1] - height) / np.interp(along, [0, 1], BROW_THICKNESS)
+    inside = (along > -0.05) & (along < 1.05) & (points[:, 2] > BROW_FRONT)
+    return np.clip(1.5 - across, 0, 1) * inside * BROW_DENSITY
+
+
+def scalp(points: Array) -> Array:
+    """How much cropped hair there is at each point of the skin, 0 to 1."""
+    over = points[:, 1] - np.interp(points[:, 2], *HAIRLINE)
+    return np.clip(over / HAIR_FADE, 0, 1) * HAIR_DENSITY
+
+
+def levelled(points: Array, triangles: Array) -> Array:
+    """The open rim of the neck moved to one height, along the surface."""
+    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    edges, counts = np.unique(edges, axis=0, return_counts=True)
+    rim = np.unique(edges[counts == 1])
+    moved = points.copy()
+    for row in rim:
+        near = np.setdiff1d(edges[(edges == row).any(axis=1)], rim)
+        slope = np.mean([descent(points[row] - points[n]) for n in near], axis=0) if len(near) else 0
+        drop = points[row, 1] - RIM
+        moved[row] += [0, -drop, 0] + np.clip(slope * drop, -drop, drop)
+    return moved
+
+
+def descent(edge: Array) -> Array:
+    """How far an edge moves to the side and front per unit of descent, (3,)."""
+    return edge * [1, 0, 1] / max(-edge[1], 1e-6)
 
 
 def masked(base: BaseMesh, quads: Array, path: Path) -> Array:
