@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from phonanim.readers import Source, find_reader, open_source
+from phonanim.readers import Source, brief, find_reader, open_source
 
 MAX_DURATION = 7200.0
 """Seconds. More is a wrong unit of time or a whole session: two hours at 60 fps are 432,000 frames."""
@@ -36,7 +36,7 @@ class Tier:
     number: int = 1
 
     def __str__(self) -> str:
-        return f'{self.number} "{self.name}"'
+        return f'{self.number} "{brief(self.name)}"'
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +118,7 @@ def _checked(tier: Tier, offset: float, source: Source) -> tuple[Interval, ...]:
             continue  # says nothing about any time
         start, end = interval.start - offset, interval.end - offset
         if fault := _fault(start, end, last_end):
-            place = f'tier "{tier.name}", interval {number} "{_brief(interval.label)}"'
+            place = f'tier "{brief(tier.name)}", interval {number} "{brief(interval.label)}"'
             raise source.error(f"{place} from {interval.start:g} to {interval.end:g} s: {fault}")
         start = start if start - last_end > ROUNDING else last_end
         checked.append(Interval(interval.label, start, end))
@@ -136,9 +136,3 @@ def _fault(start: float, end: float, last_end: float) -> str:
     if end <= max(start, last_end):
         return "has no length; remove it or give it one"
     return ""
-
-
-def _brief(label: str) -> str:
-    """A label short enough for one line."""
-    flat = " ".join(label.split())
-    return flat if len(flat) <= 24 else flat[:23] + "…"

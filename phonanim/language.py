@@ -16,6 +16,7 @@ from phonanim.alignment import Alignment, Interval
 from phonanim.errors import LabelError
 from phonanim.inventory import INVENTORY, LEXICON
 from phonanim.phones import PhoneTrack
+from phonanim.readers import brief
 from phonanim.segments import SILENT, Segment, filled, joined, to_track
 
 if sys.version_info >= (3, 11):
@@ -105,7 +106,7 @@ def to_phones(
             notes.add("sound that is no phone, shown as silence", interval)
         segments += _segments(interval, sound)
     if not any(segment.code != SILENT for segment in segments):
-        notes.lines.append(f"no phone is spoken in tier {alignment.tier!r}")
+        notes.lines.append(f'no phone is spoken in tier "{brief(alignment.tier)}"')
     return to_track(joined(filled(segments, alignment.duration))), notes.all()
 
 
@@ -122,7 +123,7 @@ def load_language(name: str) -> Language:
         from difflib import get_close_matches
 
         near = ", ".join(get_close_matches(name.lower(), names, cutoff=0.0))
-        raise LabelError(f'there is no language "{name}"; nearest: {near}, or auto')
+        raise LabelError(f'there is no language "{brief(name)}"; nearest: {near}, or auto')
     table = _toml(f"languages/{name}.toml")
     fold = bool(table.get("fold", False))
     return Language(
@@ -178,7 +179,7 @@ class _Notes:
     def all(self) -> tuple[str, ...]:
         times = f"times are counted from {self.alignment.offset:g} s, where the file starts"
         found = [
-            f'"{label}" at {places[0]:.2f} s{f" and {len(places) - 1} more" * (len(places) > 1)}: {what}'
+            f'"{brief(label)}" at {places[0]:.2f} s{f" and {len(places) - 1} more" * (len(places) > 1)}: {what}'
             for (label, what), places in self._places.items()
         ]
         return (*([times] if self.alignment.offset else []), *found, *self.lines)
@@ -194,12 +195,13 @@ def _replaced(interval: Interval, language: Language, unknown: Unknown, notes: _
     """What stands for a label that the language lacks, if the caller consented to anything."""
     if unknown == "error":
         alignment = notes.alignment
-        place = f'{alignment.source}: tier "{alignment.tier}", {interval.start + alignment.offset:.3f} s'
+        place = (
+            f'{alignment.source}: tier "{brief(alignment.tier)}", {interval.start + alignment.offset:.3f} s'
+        )
         near = ", ".join(language.nearest(interval.label))
         mend = "choose another --language, or --unknown nearest or silence"
-        raise LabelError(
-            f'{place}: no phone "{interval.label}" in language {language.name} (nearest: {near}); {mend}'
-        )
+        what = f'no phone "{brief(interval.label)}" in language {language.name} (nearest: {near})'
+        raise LabelError(f"{place}: {what}; {mend}")
     if unknown == "silence":
         notes.add(f"unknown in language {language.name}, shown as silence", interval)
         return _SILENT

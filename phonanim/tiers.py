@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from phonanim.alignment import Recording, Tier
-from phonanim.readers import Source
+from phonanim.readers import Source, brief
 
 # Best first: a file may hold MAU (what was said) beside a broader `segments`.
 PHONE_NAMES = (
@@ -48,9 +48,9 @@ def _wanted(tiers: Iterable[Tier], wanted: str, source: Source) -> Tier:
     found = exact or [tier for tier in tiers if tier.name.strip().lower() == wanted.strip().lower()]
     found = found or [tier for tier in tiers if str(tier.number) == wanted.strip()]
     if not found:
-        raise source.error(f'has no interval tier "{wanted}"; there are {_listing(tiers)}')
+        raise source.error(f'has no interval tier "{brief(wanted)}"; there are {_listing(tiers)}')
     if len(found) > 1:
-        raise source.error(f'has {len(found)} tiers "{wanted}"; choose by number: {_listing(found)}')
+        raise source.error(f'has {len(found)} tiers "{brief(wanted)}"; choose by number: {_listing(found)}')
     return found[0]
 
 

@@ -21,6 +21,10 @@ MAX_BYTES = 64 << 20
 """Largest file that is read: two hours of speech are about 10 MB; more is another kind of file."""
 
 
+MAX_QUOTE = 40
+"""Most characters that a message quotes from a file."""
+
+
 class Reader(Protocol):
     """What a module of this folder offers."""
 
@@ -60,6 +64,12 @@ class Source:
     def error(self, what: str) -> AlignmentError:
         """An error that names this file."""
         return AlignmentError(f"{self.name}: {what}")
+
+
+def brief(text: str) -> str:
+    """What a file says, fit to be quoted in one line: short and printable."""
+    flat = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    return flat if len(flat) <= MAX_QUOTE else flat[: MAX_QUOTE - 1] + "…"
 
 
 def open_source(path: Path) -> Source:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from phonanim.alignment import Interval, Recording, Tier
-from phonanim.readers import Source
+from phonanim.readers import Source, brief
 
 FORMAT = "Praat TextGrid"
 
@@ -30,7 +30,9 @@ def read(source: Source) -> Recording:
     if (kind := tokens.string()) == _CHRONOLOGICAL:
         return _read_chronological(tokens)
     if not kind.startswith("ooTextFile") or (kind := tokens.string()) != "TextGrid":
-        raise source.error(f'holds a Praat object of class "{kind}", not a TextGrid; save the TextGrid alone')
+        raise source.error(
+            f'holds a Praat object of class "{brief(kind)}", not a TextGrid; save the TextGrid alone'
+        )
     start, end = tokens.number(), tokens.number()
     tiers = [_read_tier(tokens, number) for number in range(1, tokens.tier_count() + 1)]
     return Recording(tuple(tier for tier in tiers if tier), start, end)
@@ -43,7 +45,7 @@ def _read_tier(tokens: _Tokens, number: int) -> Tier | None:
     count = tokens.count()
     intervals = []
     for entry in range(1, count + 1):
-        tokens.place = f'tier {number} "{name}", entry {entry} of {count}'
+        tokens.place = f'tier {number} "{brief(name)}", entry {entry} of {count}'
         start = tokens.number()
         end = tokens.number() if kind == "IntervalTier" else start
         intervals.append(Interval(tokens.string().strip(), start, end))
@@ -106,7 +108,7 @@ class _Tokens:
         if token is None:
             raise self._damaged(f"the file ends where {expected} should stand")
         if type(token) is not kind:
-            raise self._damaged(f"{token!r} stands where {expected} should")
+            raise self._damaged(f'"{brief(str(token))}" stands where {expected} should')
         self._next = next(self._tokens, None)
         return token
 

@@ -1,0 +1,157 @@
+"""Labels become phones of the inventory; every label is taken, noted, or refused by name."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from phonanim.alignment import Alignment, Interval
+from phonanim.errors import LabelError
+from phonanim.inventory import INVENTORY
+from phonanim.language import choose_language, language_names, load_language, to_phones
+
+STEP = 0.125
+
+
+def alignment(labels: str | list[str], **more: float) -> Alignment:
+    """Labels of an eighth of a second each; "~" leaves a gap."""
+    labels = labels.split() if isinstance(labels, str) else labels
+    intervals = [Interval(label, STEP * n, STEP * (n + 1)) for n, label in enumerate(labels) if label != "~"]
+    return Alignment(tuple(intervals), STEP * len(labels), "phones", "a.TextGrid", **more)
+
+
+def phones(labels: str | list[str], language: str = "auto") -> str:
+    track, _ = to_phones(alignment(labels), language)
+    return " ".join(INVENTORY.phones[code] for code in track.codes)
+
+
+@pytest.mark.parametrize(
+    ("labels", "language", "expected"),
+    [
+        ("B IY1 M", "english", "b iy m"),
+        ("b iy m", "english", "b iy m"),
+        ("AX0 IX AXR UX AX-H", "english", "ah ih er uw ah"),
+        ("EL EM EN ENG NX DX HV Q", "english", "l m n ng n d hh hh"),
+        ("HH_B AH0_I L_I OW1_E", "english", "hh ah l ow"),
+        ("IA EA", "english", "ih ah eh ah"),
+        ("aj ɔj ɫ̩ pʰ tʃ d̪ iː ɹ", "english_mfa", "ay oy l p ch d iy r"),
+        ("ɟʝ β ð ʎ tʃ r", "spanish_mfa", "y v dh y ch d"),
+        ("y: Y 2: 9 OY aI 6 pf ts C x R", "german", "uw uh ow ao oy ay ah p f t s y k g"),
+    ],
+)
+def test_labels_of_each_language(labels: str, language: str, expected: str) -> None:
+    assert phones(labels, language) == expected
+
+
+@pytest.mark.parametrize(
+    ("labels", "expected"),
+    [
+        ("pcl p iy", "p iy"),
+        ("bcl b", "b"),
+        ("tcl ch dcl jh", "ch jh"),
+        ("tcl s", "t s"),
+        ("bcl ~ b", "b sil b"),
+        ("b b", "b b"),
+        ("h# bcl m epi pau", "sil b m sil"),
+    ],
+)
+def test_closures_join_their_release(labels: str, expected: str) -> None:
+    assert phones(labels, "english") == expected
+
+
+@pytest.mark.parametrize(
+    "label",
+    ["", " ", "sil", "SIL", "sp", "pau", "<eps>", "[SIL]", "<p:>", "&p:", "h#", "#", "<s>", "{B_TRANS}"],
+)
+@pytest.mark.parametrize("language", language_names())
+def test_silences_are_shared_and_run_together(label: str, language: str) -> None:
+    track, notes = to_phones(alignment(["a" if language != "english" else "aa", label, "~", "sil"]), language)
+    assert track.codes.tolist()[1:] == [0]
+    assert track.bounds.tolist() == [0, STEP, 4 * STEP]
+    assert notes == ()
+
+
+@pytest.mark.parametrize("label", ["spn", "<unk>", "noise", "{LG}", "[noise]", "<usb>"])
+def test_noise_is_silent_but_noted(label: str) -> None:
+    track, notes = to_phones(alignment(["B", label, "IY", label, label]))
+    assert track.codes.tolist() == INVENTORY.codes(["b", "sil", "iy", "sil"]).tolist()
+    assert notes == (f'"{label}" at 0.12 s and 2 more: sound that is no phone, shown as silence',)
+
+
+def test_labels_stay_with_their_segments() -> None:
+    track, _ = to_phones(alignment("~ bcl b IA sil ~"), "english")
+    assert track.labels == ("", "bcl b", "IA", "IA", "sil")
+    assert track.bounds.tolist() == [0, 0.125, 0.375, 0.4375, 0.5, 0.75]
+
+
+def test_an_unknown_label_is_named_with_its_place() -> None:
+    text = r'a.TextGrid: tier "phones", 0.125 s: no phone "QQ" in language english \(nearest: q, .*\); choose'
+    with pytest.raises(LabelError, match=text):
+        to_phones(alignment("B QQ"), "english")
+
+
+def test_an_unknown_label_is_replaced_by_consent_and_noted() -> None:
+    track, notes = to_phones(alignment("B SHH QQ"), "english", unknown="nearest")
+    assert [INVENTORY.phones[c] for c in track.codes] == ["b", "sh", "hh"]
+    assert notes[0] == '"SHH" at 0.12 s: unknown in language english, shown as "sh"'
+    track, notes = to_phones(alignment("B QQ"), "english", unknown="silence")
+    assert [INVENTORY.phones[c] for c in track.codes] == ["b", "sil"]
+    assert notes == ('"QQ" at 0.12 s: unknown in language english, shown as silence',)
+
+
+def test_times_in_messages_are_those_of_the_file() -> None:
+    with pytest.raises(LabelError, match=r"100.125 s"):
+        to_phones(alignment("B QQ", offset=100.0), "english")
+    _, notes = to_phones(alignment("B spn", offset=100.0))
+    assert notes[0] == "times are counted from 100 s, where the file starts"
+    assert '"spn" at 100.12 s' in notes[1]
+
+
+def test_silence_alone_is_noted() -> None:
+    track, notes = to_phones(alignment("~ ~"))
+    assert track.codes.tolist() == [0]
+    assert notes == ('no phone is spoken in tier "phones"',)
+
+
+def test_an_unknown_language_suggests_the_nearest() -> None:
+    with pytest.raises(LabelError, match=r'there is no language "englsh"; nearest: english, .*or auto'):
+        load_language("englsh")
+
+
+@pytest.mark.parametrize(
+    ("labels", "language"),
+    [("B IY1 M", "english"), ("b iː m", "english_mfa"), ("ɟʝ o β", "spanish_mfa"), ("9 n t", "german")],
+)
+def test_auto_goes_by_the_labels(labels: str, language: str) -> None:
+    assert choose_language(labels.split()).name == language
+
+
+@pytest.mark.parametrize("name", language_names())
+def test_language_files_keep_the_contract(name: str) -> None:
+    language = load_language(name)
+    assert language.title
+    assert language.alphabet in {"ARPAbet", "IPA", "SAMPA"}
+    for label, sound in language.sounds.items():
+        assert sound.codes, label
+        assert language.resolve(label) == sound, label
+    # Every language can show lips that close, a spread and a rounded vowel, and silence.
+    shown = {code for sound in language.sounds.values() for code in sound.codes}
+    assert {INVENTORY.code(phone) for phone in ("p", "b", "m", "f", "iy", "uw")} <= shown
+
+
+LABELS = st.lists(
+    st.sampled_from(["B", "IY1", "bcl", "tcl", "t", "", "sil", "spn", "~", "IA", "OY2"]), min_size=1
+)
+
+
+@given(LABELS)
+def test_tracks_are_contiguous_and_whole(labels: list[str]) -> None:
+    track, _ = to_phones(alignment(labels), "english")
+    assert track.bounds[0] == 0
+    assert track.bounds[-1] == pytest.approx(STEP * len(labels))
+    assert (np.diff(track.bounds) > 0).all()
+    assert len(track.codes) == len(track.labels) == len(track.bounds) - 1
+    silent = track.codes == 0
+    assert not (silent[1:] & silent[:-1]).any()
