@@ -209,7 +209,7 @@ def levelled(points: Array, triangles: Array) -> Array:
         near = np.setdiff1d(edges[(edges == row).any(axis=1)], rim)
         slope = np.mean([descent(points[row] - points[n]) for n in near], axis=0) if len(near) else 0
         drop = points[row, 1] - RIM
-        moved[row] += [0, -drop, 0] + np.clip(slope * drop, -drop, drop)
+        moved[row] += np.clip(slope * drop, -drop, drop) - [0, drop, 0]
     return moved
 
 

@@ -1,0 +1,81 @@
+"""JSON: the curves by name, for scripts and the web."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from phonanim.alignment import Interval
+from phonanim.animation import Animation
+from phonanim.errors import OutputError
+from phonanim.files import write_text
+
+SUFFIX = ".json"
+SUMMARY = "JSON: a list of values per channel, phones, words, provenance"
+FORMAT = "phonanim animation 1"
+DIGITS = 6  # a millionth of full weight; finer than float32 at 1 is not seen by any rig
+
+
+def write(animation: Animation, path: Path) -> None:
+    """Write one object; see docs/output.md for its keys. Raises OutputError."""
+    write_text(path, json.dumps(document(animation), ensure_ascii=False, separators=(",", ":")) + "\n")
+
+
+def read(path: Path) -> Animation:
+    """Read an animation back. Raises OutputError when the file is none of ours."""
+    try:
+        tree = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise OutputError(f"{path}: cannot be read as JSON: {error}") from error
+    return from_document(tree, path)
+
+
+def document(animation: Animation) -> dict[str, Any]:
+    """The animation as plain values."""
+    curves = np.round(np.asarray(animation.values, np.float64), DIGITS).T.tolist()
+    return {
+        "format": FORMAT,
+        "rig": animation.rig,
+        "fps": animation.fps,
+        "start": animation.start,
+        "frames": len(animation.values),
+        "audio": animation.audio.name if animation.audio else None,
+        "phones": spans(animation.phones),
+        "words": spans(animation.words),
+        "provenance": animation.provenance,
+        "curves": dict(zip(animation.channels, curves, strict=True)),
+    }
+
+
+def spans(intervals: tuple[Interval, ...]) -> list[list[Any]]:
+    """Intervals as [label, start, end]."""
+    return [[interval.label, interval.start, interval.end] for interval in intervals]
+
+
+def intervals(items: list[list[Any]]) -> tuple[Interval, ...]:
+    """The inverse of `spans`."""
+    return tuple(Interval(str(label), float(start), float(end)) for label, start, end in items)
+
+
+def from_document(tree: Any, path: Path) -> Animation:
+    """The inverse of `document`; the audio is looked for beside `path`."""
+    try:
+        if tree["format"] != FORMAT:
+            raise ValueError(f"its format is {tree['format']!r}, not {FORMAT!r}")
+        curves = [np.asarray(curve, np.float32) for curve in tree["curves"].values()]
+        return Animation(
+            values=np.stack(curves, axis=1) if curves else np.zeros((tree["frames"], 0), np.float32),
+            channels=tuple(tree["curves"]),
+            fps=float(tree["fps"]),
+            rig=str(tree["rig"]),
+            start=float(tree["start"]),
+            phones=intervals(tree["phones"]),
+            words=intervals(tree["words"]),
+            audio=path.parent / tree["audio"] if tree["audio"] else None,
+            provenance=dict(tree["provenance"]),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise OutputError(f"{path}: is no animation written by phonanim: {error}") from error

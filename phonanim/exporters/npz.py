@@ -1,0 +1,59 @@
+"""NumPy archive: every curve at full precision, and all that made it."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.animation import Animation
+from phonanim.errors import OutputError
+from phonanim.exporters.json import document, from_document
+from phonanim.files import atomic_path
+
+SUFFIX = ".npz"
+SUMMARY = "NumPy archive: `values` (frames, channels), `channels`, `fps`, phones, words, provenance"
+EPOCH = (1980, 1, 1, 0, 0, 0)  # the same input gives the same bytes on any day
+
+
+def write(animation: Animation, path: Path) -> None:
+    """Write `values` (frames, channels) float32, `channels`, `fps`, `start`, `times`, and `about` as JSON.
+
+    Raises OutputError when the destination cannot be written.
+    """
+    arrays = {
+        "values": np.asarray(animation.values, np.float32),
+        "channels": np.array(animation.channels, dtype=np.str_),
+        "fps": np.float64(animation.fps),
+        "start": np.float64(animation.start),
+        "times": animation.times,
+        "about": np.array(json.dumps({k: v for k, v in document(animation).items() if k != "curves"})),
+    }
+    save_arrays(path, arrays)
+
+
+def read(path: Path) -> Animation:
+    """Read an animation back. Raises OutputError when the file is none of ours."""
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            about = json.loads(str(archive["about"]))
+            values, channels = archive["values"], archive["channels"]
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        raise OutputError(f"{path}: is no animation written by phonanim: {error}") from error
+    return from_document({**about, "curves": dict(zip(channels.tolist(), values.T, strict=True))}, path)
+
+
+def save_arrays(path: Path, arrays: dict[str, NDArray[Any] | np.generic]) -> None:
+    """Like numpy.savez_compressed, but the same arrays give the same bytes."""
+    with atomic_path(path) as partial, zipfile.ZipFile(partial, "w") as archive:
+        for name, array in arrays.items():
+            stream = io.BytesIO()
+            np.lib.format.write_array(stream, np.asanyarray(array), allow_pickle=False)
+            entry = zipfile.ZipInfo(f"{name}.npy", EPOCH)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(entry, stream.getvalue())
