@@ -5,14 +5,19 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from phonanim import __version__, contacts, regressors
 from phonanim.alignment import read_alignment
 from phonanim.animation import Animation
 from phonanim.catalog import DEFAULT_MODEL, find_model
+from phonanim.face import FaceModel
 from phonanim.files import content_hash
-from phonanim.language import load_language, to_phones
+from phonanim.language import to_phones
+from phonanim.phones import PhoneTrack
 from phonanim.rates import frame_count
 from phonanim.rig import load_rig
 from phonanim.rig.retarget import retarget
@@ -32,30 +37,45 @@ class Options:
     fps: float = 60.0
     language: str = "auto"
     tier: str | None = None
-    unknown: str = "error"
+    unknown: Literal["error", "nearest", "silence"] = "error"
     contacts: bool = True
-    retarget: str = "auto"
+    retarget: Literal["auto", "poses", "direct"] = "auto"
     intensity: float = 1.0
     jaw: float = 1.0
     lips: float = 1.0
 
 
+@dataclass(frozen=True, slots=True)
+class Performance:
+    """An animation with what it was made from: the phones, and the face's modes (frames, modes)."""
+
+    animation: Animation
+    track: PhoneTrack
+    notes: tuple[str, ...]
+    modes: NDArray[np.float32]
+    face: FaceModel
+
+
 def animate(path: Path, options: Options = Options(), audio: Path | None = None) -> Animation:
-    """Read an alignment and move a rig: each step is one module.
+    """Read an alignment and move a rig. Raises the PhonanimError of the step that fails.
 
     The frames lie at n / fps seconds, from 0 to the end of the alignment. Labels that had to be replaced
-    (`options.unknown`) are told in `provenance["notes"]`. Raises the PhonanimError of the step that fails.
+    (`options.unknown`) are told in `provenance["notes"]`.
     """
+    return perform(path, options, audio).animation
+
+
+def perform(path: Path, options: Options = Options(), audio: Path | None = None) -> Performance:
+    """The same, with the steps in between: each is one module."""
     model, rig = load_model(options.model), load_cached_rig(options.rig)
     alignment = read_alignment(path, options.tier)
-    language = load_language(options.language)
-    track, notes = to_phones(alignment, language, options.unknown)
+    track, notes = to_phones(alignment, options.language, options.unknown)
     modes = model.predict(track, options.fps, frame_count(track.duration, options.fps))
     if options.contacts:
         modes = contacts.close(modes, track, model.face, options.fps)
     values = retarget(modes, model.face, rig, options.retarget)
     values = dial(values, rig, options.intensity, options.jaw, options.lips)
-    return Animation(
+    animation = Animation(
         values=values,
         channels=rig.controls,
         fps=options.fps,
@@ -65,6 +85,7 @@ def animate(path: Path, options: Options = Options(), audio: Path | None = None)
         audio=audio,
         provenance=_provenance(path, options, notes),
     )
+    return Performance(animation, track, notes, modes, model.face)
 
 
 @lru_cache(maxsize=8)
@@ -77,7 +98,8 @@ load_cached_rig = lru_cache(maxsize=64)(load_rig)
 
 
 @lru_cache(maxsize=8)
-def _model_hash(name: str) -> str:
+def model_hash(name: str) -> str:
+    """A hash of everything in a model's folder."""
     return content_hash(find_model(name))
 
 
@@ -86,7 +108,7 @@ def _provenance(path: Path, options: Options, notes: tuple[str, ...]) -> dict[st
         "tool": f"phonanim {__version__}",
         "input": path.name,
         "input_sha256": content_hash(path),
-        "model_sha256": _model_hash(options.model),
+        "model_sha256": model_hash(options.model),
         "options": asdict(options),
         "notes": list(notes),
     }

@@ -35,6 +35,11 @@ class Talk:
         elif text:
             click.echo(text)
 
+    def event(self, name: str, **facts: object) -> None:
+        """One line of JSON on stdout, for a supervisor that asked for it."""
+        if self.json:
+            click.echo(json.dumps({"event": name, **facts}, ensure_ascii=False, default=str))
+
     @contextmanager
     def progress(self, label: str) -> Iterator[Callable[[float], None]]:
         """A function to call with the part done, 0 to 1; slow work draws a bar on stderr."""

@@ -1,0 +1,151 @@
+"""`phonanim batch`: many alignments to animation files, restartable."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from phonanim.commands import Talk, talk_options
+from phonanim.commands._options import animation_options
+
+if TYPE_CHECKING:
+    from phonanim.animate import Options
+    from phonanim.dubbing.lines import Lines
+    from phonanim.dubbing.make import Result
+    from phonanim.dubbing.run import Engine
+
+SOME_FAILED = 1
+
+
+@click.command()
+@click.argument("source")
+@click.option(
+    "-o", "--output", "folder", required=True, type=click.Path(path_type=Path), help="Output folder."
+)
+@click.option(
+    "--format", "formats", multiple=True, default=["csv"], show_default=True, help="csv, glb, npz, json."
+)
+@animation_options
+@click.option(
+    "--workers", type=click.IntRange(1, 512), help="Processes; as many as there are cores otherwise."
+)
+@click.option(
+    "--engine",
+    type=click.Choice(["processes", "dask"]),
+    default="processes",
+    show_default=True,
+    help="Processes of this machine, or a dask cluster.",
+)
+@click.option("--scheduler", help="Address of the dask scheduler, such as tcp://10.0.0.1:8786.")
+@click.option("--dry-run", is_flag=True, help="Say what would be made, and write nothing.")
+@talk_options
+def command(
+    source: str,
+    folder: Path,
+    formats: tuple[str, ...],
+    options: Options,
+    workers: int | None,
+    engine: str,
+    scheduler: str | None,
+    dry_run: bool,
+    talk: Talk,
+) -> int:
+    """Animate many lines: a folder, a pattern in quotes, or a table.
+
+    A table (.csv .tsv .jsonl) has a column `alignment` and may have id, audio, language, rig, model, tier,
+    fps, unknown, intensity, jaw, lips, output. A line that was made from the same things is kept; a line
+    that fails does not stop the others, and makes the exit code 1. The output folder also gets
+    report.html, report.json, summary.txt and ledger.jsonl. With --json every line is an event on stdout.
+
+    \b
+    Examples:
+      phonanim batch lines/ -o curves/ --format csv --rig arkit
+      phonanim batch 'takes/**/*.TextGrid' -o out/ --format glb --format npz --workers 4
+      phonanim batch script.csv -o out/ --dry-run
+    """
+    from phonanim.dubbing.lines import read_lines
+    from phonanim.dubbing.report import headline, totals_of
+    from phonanim.dubbing.run import run
+
+    formats = tuple(dict.fromkeys(name.lower().lstrip(".") for name in formats))
+    check(formats, options)
+    lines = read_lines(source, options)
+    if dry_run:
+        return rehearse(lines, folder, formats, talk)
+    started = time.monotonic()
+    with talk.progress(source) as progress:
+        tell = teller(len(lines.lines), talk, progress)
+        outcomes = run(lines, folder, formats, choose(engine, scheduler, workers), tell)
+    totals = totals_of(outcomes)
+    talk.event(
+        "end", **totals, wall_seconds=round(time.monotonic() - started, 3), report=folder / "report.html"
+    )
+    talk.say(headline(totals))
+    talk.say(f"read {folder / 'report.html'}; it has the worst lines first")
+    return SOME_FAILED if totals["failed"] else 0
+
+
+def check(formats: tuple[str, ...], options: Options) -> None:
+    """Raise at once what would fail every line: an unknown format, model or rig."""
+    from phonanim.animate import load_cached_rig, load_model
+    from phonanim.exporters import find_exporter
+
+    for name in formats:
+        find_exporter(Path(f"line.{name}"))
+    load_model(options.model)
+    load_cached_rig(options.rig)
+
+
+def choose(engine: str, scheduler: str | None, workers: int | None) -> Engine:
+    """The engine that the options ask for. Raises OptionError."""
+    from phonanim.errors import OptionError
+
+    if engine == "processes":
+        from phonanim.dubbing import processes
+
+        return partial(processes.run_jobs, workers=workers or processes.cores())
+    if not scheduler:
+        raise OptionError("--engine dask needs the address of a running cluster: --scheduler tcp://HOST:8786")
+    from phonanim.dubbing import cluster
+
+    return partial(cluster.run_jobs, scheduler=scheduler)
+
+
+def teller(count: int, talk: Talk, progress: Callable[[float], None]) -> Callable[[Result], None]:
+    """What is said of each line as it ends."""
+    done = 0
+
+    def tell(result: Result) -> None:
+        nonlocal done
+        done += 1
+        progress(done / count)
+        outcome = result.outcome
+        status = "failed" if not outcome.done else "made" if result.made else "kept"
+        talk.event("line", id=outcome.id, status=status, error=outcome.error, done=done, lines=count)
+        if not outcome.done:
+            talk.say(f"{outcome.id}: {outcome.error}")
+
+    return tell
+
+
+def rehearse(lines: Lines, folder: Path, formats: tuple[str, ...], talk: Talk) -> int:
+    """Say what a run would do with each line."""
+    from phonanim.dubbing.run import needed
+
+    plan = dict(needed(lines, folder, formats))
+    for id, what in plan.items():
+        talk.event("line", id=id, would=what)
+        talk.say(f"{what}  {id}")
+    for fault in lines.faults:
+        talk.event("line", id=fault.id, would="fail", error=fault.message)
+        talk.say(f"fail  {fault.id}: {fault.place}: {fault.message}")
+    kinds = list(plan.values())
+    talk.say(
+        f"{kinds.count('make')} to make, {kinds.count('keep')} to keep, {len(lines.faults)} that are no lines"
+    )
+    return SOME_FAILED if lines.faults else 0

@@ -1,0 +1,154 @@
+"""What may be wrong with a line that was animated: each check is one function and gives at most one flag."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.animate import Performance
+from phonanim.audio import duration, read_audio
+from phonanim.errors import AudioError, MissingExtraError
+from phonanim.face import lip_aperture
+from phonanim.inventory import INVENTORY
+from phonanim.phones import PhoneTrack
+
+OPEN_MM = 1.0  # a gap between the lips that is seen as open
+FASTEST = 22.0  # phones in a second; fluent speech has 10 to 16
+WINDOW = 1.0  # seconds over which the rate is taken
+LENGTH_TOLERANCE = 0.15  # seconds between the ends of recording and alignment
+STEP = 0.01  # seconds, for the loudness of the recording
+MARGIN = 5  # steps beside a boundary that do not count: nobody sets them that exactly
+CONTRAST_DB = 20.0  # less between loud and soft, and the recording cannot tell silence from speech
+MISPLACED = 0.3  # seconds of sound in silence, or of silence in speech, that are worth a look
+
+
+@dataclass(frozen=True, slots=True)
+class Flag:
+    """One thing to look at; `severity` is 0 to 1 and sorts the report."""
+
+    check: str
+    severity: float
+    text: str
+
+
+def facts_of(performance: Performance, audio: Path | None) -> dict[str, Any]:
+    """What the report says of a line: its size and its flags, the worst first."""
+    flags = [flag for check in CHECKS if (flag := check(performance, audio))]
+    flags.sort(key=lambda flag: -flag.severity)
+    return {
+        "frames": len(performance.animation.values),
+        "seconds": round(performance.track.duration, 6),
+        "phones": int(np.count_nonzero(performance.track.codes)),
+        "flags": [asdict(flag) for flag in flags],
+    }
+
+
+def replaced_labels(performance: Performance, audio: Path | None) -> Flag | None:
+    """Labels that were not taken as written."""
+    notes = performance.notes
+    return Flag("labels", _severity(len(notes), 5), "; ".join(notes)) if notes else None
+
+
+def missed_closures(performance: Performance, audio: Path | None) -> Flag | None:
+    """The p, b and m in which no frame shows closed lips."""
+    track, animation = performance.track, performance.animation
+    numbers = np.flatnonzero(np.isin(track.codes, INVENTORY.codes(["p", "b", "m"])))
+    if len(numbers) == 0:
+        return None
+    segments = track.segment_at(animation.times)
+    frames = np.flatnonzero(np.isin(segments, numbers))
+    gaps = np.full(len(track.codes), np.inf)
+    shapes = performance.face.instance(performance.modes[frames])
+    np.minimum.at(gaps, segments[frames], lip_aperture(shapes, performance.face))
+    missed = numbers[(gaps[numbers] > OPEN_MM)]
+    if len(missed) == 0:
+        return None
+    first = track.bounds[missed[0]]
+    text = f"{len(missed)} of {len(numbers)} p b m show no closed lips, the first at {first:.2f} s"
+    return Flag("closures", _severity(len(missed), len(numbers)), text)
+
+
+def fast_speech(performance: Performance, audio: Path | None) -> Flag | None:
+    """More phones in a second than anybody speaks: often an alignment that failed."""
+    track = performance.track
+    onsets = track.bounds[:-1][track.codes != 0]
+    if len(onsets) == 0:
+        return None
+    counts = np.searchsorted(onsets, onsets + WINDOW) - np.arange(len(onsets))
+    worst = int(np.argmax(counts))
+    rate = counts[worst] / WINDOW
+    if rate <= FASTEST:
+        return None
+    text = f"{rate:.0f} phones in the second after {onsets[worst]:.2f} s; check the alignment"
+    return Flag("speed", _severity(rate - FASTEST, FASTEST), text)
+
+
+def other_length(performance: Performance, audio: Path | None) -> Flag | None:
+    """A recording that is longer or shorter than its alignment."""
+    if audio is None:
+        return None
+    try:
+        seconds = duration(audio)
+    except (AudioError, MissingExtraError) as error:
+        return Flag("length", 0.1, str(error))
+    off = seconds - performance.track.duration
+    if abs(off) <= LENGTH_TOLERANCE:
+        return None
+    text = f"the recording has {seconds:.2f} s, the alignment {performance.track.duration:.2f} s"
+    return Flag("length", _severity(abs(off), 1.0), text)
+
+
+def misplaced_silence(performance: Performance, audio: Path | None) -> Flag | None:
+    """Sound where the alignment has silence, or silence where it has phones."""
+    levels = _levels(audio) if audio else None
+    if levels is None:
+        return None
+    soft, loud = np.percentile(levels, [10, 95])
+    if loud - soft < CONTRAST_DB:
+        return None
+    middle = (soft + loud) / 2
+    silent, spoken = _certain(performance.track, len(levels))
+    noise = STEP * np.count_nonzero(levels[silent] > middle)
+    quiet = STEP * np.count_nonzero(levels[spoken] < soft + 3.0)
+    if max(noise, quiet) <= MISPLACED:
+        return None
+    text = f"{noise:.2f} s of sound in silence, {quiet:.2f} s of silence in speech; check the alignment"
+    return Flag("silence", _severity(noise + quiet, 0.5 * performance.track.duration), text)
+
+
+CHECKS: tuple[Callable[[Performance, Path | None], Flag | None], ...] = (
+    replaced_labels,
+    missed_closures,
+    fast_speech,
+    other_length,
+    misplaced_silence,
+)
+
+
+def _severity(count: float, most: float) -> float:
+    return round(min(count / most, 1.0), 3)
+
+
+def _levels(audio: Path) -> NDArray[np.float64] | None:
+    """Loudness of each 10 ms in decibels; None when the recording cannot be read here."""
+    try:
+        samples, rate = read_audio(audio)
+    except (AudioError, MissingExtraError):
+        return None
+    length = round(rate * STEP)
+    frames = samples[: len(samples) // length * length].reshape(-1, length).astype(np.float64)
+    return 10 * np.log10((frames**2).mean(axis=1) + 1e-10) if len(frames) else None
+
+
+def _certain(track: PhoneTrack, steps: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which steps are silent and which are spoken, those near a boundary left out, (steps,) each."""
+    times = (np.arange(steps) + 0.5) * STEP
+    silent = (track.sample(times) == 0).astype(int)
+    count = np.convolve(silent, np.ones(2 * MARGIN + 1, int), mode="same")
+    inside = times < track.duration
+    return inside & (count == 2 * MARGIN + 1), inside & (count == 0)

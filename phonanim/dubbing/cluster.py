@@ -1,0 +1,53 @@
+"""Workers of a dask.distributed cluster that is already running; they must share the file system."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from phonanim.dubbing.ledger import Outcome
+from phonanim.dubbing.make import Job, Result, make
+from phonanim.errors import MissingExtraError, OptionError
+
+RETRIES = 2
+PATIENCE = "10s"  # to find the scheduler
+
+
+def run_jobs(jobs: Iterable[Job], scheduler: str) -> Iterator[Result]:
+    """Make every job on the cluster at `scheduler`, and give the results as they come.
+
+    A line whose worker dies is tried again elsewhere; when the scheduler goes away, the lines that are
+    left fail with that reason. Raises OptionError when there is no scheduler, MissingExtraError.
+    """
+    try:
+        from distributed import Client, as_completed
+    except ImportError as error:
+        raise MissingExtraError("--engine dask needs pip install 'phonanim[batch]'") from error
+    try:
+        client = Client(scheduler, timeout=PATIENCE)
+    except (OSError, ValueError) as error:
+        raise OptionError(
+            f"no dask scheduler answers at {scheduler} ({error}); start one, or correct it"
+        ) from error
+    with client:
+        left = {
+            future: job for job in jobs for future in [client.submit(make, job, retries=RETRIES, pure=False)]
+        }
+        yield from _collect(as_completed(left, raise_errors=False), left)
+        for job in left.values():
+            yield _failed(job, "the scheduler went away; run again to go on")
+
+
+def _collect(finished: Iterable[Any], left: dict[Any, Job]) -> Iterator[Result]:
+    for future in finished:
+        if future.status == "cancelled":
+            return
+        job = left.pop(future)
+        error = future.exception() if future.status == "error" else None
+        yield _failed(job, f"the cluster gave it up: {error}") if error else future.result()
+        future.release()
+
+
+def _failed(job: Job, why: str) -> Result:
+    line = job.line
+    return Result(Outcome(line.id, line.place, error=f"{line.alignment}: {why}"), made=True)

@@ -1,0 +1,85 @@
+"""Make one line: the work of a worker."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+from phonanim import __version__
+from phonanim.animate import model_hash, perform, rig_hash
+from phonanim.dubbing.checks import facts_of
+from phonanim.dubbing.ledger import Outcome
+from phonanim.dubbing.lines import Line
+from phonanim.errors import PhonanimError
+from phonanim.exporters import save
+from phonanim.files import content_hash
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """A line to make: where to, in which formats, and what the ledger knows of it."""
+
+    line: Line
+    folder: Path
+    formats: tuple[str, ...]
+    known: Outcome | None
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """The outcome, and whether the outputs had to be made."""
+
+    outcome: Outcome
+    made: bool
+
+
+def make(job: Job) -> Result:
+    """Animate a line and write its outputs, unless they are there already, made from the same things."""
+    line = job.line
+    try:
+        key = key_of(line, job.formats)
+        if job.known and is_current(job.known, key, job.folder):
+            return Result(replace(job.known, place=line.place), made=False)
+        return Result(_made(job, key), made=True)
+    except PhonanimError as error:
+        return Result(Outcome(line.id, line.place, error=str(error)), made=True)
+    except OSError as error:
+        message = f"{error.filename or line.alignment}: {error.strerror or error}"
+        return Result(Outcome(line.id, line.place, error=message), made=True)
+
+
+def key_of(line: Line, formats: tuple[str, ...]) -> str:
+    """A hash of everything that the outputs depend on: contents, options, model, rig, version, names."""
+    parts = {
+        "alignment": [line.alignment.name, content_hash(line.alignment)],
+        "audio": [str(line.audio), content_hash(line.audio)] if line.audio else None,
+        "options": asdict(line.options),
+        "model": model_hash(line.options.model),
+        "rig": rig_hash(line.options.rig),
+        "version": __version__,
+        "outputs": [str(line.output), *formats],
+    }
+    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+
+
+def is_current(known: Outcome, key: str, folder: Path) -> bool:
+    """Whether the outputs in the ledger were made from the same things and are there unchanged."""
+    if not known.done or known.key != key:
+        return False
+    files = {folder / name: digest for name, digest in known.outputs.items()}
+    return all(path.is_file() and content_hash(path) == digest for path, digest in files.items())
+
+
+def _made(job: Job, key: str) -> Outcome:
+    line = job.line
+    performance = perform(line.alignment, line.options, line.audio)
+    outputs = {}
+    for suffix in job.formats:
+        name = f"{line.output}.{suffix}"
+        path = job.folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        save(performance.animation, path)
+        outputs[name] = content_hash(path)
+    return Outcome(line.id, line.place, key, outputs, facts_of(performance, line.audio))

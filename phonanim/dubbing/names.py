@@ -1,0 +1,46 @@
+"""Output names that every file system takes, from the ids of lines."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import unicodedata
+from pathlib import PurePosixPath
+
+from phonanim.errors import OptionError
+
+FORBIDDEN = re.compile(r'[<>:"|?*\x00-\x1f\x7f]')  # by NTFS, exFAT or SMB
+RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)  # device names on Windows
+LONGEST = 180  # bytes of a file name: 255 less room for a suffix and the name of an unfinished file
+
+
+def safe_name(id: str) -> PurePosixPath:
+    """The output path of a line, relative and without suffix; slashes in the id make folders.
+
+    A part that had to be changed ends in six hex digits of its hash, so that two ids never become one
+    name. Raises OptionError for an id that is empty or leads out of the output folder.
+    """
+    parts = id.replace("\\", "/").split("/")
+    if not id.strip():
+        raise OptionError("the id is empty; give every line an id")
+    if ".." in parts or not parts[0] or re.match(r"[A-Za-z]:", parts[0]):
+        raise OptionError(f"the id {id!r} leads out of the output folder; use a relative path")
+    kept = [_safe_part(part) for part in parts if part not in ("", ".")]
+    if not kept:
+        raise OptionError(f"the id {id!r} names no file; give every line an id")
+    return PurePosixPath(*kept)
+
+
+def same_file(name: PurePosixPath) -> str:
+    """What two names share when some file system takes them for one: case and composition are folded."""
+    return unicodedata.normalize("NFC", str(name)).casefold()
+
+
+def _safe_part(part: str) -> str:
+    safe = FORBIDDEN.sub("_", unicodedata.normalize("NFC", part)).rstrip(". ").lstrip(" ")
+    if not safe or RESERVED.fullmatch(safe) or safe.startswith("."):
+        safe = "_" + safe
+    cut = safe.encode()[:LONGEST].decode(errors="ignore")
+    if cut == part:
+        return part
+    return f"{cut}-{hashlib.sha256(part.encode()).hexdigest()[:6]}"

@@ -1,0 +1,109 @@
+"""Worker processes on this machine: each takes a job, makes it, and sends the result back."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from typing import Any
+
+from phonanim.dubbing.ledger import Outcome
+from phonanim.dubbing.make import Job, Result, make
+
+TRIES = 2  # a job whose worker dies goes to a second one: the first may have been killed from outside
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+@dataclass(slots=True)
+class Worker:
+    """A process, the pipe to it, and what it is at."""
+
+    process: Any
+    pipe: Connection
+    job: Job
+    tries: int
+
+
+def cores() -> int:
+    """How many processes this machine runs at once."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def run_jobs(jobs: Iterable[Job], workers: int) -> Iterator[Result]:
+    """Make every job, in as many processes as said, and give the results as they come."""
+    for name in THREADS:  # lines are made side by side, so each needs one thread only
+        os.environ.setdefault(name, "1")
+    waiting = iter(jobs)
+    team = [_start(job, 1) for job, _ in zip(waiting, range(workers), strict=False)]
+    try:
+        while team:
+            for pipe in wait([worker.pipe for worker in team]):
+                worker = next(worker for worker in team if worker.pipe is pipe)
+                yield from _collect(worker, team, waiting)
+    finally:
+        for worker in team:
+            worker.pipe.close()  # the end of its pipe is the end of a worker
+            worker.process.join()
+
+
+def _collect(worker: Worker, team: list[Worker], waiting: Iterator[Job]) -> Iterator[Result]:
+    """Take a worker's result and give it the next job; one that died is replaced."""
+    try:
+        result = worker.pipe.recv()
+    except (EOFError, OSError):
+        yield from _bury(worker, team, waiting)
+        return
+    yield result
+    job = next(waiting, None)
+    if job is None:
+        _dismiss(worker, team)
+    else:
+        worker.job, worker.tries = job, 1
+        with suppress(OSError):  # it died between two jobs: the next wait shows that
+            worker.pipe.send(job)
+
+
+def _bury(worker: Worker, team: list[Worker], waiting: Iterator[Job]) -> Iterator[Result]:
+    """Let another worker try the job of one that died; when that dies too, the line has failed."""
+    _dismiss(worker, team)
+    if worker.tries < TRIES:
+        team.append(_start(worker.job, worker.tries + 1))
+        return
+    line = worker.job.line
+    died = f"{TRIES} workers died on this line, the last with exit code {worker.process.exitcode}"
+    mend = "free some memory, or look at the line"
+    yield Result(Outcome(line.id, line.place, error=f"{line.alignment}: {died}; {mend}"), made=True)
+    job = next(waiting, None)
+    if job is not None:
+        team.append(_start(job, 1))
+
+
+def _dismiss(worker: Worker, team: list[Worker]) -> None:
+    team.remove(worker)
+    worker.pipe.close()
+    worker.process.join()
+
+
+def _start(job: Job, tries: int) -> Worker:
+    """A new process at work on `job`; a fresh interpreter, which holds no end of another's pipe."""
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=_serve, args=(theirs,), daemon=True)
+    process.start()
+    theirs.close()
+    ours.send(job)
+    return Worker(process, ours, job, tries)
+
+
+def _serve(pipe: Connection) -> None:
+    """The life of a worker: jobs until the pipe ends, which it also does when its parent is killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    with suppress(EOFError, OSError):
+        while True:
+            pipe.send(make(pipe.recv()))

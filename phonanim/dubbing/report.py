@@ -1,0 +1,124 @@
+"""What a run has to say: report.json for machines, summary.txt and report.html for people."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from phonanim import __version__
+from phonanim.dubbing.ledger import Outcome
+from phonanim.files import write_text
+
+WORST = 20  # lines in the summary
+
+STYLE = """
+body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 70rem; padding: 0 1rem; }
+table { border-collapse: collapse; width: 100%; }
+th, td { text-align: left; padding: .35rem .6rem; border-bottom: 1px solid #ddd; vertical-align: top; }
+td.number { text-align: right; font-variant-numeric: tabular-nums; }
+tr.failed td:first-child { border-left: 4px solid #c0392b; }
+tr.flagged td:first-child { border-left: 4px solid #e0a030; }
+tr.good td:first-child { border-left: 4px solid #4a9a5a; }
+@media (prefers-color-scheme: dark) { body { background: #181818; color: #ddd; } th, td { border-color: #444; } }
+"""
+
+
+def write_reports(folder: Path, outcomes: Sequence[Outcome], remarks: Sequence[str]) -> None:
+    """Write report.json, summary.txt and report.html: the same for the same outcomes, whenever made."""
+    ordered = worst_first(outcomes)
+    totals = totals_of(ordered)
+    document = {
+        "tool": f"phonanim {__version__}",
+        "totals": totals,
+        "remarks": list(remarks),
+        "lines": [asdict(outcome) for outcome in ordered],
+    }
+    write_text(folder / "report.json", json.dumps(document, indent=1, ensure_ascii=False) + "\n")
+    write_text(folder / "summary.txt", summary(totals, ordered, remarks))
+    write_text(folder / "report.html", page(totals, ordered, remarks))
+
+
+def worst_first(outcomes: Iterable[Outcome]) -> list[Outcome]:
+    """Failed lines, then flagged ones by the sum of their severities, then the rest; by id where equal."""
+    return sorted(outcomes, key=lambda outcome: (outcome.done, -_badness(outcome), outcome.id))
+
+
+def totals_of(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """Counts over a run: lines, those made, failed and flagged, seconds, frames, flags by check."""
+    done = [outcome for outcome in outcomes if outcome.done]
+    flags = Counter(flag["check"] for outcome in done for flag in outcome.facts["flags"])
+    return {
+        "lines": len(outcomes),
+        "done": len(done),
+        "failed": len(outcomes) - len(done),
+        "flagged": sum(bool(outcome.facts["flags"]) for outcome in done),
+        "seconds": round(sum(outcome.facts["seconds"] for outcome in done), 3),
+        "frames": sum(outcome.facts["frames"] for outcome in done),
+        "flags": dict(sorted(flags.items())),
+    }
+
+
+def headline(totals: dict[str, Any]) -> str:
+    """The totals in one line."""
+    flags = ", ".join(f"{name} {count}" for name, count in totals["flags"].items())
+    return (
+        f"{totals['lines']} lines: {totals['done']} done ({totals['seconds'] / 60:.1f} min, "
+        f"{totals['frames']} frames), {totals['failed']} failed, {totals['flagged']} flagged"
+        + (f" ({flags})" if flags else "")
+    )
+
+
+def summary(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Sequence[str]) -> str:
+    """The run as plain text: the totals, remarks, and the worst lines."""
+    bad = [outcome for outcome in ordered if _trouble(outcome)]
+    lines = [headline(totals), *remarks, *(f"{outcome.id}: {_trouble(outcome)}" for outcome in bad[:WORST])]
+    if len(bad) > WORST:
+        lines.append(f"... and {len(bad) - WORST} more: see report.html")
+    return "\n".join(lines) + "\n"
+
+
+def page(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Sequence[str]) -> str:
+    """The run as one HTML page without scripts, the worst lines first."""
+    rows = "\n".join(map(_row, ordered))
+    notes = "".join(f"<p>{html.escape(remark)}</p>\n" for remark in remarks)
+    return f"""<!doctype html>
+<html lang="en">
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width">
+<title>phonanim batch</title>
+<style>{STYLE}</style>
+<h1>phonanim batch</h1>
+<p>{html.escape(headline(totals))}</p>
+{notes}<table>
+<tr><th>line</th><th>seconds</th><th>what to look at</th><th>from</th></tr>
+{rows}
+</table>
+</html>
+"""
+
+
+def _row(outcome: Outcome) -> str:
+    kind = "failed" if not outcome.done else "flagged" if outcome.facts["flags"] else "good"
+    seconds = f"{outcome.facts['seconds']:.2f}" if outcome.done else ""
+    cells = [
+        f"<td>{html.escape(outcome.id)}</td>",
+        f'<td class="number">{seconds}</td>',
+        f"<td>{html.escape(_trouble(outcome))}</td>",
+        f"<td>{html.escape(outcome.place)}</td>",
+    ]
+    return f'<tr class="{kind}">{"".join(cells)}</tr>'
+
+
+def _trouble(outcome: Outcome) -> str:
+    if not outcome.done:
+        return f"failed: {outcome.error}"
+    return "; ".join(f"{flag['check']}: {flag['text']}" for flag in outcome.facts["flags"])
+
+
+def _badness(outcome: Outcome) -> float:
+    return sum(flag["severity"] for flag in outcome.facts.get("flags", ()))

@@ -1,0 +1,78 @@
+"""A run: every line of a source made once, remembered, and reported."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+
+from phonanim.dubbing.ledger import Outcome, append, appending, locked, read_ledger, write_ledger
+from phonanim.dubbing.lines import Lines
+from phonanim.dubbing.make import Job, Result, is_current, key_of
+from phonanim.dubbing.report import write_reports
+from phonanim.errors import OutputError, PhonanimError
+from phonanim.files import PARTIAL
+
+Engine = Callable[[Iterable[Job]], Iterator[Result]]
+
+
+def run(
+    lines: Lines,
+    folder: Path,
+    formats: tuple[str, ...],
+    engine: Engine,
+    tell: Callable[[Result], None] = lambda result: None,
+) -> list[Outcome]:
+    """Make every line into `folder`, and give the outcomes in the order of the lines, faults last.
+
+    `tell` hears of each line as it ends. The folder gets the outputs, ledger.jsonl, report.json,
+    report.html and summary.txt. Raises OutputError when the folder cannot be written.
+    """
+    make_folder(folder)
+    with locked(folder):
+        sweep_all(folder)
+        known = read_ledger(folder)
+        found: dict[str, Outcome] = {}
+        with appending(folder) as ledger:
+            for result in engine(jobs_of(lines, folder, formats, known)):
+                found[result.outcome.id] = result.outcome
+                if result.made:
+                    append(ledger, result.outcome)
+                tell(result)
+        outcomes = [found[line.id] for line in lines.lines] + faults_of(lines)
+        write_ledger(folder, sorted((known | found).values(), key=lambda outcome: outcome.id))
+        write_reports(folder, outcomes, lines.remarks)
+    return outcomes
+
+
+def jobs_of(lines: Lines, folder: Path, formats: tuple[str, ...], known: dict[str, Outcome]) -> Iterator[Job]:
+    """A job for each line, with what the ledger knows of it."""
+    return (Job(line, folder, formats, known.get(line.id)) for line in lines.lines)
+
+
+def faults_of(lines: Lines) -> list[Outcome]:
+    """The rows that are no lines, as outcomes."""
+    return [Outcome(fault.id, fault.place, error=f"{fault.place}: {fault.message}") for fault in lines.faults]
+
+
+def needed(lines: Lines, folder: Path, formats: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+    """What a run would do with each line: (id, "make" | "keep" | why it would fail); nothing is written."""
+    for job in jobs_of(lines, folder, formats, read_ledger(folder)):
+        try:
+            kept = job.known and is_current(job.known, key_of(job.line, formats), folder)
+            yield job.line.id, "keep" if kept else "make"
+        except PhonanimError as error:
+            yield job.line.id, str(error)
+
+
+def make_folder(folder: Path) -> None:
+    """Make the output folder and those above it. Raises OutputError."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be made: {error.strerror}") from error
+
+
+def sweep_all(folder: Path) -> None:
+    """Remove the unfinished files that a killed run left, in every folder of the output."""
+    for leftover in folder.rglob(f".*{PARTIAL}*"):
+        leftover.unlink(missing_ok=True)

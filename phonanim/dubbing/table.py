@@ -1,0 +1,140 @@
+"""Tables of lines: CSV, TSV or JSON Lines, with columns matched forgivingly."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from phonanim.errors import OptionError
+
+SUFFIXES = (".csv", ".tsv", ".jsonl", ".ndjson")
+
+# Every column, and what else people call it; case, blanks and punctuation do not count.
+COLUMNS: dict[str, tuple[str, ...]] = {
+    "id": ("line", "lineid", "key", "name", "utterance", "utteranceid", "uttid", "stringid", "vo", "voiceid"),
+    "alignment": ("textgrid", "grid", "alignmentfile", "alignmentpath", "phones", "labels", "align"),
+    "audio": ("wav", "sound", "recording", "audiofile", "audiopath", "voice", "voicefile", "media"),
+    "language": ("lang", "locale", "alphabet"),
+    "rig": ("character", "char", "rigname", "face", "head"),
+    "model": ("modelname",),
+    "tier": ("phonetier",),
+    "fps": ("framerate", "rate", "framespersecond"),
+    "unknown": ("unknownlabels",),
+    "intensity": ("strength",),
+    "jaw": (),
+    "lips": (),
+    "output": ("out", "outputpath", "outputname", "target", "destination"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One row: where it stands, and its cells by canonical column; empty cells are left out."""
+
+    place: str
+    cells: dict[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """The rows of a file, and the columns that mean nothing here."""
+
+    rows: tuple[Row, ...]
+    unused: tuple[str, ...]
+
+
+def read_table(path: Path) -> Table:
+    """Read a table of lines. Raises OptionError naming the missing column or the damaged row."""
+    records = list(_records(path))
+    if not records:
+        raise OptionError(f"{path}: holds no line; give it a header and one row a line")
+    headers = list(dict.fromkeys(header for _, record in records for header in record))
+    columns = {header: _canonical(header) for header in headers}
+    _check(path, columns)
+    rows = tuple(Row(f"{path.name} row {number}", _cells(record, columns)) for number, record in records)
+    return Table(rows, tuple(header for header, column in columns.items() if column is None))
+
+
+def _records(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Row number as an editor or a spreadsheet shows it (from 1, the header included), and the row."""
+    text = _text(path)
+    if path.suffix.lower() in (".jsonl", ".ndjson"):
+        yield from _json_records(path, text)
+        return
+    delimiter = "\t" if path.suffix.lower() == ".tsv" else _delimiter(text)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
+    header: list[str] = []
+    try:
+        for row in reader:
+            if header and any(cell.strip() for cell in row):
+                yield reader.line_num, dict(zip(header, row, strict=False))
+            header = header or [cell.strip() for cell in row if cell.strip()]
+    except csv.Error as error:
+        raise OptionError(f"{path} row {reader.line_num}: is no row of a table ({error})") from error
+
+
+def _json_records(path: Path, text: str) -> Iterator[tuple[int, dict[str, Any]]]:
+    for number, line in enumerate(text.splitlines(), start=1):
+        if not line.strip():
+            continue
+        try:
+            record = json.loads(line)
+        except ValueError as error:
+            raise OptionError(
+                f"{path} row {number}: is not JSON ({error}); write one object a line"
+            ) from error
+        if not isinstance(record, dict):
+            raise OptionError(f"{path} row {number}: is no JSON object; write one object a line")
+        yield number, record
+
+
+def _text(path: Path) -> str:
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise OptionError(f"{path}: cannot be read: {error.strerror}") from error
+    encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    try:
+        return data.decode(encoding)
+    except UnicodeDecodeError as error:
+        raise OptionError(f"{path}: is not UTF-8 text (byte {error.start}); save it as UTF-8") from error
+
+
+def _delimiter(text: str) -> str:
+    """Comma, semicolon or tab: whichever the header has most of."""
+    header = text.lstrip().split("\n", 1)[0]
+    return max(",;\t", key=header.count)
+
+
+def _canonical(header: str) -> str | None:
+    plain = re.sub(r"[\W_]+", "", header.lower())
+    for column, others in COLUMNS.items():
+        if plain == column or plain in others:
+            return column
+    return None
+
+
+def _check(path: Path, columns: dict[str, str | None]) -> None:
+    known = [column for column in columns.values() if column]
+    if "alignment" not in known:
+        near = get_close_matches("alignment", list(columns), n=1, cutoff=0.5)
+        hint = f"; is it {near[0]!r}?" if near else ""
+        raise OptionError(f"{path}: has no column 'alignment', only {', '.join(map(repr, columns))}{hint}")
+    for column in known:
+        if known.count(column) > 1:
+            twice = [header for header, name in columns.items() if name == column]
+            raise OptionError(
+                f"{path}: the columns {' and '.join(map(repr, twice))} both mean {column!r}; drop one"
+            )
+
+
+def _cells(record: dict[str, Any], columns: dict[str, str | None]) -> dict[str, str]:
+    named = {columns[header]: str(value).strip() for header, value in record.items() if value is not None}
+    return {column: value for column, value in named.items() if column and value}
