@@ -1,0 +1,75 @@
+"""Files to write: one module per suffix, named after it with `_` for the dots within (`metahuman_csv`).
+
+Each module has `SUMMARY`, one line for people, and `write(animation, path, **options)`; where the format
+can be read back, `read(path) -> Animation`. A name that begins with `_` is a helper.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from phonanim.animation import Animation
+from phonanim.errors import OutputError
+
+
+@cache
+def suffixes() -> tuple[str, ...]:
+    """Every suffix that can be written, sorted."""
+    stems = (path.stem for path in Path(__file__).parent.glob("[!_]*.py"))
+    return tuple(sorted("." + stem.replace("_", ".") for stem in stems))
+
+
+def find_exporter(path: Path) -> ModuleType:
+    """The module for the longest suffix that a name ends with. Raises OutputError when none fits."""
+    name = path.name.lower()
+    known = [suffix for suffix in suffixes() if name.endswith(suffix) and name != suffix]
+    if not known:
+        raise OutputError(
+            f"{path}: no format has this suffix; end the name with one of {' '.join(suffixes())}"
+        )
+    return _module(max(known, key=len))
+
+
+def formats() -> dict[str, str]:
+    """What each suffix holds, one line each."""
+    return {suffix: str(_module(suffix).SUMMARY) for suffix in suffixes()}
+
+
+def save(animation: Animation, path: Path, **options: object) -> None:
+    """Write an animation in the format of the path's suffix.
+
+    Options are those of the format's `write`. Raises OutputError when the format is unknown, the
+    destination cannot be written, or the animation holds no frames or values that are not finite.
+    """
+    exporter = find_exporter(path)
+    _check(animation, path)
+    exporter.write(animation, path, **options)
+
+
+def load(path: Path) -> Animation:
+    """Read an animation from a file. Raises OutputError when its format cannot be read back."""
+    exporter = find_exporter(path)
+    if not hasattr(exporter, "read"):
+        readable = " ".join(suffix for suffix in suffixes() if hasattr(_module(suffix), "read"))
+        raise OutputError(f"{path}: this format can only be written; those that can be read are {readable}")
+    animation: Animation = exporter.read(path)
+    return animation
+
+
+def _module(suffix: str) -> ModuleType:
+    return import_module("phonanim.exporters." + suffix[1:].replace(".", "_"))
+
+
+def _check(animation: Animation, path: Path) -> None:
+    values = np.asarray(animation.values)
+    if values.size == 0:
+        raise OutputError(f"{path}: the animation has no frames or no channels, so there is nothing to write")
+    if not np.isfinite(values).all():
+        frame, channel = np.argwhere(~np.isfinite(values))[0]
+        name, time = animation.channels[channel], animation.times[frame]
+        raise OutputError(f"{path}: {name} is not a finite number at {time:.3f} s; mend the curve first")

@@ -13,7 +13,6 @@ from phonanim.animation import Animation
 from phonanim.errors import OutputError
 from phonanim.files import write_text
 
-SUFFIX = ".json"
 SUMMARY = "JSON: a list of values per channel, phones, words, provenance"
 FORMAT = "phonanim animation 1"
 DIGITS = 6  # a millionth of full weight; finer than float32 at 1 is not seen by any rig

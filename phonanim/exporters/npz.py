@@ -16,7 +16,6 @@ from phonanim.errors import OutputError
 from phonanim.exporters.json import document, from_document
 from phonanim.files import atomic_path
 
-SUFFIX = ".npz"
 SUMMARY = "NumPy archive: `values` (frames, channels), `channels`, `fps`, phones, words, provenance"
 EPOCH = (1980, 1, 1, 0, 0, 0)  # the same input gives the same bytes on any day
 

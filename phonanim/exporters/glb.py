@@ -1,0 +1,149 @@
+"""Binary glTF: a head, or a character of the user's own, with the animation added to it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.animation import Animation
+from phonanim.errors import OutputError, RigError
+from phonanim.exporters.csv import rate_of
+from phonanim.exporters.json import intervals, spans
+from phonanim.files import atomic_path
+from phonanim.glb import Glb, glb_bytes, read_glb
+from phonanim.head import SHIPPED
+from phonanim.morphs import Morphs, find_morphs
+
+SUMMARY = "glTF binary: the shipped head, or your own character, speaking"
+FLOAT = 5126
+
+
+def write(animation: Animation, path: Path, character: Path = SHIPPED) -> None:
+    """Add the animation to a GLB or VRM file; all else in it stays, byte for byte.
+
+    `character` has morph targets or VRM expressions with the names of the channels. Raises RigError when
+    the character cannot be used, OutputError when the destination cannot be written.
+    """
+    glb = read_glb(character)
+    with atomic_path(path) as partial:
+        partial.write_bytes(spliced(glb, animation, path.name.split(".")[0]))
+
+
+def spliced(glb: Glb, animation: Animation, name: str) -> bytes:
+    """The bytes of a character's file with one animation more."""
+    tracks = [(morphs, morphs.weights(animation)) for morphs in find_morphs(glb)]
+    tracks = [(morphs, weights) for morphs, weights in tracks if weights.any() or morphs.covers(animation)]
+    if not tracks:
+        shown = ", ".join(animation.channels[:4])
+        raise RigError(f"{glb.source}: none of its morph targets is named like {shown} ...; choose its --rig")
+    binary = Appended(glb)
+    times = animation.times - min(0.0, animation.start)  # glTF has no time before zero
+    clock = binary.accessor(times.astype("<f4"), bounds=True)
+    samplers = [
+        {"input": clock, "output": binary.accessor(weights.astype("<f4").ravel())} for _, weights in tracks
+    ]
+    channels = [
+        {"sampler": number, "target": {"node": morphs.node, "path": "weights"}}
+        for number, (morphs, _) in enumerate(tracks)
+    ]
+    extras = {
+        "fps": animation.fps,
+        "start": animation.start,
+        "rig": animation.rig,
+        "phones": spans(animation.phones),
+        "words": spans(animation.words),
+        "audio": animation.audio.name if animation.audio else None,
+        "provenance": animation.provenance,
+    }
+    added = {"name": name, "samplers": samplers, "channels": channels, "extras": extras}
+    return binary.file({"animations": [*glb.tree.get("animations", []), added]})
+
+
+class Appended:
+    """A character's file with more data at the end of its binary chunk."""
+
+    def __init__(self, glb: Glb) -> None:
+        self.glb = glb
+        self.pieces = [glb.binary, b"\0" * (-len(glb.binary) % 4)]
+        self.views: list[dict[str, Any]] = []
+        self.accessors: list[dict[str, Any]] = []
+
+    def accessor(self, values: NDArray[np.float32], bounds: bool = False) -> int:
+        """Append scalars, (n,), and return the number of their accessor."""
+        offset = sum(map(len, self.pieces))
+        self.pieces.append(values.tobytes())
+        view = len(self.glb.tree.get("bufferViews", [])) + len(self.views)
+        self.views.append({"buffer": 0, "byteOffset": offset, "byteLength": values.nbytes})
+        limits = {"min": [float(values.min())], "max": [float(values.max())]} if bounds else {}
+        spec = {"bufferView": view, "componentType": FLOAT, "count": len(values), "type": "SCALAR", **limits}
+        self.accessors.append(spec)
+        return len(self.glb.tree.get("accessors", [])) + len(self.accessors) - 1
+
+    def file(self, changes: dict[str, Any]) -> bytes:
+        """The bytes of the whole file, with these top-level entries of its JSON changed as well."""
+        tree = {**self.glb.tree, **changes}
+        tree["bufferViews"] = [*tree.get("bufferViews", []), *self.views]
+        tree["accessors"] = [*tree.get("accessors", []), *self.accessors]
+        first, *others = tree.get("buffers") or [{}]
+        tree["buffers"] = [{**first, "byteLength": sum(map(len, self.pieces))}, *others]
+        return glb_bytes(tree, self.pieces)
+
+
+def read(path: Path) -> Animation:
+    """Read the last animation that moves morph targets, by their names.
+
+    Keys that lie on no regular grid are interpolated onto one. Raises RigError when the file is damaged,
+    OutputError when it has no such animation.
+    """
+    glb = read_glb(path)
+    morphs = {found.node: found for found in find_morphs(glb)}
+    for entry in reversed(glb.tree.get("animations", [])):
+        tracks = [c for c in entry["channels"] if c["target"]["path"] == "weights"]
+        tracks = [c for c in tracks if c["target"].get("node") in morphs]
+        if tracks:
+            return _animation(glb, entry, tracks, morphs, path)
+    raise OutputError(f"{path}: has no animation of morph targets with names; export it with its shape keys")
+
+
+def _animation(
+    glb: Glb, entry: dict[str, Any], tracks: list[dict[str, Any]], morphs: dict[int, Morphs], path: Path
+) -> Animation:
+    extras = entry.get("extras", {}) if isinstance(entry.get("extras", {}), dict) else {}
+    clock = glb.accessor(entry["samplers"][tracks[0]["sampler"]]["input"])[:, 0].astype(float)
+    if len(clock) < 2 and "fps" not in extras:
+        raise OutputError(f"{path}: its animation has one key alone, so there is no motion to read")
+    fps = float(extras["fps"]) if "fps" in extras else rate_of(clock)
+    grid = clock[0] + np.arange(round((clock[-1] - clock[0]) * fps) + 1) / fps
+    curves: dict[str, NDArray[np.float64]] = {}
+    for track in tracks:
+        names = morphs[track["target"]["node"]].names
+        curves |= dict(
+            zip(names, _sampled(glb, entry["samplers"][track["sampler"]], len(names), grid), strict=True)
+        )
+    return Animation(
+        values=np.stack(list(curves.values()), axis=1).astype(np.float32),
+        channels=tuple(curves),
+        fps=fps,
+        rig=str(extras.get("rig", "arkit")),
+        start=float(extras.get("start", clock[0])),
+        phones=intervals(extras.get("phones", [])),
+        words=intervals(extras.get("words", [])),
+        audio=path.parent / extras["audio"] if extras.get("audio") else None,
+        provenance=dict(extras.get("provenance", {})),
+    )
+
+
+def _sampled(glb: Glb, sampler: dict[str, Any], count: int, grid: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(targets, frames): keys on a grid, by the sampler's own interpolation (cubic ones at their keys)."""
+    keys = glb.accessor(sampler["input"])[:, 0].astype(float)
+    values = glb.accessor(sampler["output"]).astype(float).reshape(len(keys), -1, count)
+    values = values[:, values.shape[1] // 2]  # CUBICSPLINE has tangents on both sides of each value
+    if sampler.get("interpolation") == "STEP":
+        held = np.clip(np.searchsorted(keys, grid + 1e-6, side="right") - 1, 0, len(keys) - 1)
+        return np.asarray(values[held].T)
+    if len(keys) == len(grid) and np.allclose(keys, grid, atol=1e-4):
+        return np.asarray(values.T)
+    return np.array([np.interp(grid, keys, curve) for curve in values.T])

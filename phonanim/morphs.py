@@ -1,0 +1,136 @@
+"""Which morph targets of a character's file a channel moves, by their names or by VRM expressions."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.animation import Animation
+from phonanim.errors import RigError
+from phonanim.glb import Glb
+
+SIDES = {"l": "left", "r": "right"}
+# VRM 0.x calls the five vowels by their letters.
+VRM0_NAMES = {
+    "a": "aa",
+    "i": "ih",
+    "u": "ou",
+    "e": "ee",
+    "o": "oh",
+    "blink_l": "blinkLeft",
+    "blink_r": "blinkRight",
+}
+
+
+@dataclass(frozen=True)
+class Morphs:
+    """The morph targets of one node of the file `source`: their names, and the channels that move them.
+
+    `binds` maps an expression to pairs of target and weight, for characters that group their targets.
+    """
+
+    source: str
+    node: int
+    names: tuple[str, ...]
+    binds: dict[str, list[tuple[int, float]]] = field(default_factory=dict)
+
+    def moved(self, channels: tuple[str, ...]) -> list[tuple[int, int, float]]:
+        """(channel, target, weight) for every target that some channel moves.
+
+        Raises RigError when a channel could mean two targets.
+        """
+        return [
+            (column, target, weight)
+            for column, channel in enumerate(channels)
+            for target, weight in self.binds.get(channel) or self._named(channel)
+        ]
+
+    def weights(self, animation: Animation) -> NDArray[np.float64]:
+        """Weights of every target, (frames, targets); what no channel moves stays at zero."""
+        weights = np.zeros((len(animation.values), len(self.names)))
+        for column, target, weight in self.moved(animation.channels):
+            weights[:, target] += weight * animation.values[:, column]
+        return weights
+
+    @cached_property
+    def _by_name(self) -> dict[str, list[int]]:
+        places: dict[str, list[int]] = {}
+        for number, name in enumerate(self.names):
+            places.setdefault(plain(name), []).append(number)
+        return places
+
+    def _named(self, channel: str) -> list[tuple[int, float]]:
+        """The target of a channel's own name, or of one that reads the same."""
+        alike = self._by_name.get(plain(channel), [])
+        exact = [i for i in alike if self.names[i] == channel]
+        found = exact or alike
+        if len(found) > 1:
+            names = " and ".join(repr(self.names[i]) for i in found[:2])
+            raise RigError(
+                f"{self.source}: the channel {channel} fits two morph targets, {names}; rename one"
+            )
+        return [(i, 1.0) for i in found]
+
+
+def plain(name: str) -> str:
+    """A name without what programs add to it: `head.jawOpen`, `JawOpen` and `jaw_open` are one.
+
+    A side at the end is spelt out, so that `eyeBlink_L` is `eyeBlinkLeft`.
+    """
+    last = name.rsplit(".", 1)[-1]
+    side = re.fullmatch(r"(.+[a-z])_?([LR])|(.+)_([lr])", last)
+    if side:
+        stem, letter = (side[1], side[2]) if side[1] else (side[3], side[4])
+        last = stem + SIDES[letter.lower()]
+    return re.sub(r"[\s_]", "", last).lower()
+
+
+def find_morphs(glb: Glb) -> list[Morphs]:
+    """Every node whose mesh has morph targets. Raises RigError when there is none."""
+    meshes = glb.tree.get("meshes", [])
+    nodes = [(i, n["mesh"]) for i, n in enumerate(glb.tree.get("nodes", [])) if "mesh" in n]
+    nodes = [(node, mesh) for node, mesh in nodes if meshes[mesh]["primitives"][0].get("targets")]
+    if not nodes:
+        raise RigError(f"{glb.source}: has no morph targets; export the character with its shape keys")
+    binds = _expressions(glb.tree)
+    return [Morphs(glb.source, node, target_names(meshes[mesh]), binds.get(node, {})) for node, mesh in nodes]
+
+
+def target_names(mesh: dict[str, Any]) -> tuple[str, ...]:
+    """The names of a mesh's targets, "" for those that have none."""
+    first = mesh["primitives"][0]
+    listed = next(
+        (e["targetNames"] for s in (mesh, first) if "targetNames" in (e := s.get("extras") or {})), []
+    )
+    return (*map(str, listed), *[""] * len(first["targets"]))[: len(first["targets"])]
+
+
+def _expressions(tree: dict[str, Any]) -> dict[int, dict[str, list[tuple[int, float]]]]:
+    """VRM expressions by node: which targets each moves, and how far at full weight."""
+    found: dict[int, dict[str, list[tuple[int, float]]]] = {}
+    extensions = tree.get("extensions", {})
+    for name, expression in _vrm1(extensions.get("VRMC_vrm", {})):
+        for bind in expression.get("morphTargetBinds", []):
+            targets = found.setdefault(bind["node"], {}).setdefault(name, [])
+            targets.append((bind["index"], float(bind.get("weight", 1.0))))
+    by_mesh: dict[int, list[int]] = {}
+    for node, entry in enumerate(tree.get("nodes", [])):
+        by_mesh.setdefault(entry.get("mesh", -1), []).append(node)
+    for group in extensions.get("VRM", {}).get("blendShapeMaster", {}).get("blendShapeGroups", []):
+        preset = str(group.get("presetName", "unknown"))
+        name = VRM0_NAMES.get(preset, group.get("name", "") if preset == "unknown" else preset)
+        for bind in group.get("binds", []):
+            for node in by_mesh.get(bind["mesh"], []):
+                targets = found.setdefault(node, {}).setdefault(name, [])
+                targets.append((bind["index"], float(bind.get("weight", 100.0)) / 100))
+    return found
+
+
+def _vrm1(extension: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
+    expressions = extension.get("expressions", {})
+    return [*expressions.get("preset", {}).items(), *expressions.get("custom", {}).items()]
