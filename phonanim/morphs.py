@@ -104,7 +104,7 @@ def find_morphs(glb: Glb) -> list[Morphs]:
 def target_names(mesh: dict[str, Any]) -> tuple[str, ...]:
     """The names of a mesh's targets, "" for those that have none."""
     first = mesh["primitives"][0]
-    listed = next(
+    listed: list[str] = next(
         (e["targetNames"] for s in (mesh, first) if "targetNames" in (e := s.get("extras") or {})), []
     )
     return (*map(str, listed), *[""] * len(first["targets"]))[: len(first["targets"])]

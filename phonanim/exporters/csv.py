@@ -24,9 +24,10 @@ USUAL_RATES = (24000 / 1001, 24.0, 25.0, 30000 / 1001, 30.0, 48.0, 50.0, 60000 /
 RATE_TOLERANCE = 5e-4  # timecodes are written to a thousandth of a frame
 
 
-def write(animation: Animation, path: Path) -> None:
+def write(animation: Animation, path: Path, timecode: str | None = None) -> None:
     """Write one row per frame; controls that the rig lacks are zero, controls that ARKit lacks are left out.
 
+    `timecode` is that of time zero; else the one that the animation was read with, or 00:00:00:00.
     Raises OutputError when the rig has no ARKit control, or the destination cannot be written.
     """
     names = columns()
@@ -38,11 +39,11 @@ def write(animation: Animation, path: Path) -> None:
     for column, name in enumerate(names):
         if name in animation.channels:
             values[:, column] = animation.channel(name)
-    lines = [",".join((*LEAD, *map(_capital, names)))]
+    origin = parse_timecode(timecode or animation.provenance.get("timecode", "00:00:00:00"))
+    codes = [format_timecode(origin + time) for time in animation.times]
     row = ",".join(["%s", str(len(names)), *["%.10f"] * len(names)])
-    lines += [
-        row % (timecode(time), *line) for time, line in zip(animation.times, values.tolist(), strict=True)
-    ]
+    lines = [",".join((*LEAD, *map(_capital, names)))]
+    lines += [row % (code, *line) for code, line in zip(codes, values.tolist(), strict=True)]
     write_text(path, "\n".join(lines) + "\n")
 
 
@@ -53,15 +54,19 @@ def read(path: Path) -> Animation:
     """
     rows = _rows(path)
     names = tuple(name[:1].lower() + name[1:] for name in rows[0][len(LEAD) :])
-    times = np.array([_seconds(path, line, row) for line, row in enumerate(rows[1:], start=2)])
-    values = np.array([_numbers(path, line, row, len(names)) for line, row in enumerate(rows[1:], start=2)])
-    if len(times) < 2 or np.any(np.diff(times) <= 0):
-        raise OutputError(f"{path}: needs two rows or more whose timecodes rise; record it again")
+    if len(rows) < 3:
+        raise OutputError(f"{path}: has fewer than two frames; record it again")
+    table = np.array([_numbers(path, line, row, len(names)) for line, row in enumerate(rows[1:], start=2)])
+    times, values = table[:, 0], table[:, 1:]
+    falls = np.flatnonzero(np.diff(times) <= 0)
+    if len(falls):
+        raise OutputError(f"{path}, row {falls[0] + 3}: its timecode does not rise; remove the row")
     fps = rate_of(times)
     places = np.rint((times - times[0]) * fps)
     grid = np.arange(int(places[-1]) + 1)
     curves = [np.interp(grid, places, curve) for curve in values.T]
-    return Animation(np.stack(curves, axis=1).astype(np.float32), names, fps, "arkit", start=float(times[0]))
+    about = {"input": path.name, "timecode": rows[1][0].strip()}
+    return Animation(np.stack(curves, axis=1).astype(np.float32), names, fps, "arkit", provenance=about)
 
 
 @cache
@@ -71,13 +76,22 @@ def columns() -> tuple[str, ...]:
     return tuple(line[:1].lower() + line[1:] for line in lines if line and not line.startswith("#"))
 
 
-def timecode(time: float) -> str:
+def format_timecode(time: float) -> str:
     """Seconds as hours:minutes:seconds:frames, with thousandths of a frame; a day starts anew."""
     frames, fraction = divmod(round(time * TIMECODE_RATE * 1000), 1000)
     seconds, frame = divmod(frames, TIMECODE_RATE)
     minutes, second = divmod(seconds, 60)
     hours, minute = divmod(minutes, 60)
     return f"{hours % 24:02}:{minute:02}:{second:02}:{frame:02}.{fraction:03}"
+
+
+def parse_timecode(text: str) -> float:
+    """The inverse of `format_timecode`. Raises OutputError."""
+    found = TIMECODE.fullmatch(text.strip())
+    if not found:
+        raise OutputError(f"{text!r} is no timecode; write it as 00:00:01:30.000")
+    hours, minutes, seconds, frames = map(float, found.groups())
+    return hours * 3600 + minutes * 60 + seconds + frames / TIMECODE_RATE
 
 
 def rate_of(times: NDArray[np.float64]) -> float:
@@ -104,19 +118,12 @@ def _rows(path: Path) -> list[list[str]]:
     return rows
 
 
-def _seconds(path: Path, line: int, row: list[str]) -> float:
-    found = TIMECODE.fullmatch(row[0].strip())
-    if not found:
-        raise OutputError(f"{path}, row {line}: {row[0]!r} is no timecode; write it as 00:00:01:30.000")
-    hours, minutes, seconds, frames = map(float, found.groups())
-    return hours * 3600 + minutes * 60 + seconds + frames / TIMECODE_RATE
-
-
 def _numbers(path: Path, line: int, row: list[str], count: int) -> list[float]:
+    """Seconds and values of a row."""
     try:
-        values = [float(cell) for cell in row[len(LEAD) :]]
-    except ValueError as error:
-        raise OutputError(f"{path}, row {line}: {error}; write numbers alone") from error
-    if len(values) != count or not np.isfinite(values).all():
+        values = [parse_timecode(row[0]), *map(float, row[len(LEAD) :])]
+    except (ValueError, OutputError) as error:
+        raise OutputError(f"{path}, row {line}: {error}") from error
+    if len(values) != 1 + count or not np.isfinite(values).all():
         raise OutputError(f"{path}, row {line}: needs {count} finite numbers after the timecode")
     return values

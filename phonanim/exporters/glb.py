@@ -34,8 +34,7 @@ def write(animation: Animation, path: Path, character: Path = SHIPPED) -> None:
 
 def spliced(glb: Glb, animation: Animation, name: str) -> bytes:
     """The bytes of a character's file with one animation more."""
-    tracks = [(morphs, morphs.weights(animation)) for morphs in find_morphs(glb)]
-    tracks = [(morphs, weights) for morphs, weights in tracks if weights.any() or morphs.covers(animation)]
+    tracks = [morphs for morphs in find_morphs(glb) if morphs.moved(animation.channels)]
     if not tracks:
         shown = ", ".join(animation.channels[:4])
         raise RigError(f"{glb.source}: none of its morph targets is named like {shown} ...; choose its --rig")
@@ -43,11 +42,12 @@ def spliced(glb: Glb, animation: Animation, name: str) -> bytes:
     times = animation.times - min(0.0, animation.start)  # glTF has no time before zero
     clock = binary.accessor(times.astype("<f4"), bounds=True)
     samplers = [
-        {"input": clock, "output": binary.accessor(weights.astype("<f4").ravel())} for _, weights in tracks
+        {"input": clock, "output": binary.accessor(morphs.weights(animation).astype("<f4").ravel())}
+        for morphs in tracks
     ]
     channels = [
         {"sampler": number, "target": {"node": morphs.node, "path": "weights"}}
-        for number, (morphs, _) in enumerate(tracks)
+        for number, morphs in enumerate(tracks)
     ]
     extras = {
         "fps": animation.fps,
