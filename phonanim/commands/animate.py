@@ -36,7 +36,7 @@ def command(
     sheet: Path | None,
     talk: Talk,
 ) -> None:
-    """Move a rig by a phone alignment.
+    """Animate a rig from a phone alignment.
 
     The suffix of each output chooses its format; without -o the shipped head speaks in a GLB beside the
     alignment. `phonanim info` lists formats, rigs and languages.
@@ -77,14 +77,13 @@ def write(animation: Animation, outputs: Sequence[Path], sheet: Path | None) -> 
 
     for path in outputs:
         find_exporter(path)
+    if sheet:
+        from phonanim.sheet import save_sheet
+
+        save_sheet(animation, sheet)
     for path in outputs:
         save(animation, path)
-    if sheet is None:
-        return list(outputs)
-    from phonanim.render import save_sheet
-
-    save_sheet(animation, sheet)
-    return [*outputs, sheet]
+    return [*outputs, *filter(None, [sheet])]
 
 
 def describe(animation: Animation, alignment: Path, options: Options, written: list[Path]) -> dict[str, Any]:

@@ -67,7 +67,7 @@ def read_lines(source: str, options: Options) -> Lines:
             _checked(table.rows, path.parent, options, f"{source}: holds no row"), remarks=tuple(unused)
         )
     if glob.has_magic(source):
-        found = sorted(map(Path, glob.glob(source, recursive=True)))
+        found = sorted(map(Path, glob.iglob(source, recursive=True)))  # noqa: PTH207 (Path.glob takes no absolute pattern)
         return _checked(_rows_of(_root(path), found), Path(), options, f"{source}: matches no alignment")
     if path.exists():
         raise OptionError(f"{source}: is no folder and no table ({' '.join(TABLES)}); name one of these")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
@@ -24,6 +24,7 @@ class Worker:
 
     process: Any
     pipe: Connection
+    task: Callable[[Job], Result]
     job: Job
     tries: int
 
@@ -35,12 +36,12 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-def run_jobs(jobs: Iterable[Job], workers: int) -> Iterator[Result]:
-    """Make every job, in as many processes as said, and give the results as they come."""
+def run_jobs(jobs: Iterable[Job], workers: int, task: Callable[[Job], Result] = make) -> Iterator[Result]:
+    """Do `task` for every job, in as many processes as said, and give the results as they come."""
     for name in THREADS:  # lines are made side by side, so each needs one thread only
         os.environ.setdefault(name, "1")
     waiting = iter(jobs)
-    team = [_start(job, 1) for job, _ in zip(waiting, range(workers), strict=False)]
+    team = [_start(job, task) for job, _ in zip(waiting, range(workers), strict=False)]
     try:
         while team:
             for pipe in wait([worker.pipe for worker in team]):
@@ -73,7 +74,7 @@ def _bury(worker: Worker, team: list[Worker], waiting: Iterator[Job]) -> Iterato
     """Let another worker try the job of one that died; when that dies too, the line has failed."""
     _dismiss(worker, team)
     if worker.tries < TRIES:
-        team.append(_start(worker.job, worker.tries + 1))
+        team.append(_start(worker.job, worker.task, worker.tries + 1))
         return
     line = worker.job.line
     died = f"{TRIES} workers died on this line, the last with exit code {worker.process.exitcode}"
@@ -81,7 +82,7 @@ def _bury(worker: Worker, team: list[Worker], waiting: Iterator[Job]) -> Iterato
     yield Result(Outcome(line.id, line.place, error=f"{line.alignment}: {died}; {mend}"), made=True)
     job = next(waiting, None)
     if job is not None:
-        team.append(_start(job, 1))
+        team.append(_start(job, worker.task))
 
 
 def _dismiss(worker: Worker, team: list[Worker]) -> None:
@@ -90,20 +91,20 @@ def _dismiss(worker: Worker, team: list[Worker]) -> None:
     worker.process.join()
 
 
-def _start(job: Job, tries: int) -> Worker:
+def _start(job: Job, task: Callable[[Job], Result], tries: int = 1) -> Worker:
     """A new process at work on `job`; a fresh interpreter, which holds no end of another's pipe."""
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
-    process = context.Process(target=_serve, args=(theirs,), daemon=True)
+    process = context.Process(target=_serve, args=(theirs, task), daemon=True)
     process.start()
     theirs.close()
     ours.send(job)
-    return Worker(process, ours, job, tries)
+    return Worker(process, ours, task, job, tries)
 
 
-def _serve(pipe: Connection) -> None:
+def _serve(pipe: Connection, task: Callable[[Job], Result]) -> None:
     """The life of a worker: jobs until the pipe ends, which it also does when its parent is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
     with suppress(EOFError, OSError):
         while True:
-            pipe.send(make(pipe.recv()))
+            pipe.send(task(pipe.recv()))

@@ -24,7 +24,10 @@ td.number { text-align: right; font-variant-numeric: tabular-nums; }
 tr.failed td:first-child { border-left: 4px solid #c0392b; }
 tr.flagged td:first-child { border-left: 4px solid #e0a030; }
 tr.good td:first-child { border-left: 4px solid #4a9a5a; }
-@media (prefers-color-scheme: dark) { body { background: #181818; color: #ddd; } th, td { border-color: #444; } }
+@media (prefers-color-scheme: dark) {
+  body { background: #181818; color: #ddd; }
+  th, td { border-color: #444; }
+}
 """
 
 

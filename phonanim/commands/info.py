@@ -1,0 +1,137 @@
+"""`phonanim info`: what is here, what a language covers, what an alignment holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from phonanim.commands import Talk, talk_options
+
+if TYPE_CHECKING:
+    from phonanim.language import Language
+
+
+@click.command()
+@click.argument("alignment", required=False, type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("--language", help="Print what each label of a language becomes; with a file, read it by that.")
+@click.option("--tier", help="Phone tier of the file, by name or number.")
+@talk_options
+def command(alignment: Path | None, language: str | None, tier: str | None, talk: Talk) -> None:
+    """Tell what phonanim knows, or what it sees in an alignment.
+
+    \b
+    Examples:
+      phonanim info
+      phonanim info --language german
+      phonanim info line.TextGrid
+      phonanim info line.TextGrid --tier phones --json
+    """
+    if alignment:
+        facts = seen(alignment, language or "auto", tier)
+    elif language:
+        facts = covered(language)
+    else:
+        facts = known()
+    talk.result(facts, "\n".join(lines(facts)))
+
+
+def known() -> dict[str, Any]:
+    """Everything at hand: versions, phones, languages, alignment formats, rigs, output formats, models."""
+    from phonanim import __version__
+    from phonanim.catalog import list_models
+    from phonanim.exporters import formats
+    from phonanim.inventory import INVENTORY
+    from phonanim.language import language_names, load_language
+    from phonanim.readers import load_reader, reader_names
+    from phonanim.rig import rig_names
+
+    return {
+        "version": __version__,
+        "phones": " ".join(INVENTORY.phones),
+        "languages": {name: load_language(name).title for name in language_names()},
+        "reads": {name: load_reader(name).FORMAT for name in reader_names()},
+        "rigs": list(rig_names()),
+        "writes": formats(),
+        "models": [entry.name for entry in list_models()],
+    }
+
+
+def covered(name: str) -> dict[str, Any]:
+    """What each label of a language becomes, and the phones that no label gives."""
+    from phonanim.inventory import INVENTORY
+    from phonanim.language import load_language
+
+    language = load_language(name)
+    labels = {label: spelled(sound.codes) for label, sound in language.sounds.items()}
+    given = {code for sound in language.sounds.values() for code in sound.codes}
+    missing = [phone for code, phone in enumerate(INVENTORY.phones) if code and code not in given]
+    return {"language": name, "title": language.title, "labels": labels, "phones not used": missing}
+
+
+def seen(path: Path, language_name: str, tier: str | None) -> dict[str, Any]:
+    """What an alignment holds: its tiers, the one that is read, the language, every label's share."""
+    from phonanim.alignment import read_alignment
+    from phonanim.language import choose_language, load_language
+    from phonanim.readers import find_reader, open_source
+
+    source = open_source(path)
+    reader = find_reader(source)
+    alignment = read_alignment(path, tier)
+    labels = [interval.label for interval in alignment.intervals]
+    language = choose_language(labels) if language_name == "auto" else load_language(language_name)
+    return {
+        "file": str(path),
+        "format": reader.FORMAT,
+        "tiers": [str(tier) for tier in reader.read(source).tiers],
+        "read": alignment.tier,
+        "seconds": round(alignment.duration, 6),
+        "intervals": len(labels),
+        "words": len(alignment.words),
+        "language": language.name,
+        "labels": meanings(labels, language),
+    }
+
+
+def meanings(labels: Iterable[str], language: Language) -> dict[str, dict[str, Any]]:
+    """Each label of a file, most frequent first: its count, and its phones or, if unknown, the nearest labels."""
+    from collections import Counter
+
+    return {
+        label: {"count": count, **meaning(label, language)} for label, count in Counter(labels).most_common()
+    }
+
+
+def meaning(label: str, language: Language) -> dict[str, str]:
+    """The phones that a label becomes, or the nearest labels when the language lacks it."""
+    sound = language.resolve(label)
+    if sound is None:
+        return {"unknown, nearest": " ".join(language.nearest(label))}
+    return {"phones": spelled(sound.codes)}
+
+
+def spelled(codes: Iterable[int]) -> str:
+    """Phone names with blanks between them."""
+    from phonanim.inventory import INVENTORY
+
+    return " ".join(INVENTORY.phones[code] for code in codes)
+
+
+def lines(facts: Mapping[str, Any]) -> list[str]:
+    """The same for people: one fact a line, tables indented."""
+    told = []
+    for name, value in facts.items():
+        if isinstance(value, Mapping):
+            told += [f"{name}:", *(f"  {key or repr(key):<12} {plain(cell)}" for key, cell in value.items())]
+        else:
+            told.append(f"{name}: {plain(value)}")
+    return told
+
+
+def plain(value: object) -> str:
+    """A value of a table as text."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {cell}" for name, cell in value.items())
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)

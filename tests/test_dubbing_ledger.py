@@ -1,0 +1,88 @@
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from phonanim.dubbing.ledger import NAME, Outcome, append, appending, locked, read_ledger, write_ledger
+from phonanim.errors import OutputError
+
+DONE = Outcome("a", "row 2", "key", {"a.csv": "hash"}, {"frames": 3})
+FAILED = Outcome("b", "row 3", error="b.TextGrid: is empty")
+
+
+def test_there_and_back(tmp_path):
+    write_ledger(tmp_path, [DONE, FAILED])
+    assert read_ledger(tmp_path) == {"a": DONE, "b": FAILED}
+    assert [outcome.done for outcome in (DONE, FAILED)] == [True, False]
+
+
+def test_no_ledger_is_an_empty_one(tmp_path):
+    assert read_ledger(tmp_path) == {}
+
+
+def test_the_last_outcome_of_an_id_counts(tmp_path):
+    with appending(tmp_path) as ledger:
+        append(ledger, Outcome("a", "row 2", error="no"))
+        append(ledger, DONE)
+    assert read_ledger(tmp_path) == {"a": DONE}
+
+
+@pytest.mark.parametrize("cut", range(1, 60, 7))
+def test_a_line_that_a_kill_cut_short_costs_that_line_only(tmp_path, cut):
+    write_ledger(tmp_path, [DONE, FAILED])
+    path = tmp_path / NAME
+    path.write_bytes(path.read_bytes()[:-cut])
+    assert read_ledger(tmp_path) in ({"a": DONE}, {"a": DONE, "b": FAILED})
+    with appending(tmp_path) as ledger:
+        append(ledger, FAILED)
+    assert read_ledger(tmp_path) == {"a": DONE, "b": FAILED}
+
+
+@pytest.mark.parametrize("line", ["[]", "3", "{}", '{"id": "x", "place": "", "colour": "red"}', "\x00\xff"])
+def test_lines_that_are_no_outcome_are_left_out(tmp_path, line):
+    write_ledger(tmp_path, [DONE])
+    with (tmp_path / NAME).open("a") as stream:
+        stream.write(line + "\n")
+    assert read_ledger(tmp_path) == {"a": DONE}
+
+
+def test_a_ledger_that_cannot_be_written(tmp_path):
+    (tmp_path / NAME).mkdir()
+    with pytest.raises(OutputError, match=r"ledger.jsonl: cannot be written: Is a directory"), appending(tmp_path):
+        pass
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+def test_a_full_disk(tmp_path):
+    (tmp_path / NAME).symlink_to("/dev/full")
+    with pytest.raises(OutputError, match="ledger.jsonl: cannot be written: No space left"):
+        with appending(tmp_path) as ledger:
+            append(ledger, DONE)
+
+
+def test_one_run_at_a_time(tmp_path):
+    code = (
+        "import sys; from pathlib import Path; from phonanim.dubbing.ledger import locked\n"
+        "with locked(Path(sys.argv[1])): print('in', flush=True); sys.stdin.read()"
+    )
+    other = subprocess.Popen(
+        [sys.executable, "-c", code, str(tmp_path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    try:
+        assert other.stdout.readline() == b"in\n"
+        with pytest.raises(OutputError, match="another run is writing there; wait for it or choose another"):
+            with locked(tmp_path):
+                pass
+    finally:
+        other.kill()
+        other.communicate()
+    with locked(tmp_path):  # the kill released it
+        pass
+
+
+def test_the_file_is_one_json_object_a_line(tmp_path):
+    write_ledger(tmp_path, [DONE, FAILED])
+    lines = (tmp_path / NAME).read_text().splitlines()
+    assert [json.loads(line)["id"] for line in lines] == ["a", "b"]
