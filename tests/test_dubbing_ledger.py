@@ -50,7 +50,10 @@ def test_lines_that_are_no_outcome_are_left_out(tmp_path, line):
 
 def test_a_ledger_that_cannot_be_written(tmp_path):
     (tmp_path / NAME).mkdir()
-    with pytest.raises(OutputError, match=r"ledger.jsonl: cannot be written: Is a directory"), appending(tmp_path):
+    with (
+        pytest.raises(OutputError, match=r"ledger.jsonl: cannot be written: Is a directory"),
+        appending(tmp_path),
+    ):
         pass
 
 

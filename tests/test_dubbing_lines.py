@@ -42,7 +42,9 @@ def test_a_pattern(folder):
 
 
 def test_a_table_overrides_the_options(folder):
-    source = table(folder, "ID,Text Grid,Lang,Character,Frame-Rate,jaw\nx,a.TextGrid,english,arkit,29.97,1.5\n")
+    source = table(
+        folder, "ID,Text Grid,Lang,Character,Frame-Rate,jaw\nx,a.TextGrid,english,arkit,29.97,1.5\n"
+    )
     lines = read_lines(source, Options(fps=50.0, lips=2.0))
     (line,) = lines.lines
     assert (line.id, line.alignment, line.audio) == ("x", folder / "a.TextGrid", folder / "a.wav")
@@ -86,7 +88,9 @@ def test_no_column_has_two_meanings():
     ],
 )
 def test_a_bad_row_is_named_and_the_rest_stays(folder, row, message):
-    lines = read_lines(table(folder, f"id,alignment,fps\na,a.TextGrid,\n{row}\nc,sub/c.textgrid,25\n"), Options())
+    lines = read_lines(
+        table(folder, f"id,alignment,fps\na,a.TextGrid,\n{row}\nc,sub/c.textgrid,25\n"), Options()
+    )
     assert ids(lines) == ["a", "c"]
     (fault,) = lines.faults
     assert fault.place == "table.csv row 3"
@@ -114,7 +118,10 @@ def test_bad_cells(folder, column, value, message):
         ("alignment\n", "holds no line"),
         ("id,algnment\n1,2\n", "has no column 'alignment', only 'id', 'algnment'; is it 'algnment'?"),
         ("id,wav\n1,2\n", "has no column 'alignment', only 'id', 'wav'$"),
-        ("textgrid,alignment\n1,2\n", "the columns 'textgrid' and 'alignment' both mean 'alignment'; drop one"),
+        (
+            "textgrid,alignment\n1,2\n",
+            "the columns 'textgrid' and 'alignment' both mean 'alignment'; drop one",
+        ),
         ("alignment\n" + "x" * 200000, "row 2: is no row of a table"),
     ],
 )

@@ -22,7 +22,9 @@ def test_good_ids_stay(id, name):
     assert safe_name(id) == PurePosixPath(name)
 
 
-@pytest.mark.parametrize("id", ["take:1", "what?", "con", "NUL.txt", "dot.", "trailing ", ".hidden", "x" * 300, "a\nb"])
+@pytest.mark.parametrize(
+    "id", ["take:1", "what?", "con", "NUL.txt", "dot.", "trailing ", ".hidden", "x" * 300, "a\nb"]
+)
 def test_ids_that_some_file_system_refuses_are_changed_and_stay_apart(id):
     name = safe_name(id).name
     assert name != id
@@ -30,7 +32,9 @@ def test_ids_that_some_file_system_refuses_are_changed_and_stay_apart(id):
     assert safe_name(id) != safe_name(id + "!")
 
 
-@pytest.mark.parametrize("id", ["../a", "a/../../b", "/etc/passwd", "C:\\a", "c:a", "\\\\server\\a", "a\\..\\b"])
+@pytest.mark.parametrize(
+    "id", ["../a", "a/../../b", "/etc/passwd", "C:\\a", "c:a", "\\\\server\\a", "a\\..\\b"]
+)
 def test_ids_that_lead_out_are_refused(id):
     with pytest.raises(OptionError, match="leads out of the output folder; use a relative path"):
         safe_name(id)

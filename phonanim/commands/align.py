@@ -1,0 +1,60 @@
+"""`phonanim align`: speech and its text to a TextGrid."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from phonanim.commands import Talk, talk_options
+
+
+@click.command()
+@click.argument("audio", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("--text", help="What is said; recognized from the sound otherwise.")
+@click.option(
+    "--text-file",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="A file with what is said, in UTF-8.",
+)
+@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="TextGrid to write.")
+@talk_options
+def command(audio: Path, text: str | None, text_file: Path | None, output: Path | None, talk: Talk) -> None:
+    """Find the words and phones of English speech, offline, and write them as a TextGrid.
+
+    It is written beside the recording when -o does not say where. Needs phonanim[align]; recordings other
+    than 16-bit WAV need phonanim[audio].
+
+    \b
+    Examples:
+      phonanim align speech.wav --text "The quick brown fox."
+      phonanim align speech.wav --text-file speech.txt -o speech.TextGrid
+    """
+    from phonanim.aligner import align
+    from phonanim.errors import OptionError
+    from phonanim.textgrid import write_textgrid
+
+    if text is not None and text_file is not None:
+        raise OptionError("--text and --text-file both say what is said; give one")
+    if text_file is not None:
+        text = read_text(text_file)
+    found = align(audio, text)
+    target = output or audio.with_suffix(".TextGrid")
+    write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)
+    talk.say(f"read {audio}: {found.duration:.2f} s" + ("" if text else ", words recognized"))
+    talk.say(f"found {len(found.words)} words, {len(found.phones)} phones")
+    talk.say(f"wrote {target}")
+    words = " ".join(word.label for word in found.words)
+    talk.result(
+        {"textgrid": str(target), "words": words, "phones": len(found.phones), "seconds": found.duration}
+    )
+
+
+def read_text(path: Path) -> str:
+    """The text of a file. Raises OptionError when it is not UTF-8."""
+    from phonanim.errors import OptionError
+
+    try:
+        return path.read_text("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise OptionError(f"{path}: is not UTF-8 text (byte {error.start}); save it as UTF-8") from error

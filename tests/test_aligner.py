@@ -1,0 +1,82 @@
+import sys
+
+import numpy as np
+import pytest
+
+from phonanim.aligner import align, spelled, words_of
+from phonanim.errors import AlignmentError, AudioError, MissingExtraError, OptionError
+
+TEXT = "My father watched Bob move a cheap blue lamp from the wash room."
+
+
+@pytest.fixture
+def pocketsphinx():
+    return pytest.importorskip("pocketsphinx")
+
+
+@pytest.fixture
+def line(root):
+    return root / "examples" / "line.wav"
+
+
+def test_words_without_punctuation():
+    assert words_of("Don't go -- it’s «three», Bob!") == ["don't", "go", "it's", "three", "bob"]
+    assert words_of("... --") == []
+
+
+def test_pronunciation_numbers_are_taken_off():
+    assert [spelled(entry) for entry in ("the(2)", "a", "read(12)")] == ["the", "a", "read"]
+
+
+def test_the_example_is_what_the_aligner_finds(line, pocketsphinx):
+    from phonanim.alignment import read_alignment
+
+    found = align(line, TEXT)
+    kept = read_alignment(line.with_suffix(".TextGrid"))
+    spoken = [interval for interval in kept.intervals if interval.label]
+    assert [phone.label for phone in found.phones] == [interval.label for interval in spoken]
+    starts = [phone.start for phone in found.phones], [interval.start for interval in spoken]
+    np.testing.assert_allclose(*starts, atol=0.02)
+
+
+def test_the_laws_of_an_alignment(line, pocketsphinx):
+    found = align(line, TEXT)
+    assert [word.label for word in found.words] == words_of(TEXT)
+    for tier in (found.words, found.phones):
+        assert all(part.start < part.end for part in tier)
+        assert all(before.end <= after.start + 1e-9 for before, after in zip(tier, tier[1:], strict=False))
+        assert tier[-1].end <= found.duration
+    assert found.phones[0].start == found.words[0].start
+    assert found.phones[-1].end == found.words[-1].end
+
+
+def test_without_text_the_words_are_recognized(line, pocketsphinx):
+    found = align(line)
+    heard = {word.label for word in found.words}
+    assert {"my", "father"} <= heard  # a synthetic voice is hard to recognize
+
+
+def test_words_that_the_dictionary_lacks(line, pocketsphinx):
+    with pytest.raises(OptionError, match="lacks 'grzegorz', '42'; spell numbers out"):
+        align(line, "my father grzegorz watched 42")
+
+
+def test_no_words(line, pocketsphinx):
+    with pytest.raises(OptionError, match="the text holds no word; give what is said"):
+        align(line, "...")
+
+
+def test_another_text(line, pocketsphinx):
+    with pytest.raises(AlignmentError, match=r"line.wav: the text cannot be found in the sound"):
+        align(line, "yes " * 400)
+
+
+def test_no_recording(tmp_path, pocketsphinx):
+    with pytest.raises(AudioError, match=r"a.wav: cannot be read: No such file"):
+        align(tmp_path / "a.wav", TEXT)
+
+
+def test_the_extra_is_named(line, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pocketsphinx", None)
+    with pytest.raises(MissingExtraError, match=r"aligning speech needs pip install 'phonanim\[align\]'"):
+        align(line, TEXT)
