@@ -34,7 +34,9 @@ class CommandFolder(click.Group):
         return command
 
 
-@click.group(cls=CommandFolder, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=CommandFolder, context_settings={"help_option_names": ["-h", "--help"], "show_default": True}
+)
 @click.version_option(__version__, message="phonanim %(version)s")
 def commands() -> None:
     """Speech animation from phone alignments.

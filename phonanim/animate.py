@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,36 +13,16 @@ from numpy.typing import NDArray
 from phonanim import __version__, contacts, regressors
 from phonanim.alignment import read_alignment
 from phonanim.animation import Animation
-from phonanim.catalog import DEFAULT_MODEL, find_model
+from phonanim.catalog import find_model
 from phonanim.face import FaceModel
 from phonanim.files import content_hash
 from phonanim.language import to_phones
+from phonanim.options import DEFAULTS, Options
 from phonanim.phones import PhoneTrack
 from phonanim.rates import frame_count
 from phonanim.rig import load_rig
 from phonanim.rig.retarget import retarget
 from phonanim.style import dial
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """How a line is animated; the defaults suit speech of any aligner on the shipped head.
-
-    `model` and `rig` are names or paths, `fps` is in hertz, `tier` is found when it is None.
-    60 frames per second show a closure of 30 ms, which 24 or 30 may miss.
-    """
-
-    rig: str = "arkit"
-    model: str = DEFAULT_MODEL
-    fps: float = 60.0
-    language: str = "auto"
-    tier: str | None = None
-    unknown: Literal["error", "nearest", "silence"] = "error"
-    contacts: bool = True
-    retarget: Literal["auto", "poses", "direct"] = "auto"
-    intensity: float = 1.0
-    jaw: float = 1.0
-    lips: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +36,7 @@ class Performance:
     face: FaceModel
 
 
-def animate(path: Path, options: Options = Options(), audio: Path | None = None) -> Animation:
+def animate(path: Path, options: Options = DEFAULTS, audio: Path | None = None) -> Animation:
     """Read an alignment and move a rig. Raises the PhonanimError of the step that fails.
 
     The frames lie at n / fps seconds, from 0 to the end of the alignment. Labels that had to be replaced
@@ -65,7 +45,7 @@ def animate(path: Path, options: Options = Options(), audio: Path | None = None)
     return perform(path, options, audio).animation
 
 
-def perform(path: Path, options: Options = Options(), audio: Path | None = None) -> Performance:
+def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) -> Performance:
     """The same, with the steps in between: each is one module."""
     model, rig = load_model(options.model), load_cached_rig(options.rig)
     alignment = read_alignment(path, options.tier)

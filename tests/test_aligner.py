@@ -1,4 +1,5 @@
 import sys
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -44,7 +45,7 @@ def test_the_laws_of_an_alignment(line, pocketsphinx):
     assert [word.label for word in found.words] == words_of(TEXT)
     for tier in (found.words, found.phones):
         assert all(part.start < part.end for part in tier)
-        assert all(before.end <= after.start + 1e-9 for before, after in zip(tier, tier[1:], strict=False))
+        assert all(before.end <= after.start + 1e-9 for before, after in pairwise(tier))
         assert tier[-1].end <= found.duration
     assert found.phones[0].start == found.words[0].start
     assert found.phones[-1].end == found.words[-1].end

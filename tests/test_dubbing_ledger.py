@@ -1,7 +1,7 @@
 import json
-import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -57,12 +57,12 @@ def test_a_ledger_that_cannot_be_written(tmp_path):
         pass
 
 
-@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 def test_a_full_disk(tmp_path):
     (tmp_path / NAME).symlink_to("/dev/full")
-    with pytest.raises(OutputError, match="ledger.jsonl: cannot be written: No space left"):
-        with appending(tmp_path) as ledger:
-            append(ledger, DONE)
+    message = "ledger.jsonl: cannot be written: No space left"
+    with pytest.raises(OutputError, match=message), appending(tmp_path) as ledger:
+        append(ledger, DONE)
 
 
 def test_one_run_at_a_time(tmp_path):
@@ -75,9 +75,9 @@ def test_one_run_at_a_time(tmp_path):
     )
     try:
         assert other.stdout.readline() == b"in\n"
-        with pytest.raises(OutputError, match="another run is writing there; wait for it or choose another"):
-            with locked(tmp_path):
-                pass
+        message = "another run is writing there; wait for it or choose another"
+        with pytest.raises(OutputError, match=message), locked(tmp_path):
+            pass
     finally:
         other.kill()
         other.communicate()

@@ -2,10 +2,10 @@ import json
 
 import pytest
 
-from phonanim.animate import Options
 from phonanim.dubbing.lines import read_lines
 from phonanim.dubbing.table import COLUMNS, read_table
 from phonanim.errors import OptionError
+from phonanim.options import Options
 
 GRID = "x"  # the content is not read here
 

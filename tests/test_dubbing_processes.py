@@ -10,11 +10,11 @@ from pathlib import Path, PurePosixPath
 
 import pytest
 
-from phonanim.animate import Options
+from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.ledger import Outcome
 from phonanim.dubbing.lines import Line
-from phonanim.dubbing.make import Job, Result
 from phonanim.dubbing.processes import cores, run_jobs
+from phonanim.options import Options
 
 
 def job(name: str, folder: Path) -> Job:
@@ -33,7 +33,7 @@ def work(job: Job) -> Result:
 
 
 def outcomes(names, folder, workers):
-    results = run_jobs((job(name, folder) for name in names), workers, work)
+    results = run_jobs((job(name, folder) for name in names), work, workers)
     return {result.outcome.id: result.outcome for result in results}
 
 
@@ -72,7 +72,7 @@ def test_workers_end_when_their_parent_is_killed(tmp_path):
         "import test_dubbing_processes as t\n"
         "if __name__ == '__main__':\n"
         "    folder = Path(sys.argv[1])\n"
-        "    for result in t.run_jobs((t.job(str(n), folder) for n in range(10**6)), 2, t.work):\n"
+        "    for result in t.run_jobs((t.job(str(n), folder) for n in range(10**6)), t.work, 2):\n"
         "        print(result.outcome.facts['process'], flush=True)\n"
     )
     script = tmp_path / "run.py"
@@ -110,7 +110,7 @@ def test_jobs_are_taken_as_they_are_needed(tmp_path):
             taken.append(number)
             yield replace(job(str(number), tmp_path))
 
-    results = run_jobs(jobs(), 2, work)
+    results = run_jobs(jobs(), work, 2)
     next(results)
     assert len(taken) <= 4
     results.close()

@@ -12,8 +12,8 @@ from phonanim.commands import Talk, talk_options
 from phonanim.commands._options import animation_options
 
 if TYPE_CHECKING:
-    from phonanim.animate import Options
     from phonanim.animation import Animation
+    from phonanim.options import Options
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 OUTPUT = click.Path(dir_okay=False, path_type=Path)

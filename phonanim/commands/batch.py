@@ -14,10 +14,10 @@ from phonanim.commands import Talk, talk_options
 from phonanim.commands._options import animation_options
 
 if TYPE_CHECKING:
-    from phonanim.animate import Options
+    from phonanim.dubbing.job import Result
     from phonanim.dubbing.lines import Lines
-    from phonanim.dubbing.make import Result
     from phonanim.dubbing.run import Engine
+    from phonanim.options import Options
 
 SOME_FAILED = 1
 
@@ -27,9 +27,7 @@ SOME_FAILED = 1
 @click.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path), help="Output folder."
 )
-@click.option(
-    "--format", "formats", multiple=True, default=["csv"], show_default=True, help="csv, glb, npz, json."
-)
+@click.option("--format", "formats", multiple=True, default=["csv"], help="csv, glb, npz, json.")
 @animation_options
 @click.option(
     "--workers", type=click.IntRange(1, 512), help="Processes; as many as there are cores otherwise."
@@ -38,7 +36,6 @@ SOME_FAILED = 1
     "--engine",
     type=click.Choice(["processes", "dask"]),
     default="processes",
-    show_default=True,
     help="Processes of this machine, or a dask cluster.",
 )
 @click.option("--scheduler", help="Address of the dask scheduler, such as tcp://10.0.0.1:8786.")
@@ -103,17 +100,18 @@ def check(formats: tuple[str, ...], options: Options) -> None:
 
 def choose(engine: str, scheduler: str | None, workers: int | None) -> Engine:
     """The engine that the options ask for. Raises OptionError."""
+    from phonanim.dubbing.make import make
     from phonanim.errors import OptionError
 
     if engine == "processes":
         from phonanim.dubbing import processes
 
-        return partial(processes.run_jobs, workers=workers or processes.cores())
+        return partial(processes.run_jobs, task=make, workers=workers or processes.cores())
     if not scheduler:
         raise OptionError("--engine dask needs the address of a running cluster: --scheduler tcp://HOST:8786")
     from phonanim.dubbing import cluster
 
-    return partial(cluster.run_jobs, scheduler=scheduler)
+    return partial(cluster.run_jobs, task=make, scheduler=scheduler)
 
 
 def teller(count: int, talk: Talk, progress: Callable[[float], None]) -> Callable[[Result], None]:

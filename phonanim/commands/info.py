@@ -96,7 +96,7 @@ def seen(path: Path, language_name: str, tier: str | None) -> dict[str, Any]:
 
 
 def meanings(labels: Iterable[str], language: Language) -> dict[str, dict[str, Any]]:
-    """Each label of a file, most frequent first: its count, and its phones or, if unknown, the nearest labels."""
+    """Each label of a file, most frequent first: its count and its phones, or the nearest known labels."""
     from collections import Counter
 
     return {

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from phonanim.dubbing.job import Job, Result, Task
 from phonanim.dubbing.ledger import Outcome
-from phonanim.dubbing.make import Job, Result, make
 from phonanim.errors import MissingExtraError, OptionError
 
 RETRIES = 2
 PATIENCE = "10s"  # to find the scheduler
 
 
-def run_jobs(jobs: Iterable[Job], scheduler: str) -> Iterator[Result]:
-    """Make every job on the cluster at `scheduler`, and give the results as they come.
+def run_jobs(jobs: Iterable[Job], task: Task, scheduler: str) -> Iterator[Result]:
+    """Do `task` for every job on the cluster at `scheduler`, and give the results as they come.
 
     A line whose worker dies is tried again elsewhere; when the scheduler goes away, the lines that are
     left fail with that reason. Raises OptionError when there is no scheduler, MissingExtraError.
@@ -31,7 +31,7 @@ def run_jobs(jobs: Iterable[Job], scheduler: str) -> Iterator[Result]:
         ) from error
     with client:
         left = {
-            future: job for job in jobs for future in [client.submit(make, job, retries=RETRIES, pure=False)]
+            future: job for job in jobs for future in [client.submit(task, job, retries=RETRIES, pure=False)]
         }
         yield from _collect(as_completed(left, raise_errors=False), left)
         for job in left.values():

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from phonanim.animate import Options
 from phonanim.audio import find_audio
 from phonanim.dubbing.names import safe_name, same_file
 from phonanim.dubbing.table import SUFFIXES as TABLES
 from phonanim.dubbing.table import Row, read_table
 from phonanim.errors import OptionError, PhonanimError
+from phonanim.options import Options
 from phonanim.rates import parse_rate
 
 # Taken from a folder; a pattern or a table may name files of any suffix, since readers go by content.

@@ -4,35 +4,18 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from phonanim import __version__
 from phonanim.animate import model_hash, perform, rig_hash
 from phonanim.dubbing.checks import facts_of
+from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.ledger import Outcome
 from phonanim.dubbing.lines import Line
 from phonanim.errors import PhonanimError
 from phonanim.exporters import save
 from phonanim.files import content_hash
-
-
-@dataclass(frozen=True, slots=True)
-class Job:
-    """A line to make: where to, in which formats, and what the ledger knows of it."""
-
-    line: Line
-    folder: Path
-    formats: tuple[str, ...]
-    known: Outcome | None
-
-
-@dataclass(frozen=True, slots=True)
-class Result:
-    """The outcome, and whether the outputs had to be made."""
-
-    outcome: Outcome
-    made: bool
 
 
 def make(job: Job) -> Result:

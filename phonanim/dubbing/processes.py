@@ -5,14 +5,15 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import islice
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
+from phonanim.dubbing.job import Job, Result, Task
 from phonanim.dubbing.ledger import Outcome
-from phonanim.dubbing.make import Job, Result, make
 
 TRIES = 2  # a job whose worker dies goes to a second one: the first may have been killed from outside
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -24,7 +25,7 @@ class Worker:
 
     process: Any
     pipe: Connection
-    task: Callable[[Job], Result]
+    task: Task
     job: Job
     tries: int
 
@@ -36,12 +37,12 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-def run_jobs(jobs: Iterable[Job], workers: int, task: Callable[[Job], Result] = make) -> Iterator[Result]:
+def run_jobs(jobs: Iterable[Job], task: Task, workers: int) -> Iterator[Result]:
     """Do `task` for every job, in as many processes as said, and give the results as they come."""
     for name in THREADS:  # lines are made side by side, so each needs one thread only
         os.environ.setdefault(name, "1")
     waiting = iter(jobs)
-    team = [_start(job, task) for job, _ in zip(waiting, range(workers), strict=False)]
+    team = [_start(job, task) for job in islice(waiting, workers)]
     try:
         while team:
             for pipe in wait([worker.pipe for worker in team]):
@@ -91,7 +92,7 @@ def _dismiss(worker: Worker, team: list[Worker]) -> None:
     worker.process.join()
 
 
-def _start(job: Job, task: Callable[[Job], Result], tries: int = 1) -> Worker:
+def _start(job: Job, task: Task, tries: int = 1) -> Worker:
     """A new process at work on `job`; a fresh interpreter, which holds no end of another's pipe."""
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
@@ -102,7 +103,7 @@ def _start(job: Job, task: Callable[[Job], Result], tries: int = 1) -> Worker:
     return Worker(process, ours, task, job, tries)
 
 
-def _serve(pipe: Connection, task: Callable[[Job], Result]) -> None:
+def _serve(pipe: Connection, task: Task) -> None:
     """The life of a worker: jobs until the pipe ends, which it also does when its parent is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
     with suppress(EOFError, OSError):

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
+from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.ledger import Outcome, append, appending, locked, read_ledger, write_ledger
 from phonanim.dubbing.lines import Lines
-from phonanim.dubbing.make import Job, Result, is_current, key_of
+from phonanim.dubbing.make import is_current, key_of
 from phonanim.dubbing.report import write_reports
 from phonanim.errors import OutputError, PhonanimError
 from phonanim.files import PARTIAL

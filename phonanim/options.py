@@ -1,0 +1,32 @@
+"""How a line is animated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from phonanim.catalog import DEFAULT_MODEL
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """How a line is animated; the defaults suit speech of any aligner on the shipped head.
+
+    `model` and `rig` are names or paths, `fps` is in hertz, `tier` is found when it is None.
+    60 frames per second show a closure of 30 ms, which 24 or 30 may miss.
+    """
+
+    rig: str = "arkit"
+    model: str = DEFAULT_MODEL
+    fps: float = 60.0
+    language: str = "auto"
+    tier: str | None = None
+    unknown: Literal["error", "nearest", "silence"] = "error"
+    contacts: bool = True
+    retarget: Literal["auto", "poses", "direct"] = "auto"
+    intensity: float = 1.0
+    jaw: float = 1.0
+    lips: float = 1.0
+
+
+DEFAULTS = Options()
