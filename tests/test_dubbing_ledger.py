@@ -8,7 +8,7 @@ import pytest
 from phonanim.dubbing.ledger import NAME, Outcome, append, appending, locked, read_ledger, write_ledger
 from phonanim.errors import OutputError
 
-DONE = Outcome("a", "row 2", "key", {"a.csv": "hash"}, {"frames": 3})
+DONE = Outcome("a", "row 2", {"version": "1"}, {"a.csv": "hash"}, {"frames": 3})
 FAILED = Outcome("b", "row 3", error="b.TextGrid: is empty")
 
 

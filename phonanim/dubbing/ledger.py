@@ -20,13 +20,13 @@ NAME = "ledger.jsonl"
 class Outcome:
     """What became of one line.
 
-    `key` is a hash of everything that the outputs depend on; `outputs` are paths relative to the output
-    folder with their content hashes; `facts` are for the report; `error` says why there are no outputs.
+    `origin` is everything that the outputs depend on; `outputs` are paths relative to the output folder
+    with their content hashes; `facts` are for the report; `error` says why there are no outputs.
     """
 
     id: str
     place: str
-    key: str = ""
+    origin: Mapping[str, Any] = field(default_factory=dict)
     outputs: Mapping[str, str] = field(default_factory=dict)
     facts: Mapping[str, Any] = field(default_factory=dict)
     error: str = ""

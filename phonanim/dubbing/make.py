@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 from phonanim import __version__
 from phonanim.animate import model_hash, perform, rig_hash
@@ -22,10 +22,10 @@ def make(job: Job) -> Result:
     """Animate a line and write its outputs, unless they are there already, made from the same things."""
     line = job.line
     try:
-        key = key_of(line, job.formats)
-        if job.known and is_current(job.known, key, job.folder):
+        origin = origin_of(line, job.formats)
+        if job.known and is_current(job.known, origin, job.folder):
             return Result(replace(job.known, place=line.place), made=False)
-        return Result(_made(job, key), made=True)
+        return Result(_made(job, origin), made=True)
     except PhonanimError as error:
         return Result(Outcome(line.id, line.place, error=str(error)), made=True)
     except OSError as error:
@@ -33,36 +33,34 @@ def make(job: Job) -> Result:
         return Result(Outcome(line.id, line.place, error=message), made=True)
 
 
-def key_of(line: Line, formats: tuple[str, ...]) -> str:
-    """A hash of everything that the outputs depend on: contents, options, model, rig, version, names."""
-    parts = {
+def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
+    """Everything that the outputs depend on: contents, options, model, rig, version, names."""
+    return {
         "alignment": [line.alignment.name, content_hash(line.alignment)],
         "audio": [str(line.audio), content_hash(line.audio)] if line.audio else None,
         "options": asdict(line.options),
         "model": model_hash(line.options.model),
         "rig": rig_hash(line.options.rig),
         "version": __version__,
-        "outputs": [str(line.output), *formats],
+        "outputs": [f"{line.output}.{suffix}" for suffix in formats],
     }
-    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
-def is_current(known: Outcome, key: str, folder: Path) -> bool:
+def is_current(known: Outcome, origin: Mapping[str, Any], folder: Path) -> bool:
     """Whether the outputs in the ledger were made from the same things and are there unchanged."""
-    if not known.done or known.key != key:
+    if not known.done or known.origin != origin:
         return False
     files = {folder / name: digest for name, digest in known.outputs.items()}
     return all(path.is_file() and content_hash(path) == digest for path, digest in files.items())
 
 
-def _made(job: Job, key: str) -> Outcome:
+def _made(job: Job, origin: dict[str, Any]) -> Outcome:
     line = job.line
     performance = perform(line.alignment, line.options, line.audio)
     outputs = {}
-    for suffix in job.formats:
-        name = f"{line.output}.{suffix}"
+    for name in origin["outputs"]:
         path = job.folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         save(performance.animation, path)
         outputs[name] = content_hash(path)
-    return Outcome(line.id, line.place, key, outputs, facts_of(performance, line.audio))
+    return Outcome(line.id, line.place, origin, outputs, facts_of(performance, line.audio))

@@ -39,7 +39,7 @@ def write_reports(folder: Path, outcomes: Sequence[Outcome], remarks: Sequence[s
         "tool": f"phonanim {__version__}",
         "totals": totals,
         "remarks": list(remarks),
-        "lines": [asdict(outcome) for outcome in ordered],
+        "lines": [_entry(outcome) for outcome in ordered],
     }
     write_text(folder / "report.json", json.dumps(document, indent=1, ensure_ascii=False) + "\n")
     write_text(folder / "summary.txt", summary(totals, ordered, remarks))
@@ -103,6 +103,13 @@ def page(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Sequence[s
 </table>
 </html>
 """
+
+
+def _entry(outcome: Outcome) -> dict[str, Any]:
+    """A line of the report: an outcome without its origin, which the ledger has."""
+    entry = asdict(outcome)
+    del entry["origin"]
+    return entry
 
 
 def _row(outcome: Outcome) -> str:

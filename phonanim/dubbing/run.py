@@ -8,7 +8,7 @@ from pathlib import Path
 from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.ledger import Outcome, append, appending, locked, read_ledger, write_ledger
 from phonanim.dubbing.lines import Lines
-from phonanim.dubbing.make import is_current, key_of
+from phonanim.dubbing.make import is_current, origin_of
 from phonanim.dubbing.report import write_reports
 from phonanim.errors import OutputError, PhonanimError
 from phonanim.files import PARTIAL
@@ -59,7 +59,7 @@ def needed(lines: Lines, folder: Path, formats: tuple[str, ...]) -> Iterator[tup
     """What a run would do with each line: (id, "make" | "keep" | why it would fail); nothing is written."""
     for job in jobs_of(lines, folder, formats, read_ledger(folder)):
         try:
-            kept = job.known and is_current(job.known, key_of(job.line, formats), folder)
+            kept = job.known and is_current(job.known, origin_of(job.line, formats), folder)
             yield job.line.id, "keep" if kept else "make"
         except PhonanimError as error:
             yield job.line.id, str(error)

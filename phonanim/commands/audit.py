@@ -1,0 +1,61 @@
+"""`phonanim audit`: look over a delivery before it goes out."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from phonanim.commands import Talk, talk_options
+
+if TYPE_CHECKING:
+    from phonanim.dubbing.audit import Finding
+
+FOUND = 1
+
+
+@click.command()
+@click.argument("source")
+@click.option(
+    "--delivered",
+    "folder",
+    required=True,
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="The folder with the outputs.",
+)
+@talk_options
+def command(source: str, folder: Path, talk: Talk) -> int:
+    """Compare lines (a table, a folder, or a pattern) with what was delivered for them.
+
+    Finds lines that are missing, unreadable, stale (made from something else than what is there now),
+    still (nothing moves although somebody speaks) or mistimed, and orphans: files that belong to no line.
+    The exit code is 1 when anything is found.
+
+    \b
+    Examples:
+      phonanim audit script.csv --delivered out/
+      phonanim audit lines/ --delivered curves/ --json
+    """
+    from phonanim.dubbing.audit import audit, counts
+    from phonanim.dubbing.lines import read_lines
+    from phonanim.options import DEFAULTS
+
+    lines = read_lines(source, DEFAULTS)
+    findings = audit(lines, folder)
+    totals = counts(findings)
+    talk.result(
+        {"lines": len(lines.lines), "counts": totals, "findings": [asdict(finding) for finding in findings]},
+        "\n".join(map(told, findings)),
+    )
+    talk.say(f"{len(lines.lines)} lines, {len(findings)} findings")
+    for language, problems in totals.items():
+        listed = ", ".join(f"{count} {problem}" for problem, count in problems.items())
+        talk.say(f"{language or 'no language'}: {listed}")
+    return FOUND if findings else 0
+
+
+def told(finding: Finding) -> str:
+    """One finding for people."""
+    return f"{finding.problem:<10} {finding.id}: {finding.text}"
