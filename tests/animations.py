@@ -1,0 +1,46 @@
+"""Animations for tests: smooth curves of every ARKit control, with phones and words."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from phonanim.alignment import Interval
+from phonanim.animation import Animation
+from phonanim.head import load_head
+
+PHONES = (
+    ("sil", 0.0, 0.1),
+    ("HH", 0.1, 0.2),
+    ("ə", 0.2, 0.3),
+    ("L", 0.3, 0.4),
+    ("OW", 0.4, 0.7),
+    ("", 0.7, 1.0),
+)
+
+
+def line(frames: int = 61, fps: float = 60.0, seed: int = 0) -> Animation:
+    """One second of "hello", every control between 0 and 1."""
+    rng = np.random.default_rng(seed)
+    names = load_head().targets
+    times = np.arange(frames)[:, None] / fps
+    waves = np.sin(2 * np.pi * (rng.uniform(0.5, 4, len(names)) * times + rng.uniform(0, 1, len(names))))
+    phones = tuple(Interval(*phone) for phone in PHONES)
+    return Animation(
+        values=((waves + 1) / 2).astype(np.float32),
+        channels=names,
+        fps=fps,
+        rig="arkit",
+        phones=phones,
+        words=(Interval("hello", 0.1, 0.7),),
+        provenance={"tool": "phonanim test", "input": "hello.TextGrid"},
+    )
+
+
+def only(animation: Animation, **weights: float) -> Animation:
+    """The same line with these controls held and every other at zero."""
+    values = np.zeros_like(animation.values)
+    for name, weight in weights.items():
+        values[:, animation.channels.index(name)] = weight
+    return replace(animation, values=values)

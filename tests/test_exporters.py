@@ -1,0 +1,143 @@
+import json
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from animations import line
+
+from phonanim import exporters
+from phonanim.errors import OutputError
+from phonanim.exporters import find_exporter, formats, load, save, suffixes
+
+FOLDER = Path(exporters.__file__).parent
+
+
+def test_the_folder_is_the_registry():
+    stems = {path.stem for path in FOLDER.glob("*.py") if not path.stem.startswith("_")}
+    assert {suffix[1:].replace(".", "_") for suffix in suffixes()} == stems
+    for suffix, summary in formats().items():
+        module = find_exporter(Path("a" + suffix))
+        assert callable(module.write)
+        assert module.__doc__
+        assert len(summary) < 100
+
+
+def test_the_longest_suffix_wins_in_any_case():
+    assert find_exporter(Path("a.b.CSV")).__name__ == "phonanim.exporters.csv"
+    with pytest.raises(
+        OutputError, match=r"a\.xyz: no format has this suffix; end the name with .*\.csv .*\.npz"
+    ):
+        find_exporter(Path("a.xyz"))
+    with pytest.raises(OutputError, match=r"no format has this suffix"):
+        find_exporter(Path(".csv"))
+
+
+READABLE = [suffix for suffix in suffixes() if hasattr(find_exporter(Path("a" + suffix)), "read")]
+# What a reader may lose of a value: CSV has ten decimals, JSON six, the others nothing.
+DIGITS = {".csv": 1e-9, ".json": 1e-6}
+
+
+@pytest.mark.parametrize("suffix", READABLE)
+def test_what_is_written_is_read_back(tmp_path, suffix):
+    animation = line(fps=30000 / 1001)
+    path = tmp_path / f"a{suffix}"
+    save(animation, path)
+    again = load(path)
+    assert set(animation.channels) <= set(again.channels)
+    assert again.fps == pytest.approx(animation.fps)
+    values = np.stack([again.channel(name) for name in animation.channels], axis=1)
+    np.testing.assert_allclose(values, animation.values, rtol=0, atol=DIGITS.get(suffix, 0))
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".json", ".npz"])
+def test_labels_and_provenance_are_kept(tmp_path, suffix):
+    animation = replace(line(), start=0.25, audio=tmp_path / "hello.wav")
+    save(animation, tmp_path / f"a{suffix}")
+    again = load(tmp_path / f"a{suffix}")
+    for name in ("channels", "fps", "rig", "start", "phones", "words", "audio", "provenance"):
+        assert getattr(again, name) == getattr(animation, name), name
+
+
+@pytest.mark.parametrize("suffix", suffixes())
+def test_the_same_animation_gives_the_same_bytes(tmp_path, suffix, written):
+    first = written(suffix).read_bytes()
+    assert written(suffix).read_bytes() == first
+    assert first
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(suffix):
+        path = tmp_path / f"hello{suffix}"
+        save(line(), path)
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize("suffix", suffixes())
+def test_destinations_that_cannot_be_written(tmp_path, suffix):
+    with pytest.raises(OutputError, match=r"the folder .*nowhere does not exist; make it first"):
+        save(line(), tmp_path / "nowhere" / f"a{suffix}")
+    (tmp_path / f"a{suffix}").mkdir()
+    with pytest.raises(OutputError, match=r"is a folder; name a file in it"):
+        save(line(), tmp_path / f"a{suffix}")
+    assert [path.name for path in tmp_path.iterdir()] == [f"a{suffix}"]
+
+
+@pytest.mark.skipif(
+    not Path("/dev/full").exists() or os.name != "posix", reason="needs a device that is full"
+)
+@pytest.mark.parametrize("suffix", suffixes())
+def test_a_full_disk_leaves_the_old_file(tmp_path, suffix, monkeypatch):
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(b"old")
+
+    def full(self, data):
+        with Path("/dev/full").open("wb", buffering=0) as device:
+            return device.write(data)
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(OutputError, match=r"cannot be written: No space left on device"):
+        save(line(), path)
+    assert path.read_bytes() == b"old"
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_animations_that_are_not_written(tmp_path):
+    animation = line()
+    values = animation.values.copy()
+    values[3, 7] = np.nan
+    message = rf"{animation.channels[7]} is not a finite number at 0\.050 s; mend the curve first"
+    with pytest.raises(OutputError, match=message):
+        save(animation.with_values(values), tmp_path / "a.csv")
+    with pytest.raises(OutputError, match=r"the animation has no frames or no channels"):
+        save(animation.with_values(values[:0]), tmp_path / "a.csv")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", [".json", ".npz"])
+def test_files_that_are_not_ours(tmp_path, suffix):
+    path = tmp_path / f"a{suffix}"
+    with pytest.raises(OutputError, match=r"cannot be read|is no animation written by phonanim"):
+        load(path)
+    path.write_bytes(b"{}")
+    with pytest.raises(
+        OutputError, match=r"is no animation written by phonanim: '?(format|Cannot)|allow_pickle"
+    ):
+        load(path)
+
+
+def test_json_of_another_format(tmp_path):
+    save(line(), tmp_path / "a.json")
+    tree = json.loads((tmp_path / "a.json").read_text())
+    (tmp_path / "a.json").write_text(json.dumps({**tree, "format": "phonanim animation 9"}))
+    with pytest.raises(
+        OutputError, match=r"its format is 'phonanim animation 9', not 'phonanim animation 1'"
+    ):
+        load(tmp_path / "a.json")
+    (tmp_path / "a.json").write_text("[")
+    with pytest.raises(OutputError, match=r"a\.json: cannot be read as JSON"):
+        load(tmp_path / "a.json")

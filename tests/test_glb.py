@@ -1,0 +1,80 @@
+import struct
+
+import numpy as np
+import pytest
+
+from phonanim.errors import RigError
+from phonanim.glb import Glb, glb_bytes, parse_glb, read_glb
+from phonanim.head import SHIPPED
+
+
+def glb_of(accessor, views, binary):
+    return Glb({"accessors": [accessor], "bufferViews": views}, binary, "a.glb")
+
+
+def test_bytes_round_trip_and_are_aligned():
+    data = glb_bytes({"asset": {"version": "2.0"}, "name": "ü"}, [b"abc", b"de"])
+    glb = parse_glb(data, "a.glb")
+    assert glb.tree == {"asset": {"version": "2.0"}, "name": "ü"}
+    assert glb.binary == b"abcde\0\0\0"
+    assert len(data) % 4 == 0
+    assert struct.unpack_from("<I", data, 8) == (len(data),)
+
+
+def test_interleaved_accessors():
+    rows = np.arange(12, dtype="<f4").reshape(2, 6)
+    views = [{"buffer": 0, "byteStride": 24}]
+    spec = {"bufferView": 0, "byteOffset": 12, "componentType": 5126, "count": 2, "type": "VEC3"}
+    np.testing.assert_array_equal(glb_of(spec, views, rows.tobytes()).accessor(0), rows[:, 3:])
+
+
+def test_normalized_accessors():
+    spec = {"bufferView": 0, "componentType": 5120, "count": 3, "type": "SCALAR", "normalized": True}
+    values = np.array([127, 0, -128], "<i1").tobytes()
+    np.testing.assert_array_equal(glb_of(spec, [{"buffer": 0}], values).accessor(0)[:, 0], [1, 0, -1])
+
+
+def test_sparse_accessors():
+    binary = struct.pack("<2H2f", 1, 3, 0.5, 0.25)
+    sparse = {
+        "count": 2,
+        "indices": {"bufferView": 0, "componentType": 5123},
+        "values": {"bufferView": 0, "byteOffset": 4},
+    }
+    spec = {"componentType": 5126, "count": 4, "type": "SCALAR", "sparse": sparse}
+    found = glb_of(spec, [{"buffer": 0}], binary).accessor(0)
+    np.testing.assert_array_equal(found[:, 0], [0, 0.5, 0, 0.25])
+    spec["count"] = 3
+    with pytest.raises(RigError, match=r"a\.glb: a sparse accessor points past its end"):
+        glb_of(spec, [{"buffer": 0}], binary).accessor(0)
+
+
+def test_accessors_that_cannot_be_read():
+    spec = {"bufferView": 0, "componentType": 5126, "count": 2, "type": "SCALAR"}
+    with pytest.raises(RigError, match=r"a\.glb: an accessor reaches past the end of the file"):
+        glb_of(spec, [{"buffer": 0}], b"1234567").accessor(0)
+    packed = {"buffer": 0, "extensions": {"EXT_meshopt_compression": {}}}
+    for view in (packed, {"buffer": 1}):
+        with pytest.raises(RigError, match=r"compressed or outside the file; write it plain with: npx"):
+            glb_of(spec, [view], b"12345678").accessor(0)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda data: b"", r"is no binary glTF 2\.0 file; export the character as \.glb"),
+        (lambda data: b"\0" * 40, r"is no binary glTF 2\.0 file"),
+        (lambda data: data[:-4], r"is cut short or padded"),
+        (lambda data: data.replace(b'"asset"', b"'asset'"), r"has no readable JSON chunk; export it again"),
+    ],
+)
+def test_damaged_files(tmp_path, change, message):
+    path = tmp_path / "a.glb"
+    path.write_bytes(change(SHIPPED.read_bytes()))
+    with pytest.raises(RigError, match=message):
+        read_glb(path)
+
+
+def test_a_missing_file(tmp_path):
+    with pytest.raises(RigError, match=r"none\.glb: cannot be read: No such file"):
+        read_glb(tmp_path / "none.glb")

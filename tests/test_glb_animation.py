@@ -1,0 +1,138 @@
+import json
+import os
+import shutil
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from animations import line, only
+
+from phonanim.errors import OutputError, RigError
+from phonanim.exporters import load, save
+from phonanim.exporters.glb import write
+from phonanim.glb import glb_bytes, read_glb
+from phonanim.head import SHIPPED, load_head
+
+
+@pytest.fixture
+def spoken(tmp_path):
+    path = tmp_path / "hello.glb"
+    save(line(), path)
+    return path
+
+
+def test_the_head_is_untouched(spoken):
+    before, after = read_glb(SHIPPED), read_glb(spoken)
+    assert after.binary.startswith(before.binary)
+    for key, value in before.tree.items():
+        if key != "buffers":
+            assert (
+                after.tree[key][: len(value)] == value
+                if isinstance(value, list)
+                else after.tree[key] == value
+            )
+    np.testing.assert_array_equal(load_head(spoken).deltas, load_head().deltas)
+
+
+def test_one_animation_with_names_times_and_labels(spoken):
+    glb = read_glb(spoken)
+    (animation,) = glb.tree["animations"]
+    assert animation["name"] == "hello"
+    (channel,), (sampler,) = animation["channels"], animation["samplers"]
+    assert channel["target"] == {"node": 0, "path": "weights"}
+    np.testing.assert_allclose(glb.accessor(sampler["input"])[:, 0], line().times, atol=1e-6)
+    weights = glb.accessor(sampler["output"]).reshape(61, 52)
+    names = glb.tree["meshes"][0]["extras"]["targetNames"]
+    np.testing.assert_array_equal(weights[:, names.index("jawOpen")], line().channel("jawOpen"))
+    assert animation["extras"]["phones"][2] == ["ə", 0.2, 0.3]
+    assert animation["extras"]["words"] == [["hello", 0.1, 0.7]]
+
+
+def test_a_second_animation_stands_beside_the_first(spoken, tmp_path):
+    write(only(line(), jawOpen=0.5), tmp_path / "again.glb", character=spoken)
+    tree = read_glb(tmp_path / "again.glb").tree
+    assert [animation["name"] for animation in tree["animations"]] == ["hello", "again"]
+    assert load(tmp_path / "again.glb").channel("jawOpen").tolist() == [0.5] * 61
+
+
+def test_time_before_zero_is_moved(tmp_path):
+    save(replace(line(), start=-0.5), tmp_path / "a.glb")
+    glb = read_glb(tmp_path / "a.glb")
+    assert glb.accessor(glb.tree["animations"][0]["samplers"][0]["input"]).min() == 0
+    assert load(tmp_path / "a.glb").start == -0.5
+
+
+def test_characters_that_cannot_be_animated(tmp_path):
+    animation = replace(line(), channels=tuple(f"x{i}" for i in range(52)))
+    message = r"head\.glb: none of its morph targets is named like x0, x1, x2, x3 \.\.\.; choose its --rig"
+    with pytest.raises(RigError, match=message):
+        save(animation, tmp_path / "a.glb")
+    assert not list(tmp_path.iterdir())
+
+
+def test_files_without_an_animation(tmp_path):
+    with pytest.raises(OutputError, match=r"head\.glb: has no animation of morph targets with names"):
+        load(SHIPPED)
+    path = tmp_path / "a.glb"
+    save(line(frames=1), path)
+    assert len(load(path).values) == 1
+    glb = read_glb(path)
+    glb.tree["animations"][0].pop("extras")
+    path.write_bytes(glb_bytes(glb.tree, glb.binary))
+    with pytest.raises(OutputError, match=r"a\.glb: its animation has one key alone"):
+        load(path)
+
+
+def edited(path, keys, values, interpolation):
+    """The file at `path` with other keys in its animation, as another program would write it."""
+    glb = read_glb(path)
+    animation = glb.tree["animations"][0]
+    animation["extras"] = {}
+    sampler = animation["samplers"][0]
+    sampler["interpolation"] = interpolation
+    binary = glb.binary
+    for name, array in (("input", keys), ("output", values)):
+        spec = glb.tree["accessors"][sampler[name]]
+        spec["count"] = array.size
+        view = {"buffer": 0, "byteOffset": len(binary), "byteLength": array.nbytes}
+        spec["bufferView"] = len(glb.tree["bufferViews"])
+        glb.tree["bufferViews"].append(view)
+        binary += array.astype("<f4").tobytes()
+    path.write_bytes(glb_bytes(glb.tree, binary))
+
+
+def test_other_programs_keys(spoken):
+    keys = np.array([0, 0.1, 0.2, 0.5])
+    jaw = load_head().targets.index("jawOpen")
+    values = np.zeros((4, 52))
+    values[:, jaw] = [0, 1, 0, 0.6]
+    edited(spoken, keys, values, "LINEAR")
+    read = load(spoken)
+    assert read.fps == pytest.approx(10, rel=1e-4)
+    np.testing.assert_allclose(read.channel("jawOpen"), [0, 1, 0, 0.2, 0.4, 0.6], atol=1e-5)
+    edited(spoken, keys, values, "STEP")
+    np.testing.assert_allclose(load(spoken).channel("jawOpen"), [0, 1, 0, 0, 0, 0.6], atol=1e-5)
+    tangents = np.stack([values + 9, values, values - 9], axis=1)
+    edited(spoken, keys, tangents, "CUBICSPLINE")
+    np.testing.assert_allclose(load(spoken).channel("jawOpen"), [0, 1, 0, 0.2, 0.4, 0.6], atol=1e-5)
+
+
+NODE = shutil.which("node")
+
+
+def has_validator():
+    code = "require.resolve('gltf-validator')"
+    return NODE is not None and subprocess.run([NODE, "-e", code], capture_output=True).returncode == 0
+
+
+@pytest.mark.skipif(not has_validator(), reason="needs node and the npm package gltf-validator on NODE_PATH")
+def test_the_khronos_validator_finds_nothing(spoken, root):
+    script = root / "scripts" / "check_glb.cjs"
+    done = subprocess.run([NODE, script, SHIPPED, spoken], capture_output=True, text=True, env=os.environ)
+    assert done.returncode == 0, done.stdout
+    assert done.stdout.count("0 errors, 0 warnings") == 2
+
+
+def test_the_json_is_plain(spoken):
+    json.dumps(read_glb(spoken).tree, allow_nan=False)
