@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.alignment import read_alignment
+from phonanim.alignment import Interval, read_alignment
 from phonanim.errors import CorpusError
 from phonanim.files import atomic_path
 from phonanim.language import to_phones
@@ -42,7 +42,7 @@ class Corpus:
     clips: tuple[str, ...]
     frames: NDArray[np.int64]
     tracks: tuple[PhoneTrack, ...]
-    words: tuple[tuple[str, ...], ...]
+    words: tuple[tuple[Interval, ...], ...]
     split: tuple[str, ...]
     audio: tuple[str, ...]
     provenance: dict[str, Any]
@@ -85,7 +85,7 @@ def build_corpus(
     for row in rows:
         alignment = read_alignment(source / "textgrid" / f"{row['clip']}.TextGrid")
         tracks.append(to_phones(alignment, language="english")[0])
-        words.append(tuple(word.label for word in alignment.words if word.label))
+        words.append(tuple(word for word in alignment.words if word.label))
     progress(0.9)
     corpus = Corpus(
         landmarks=shapes.astype(np.float32),
@@ -212,7 +212,7 @@ def save_corpus(corpus: Corpus, folder: Path) -> None:
             "frames": int(corpus.frames[number]),
             "split": corpus.split[number],
             "audio": corpus.audio[number],
-            "words": list(corpus.words[number]),
+            "words": [[word.label, word.start, word.end] for word in corpus.words[number]],
             "codes": corpus.tracks[number].codes.tolist(),
             "bounds": corpus.tracks[number].bounds.tolist(),
             "labels": list(corpus.tracks[number].labels),
@@ -233,7 +233,9 @@ def load_corpus(folder: Path) -> Corpus:
         document = json.loads((folder / "corpus.json").read_text(encoding="utf-8"))
         arrays = load_file(folder / "landmarks.safetensors")
     except (OSError, ValueError, SafetensorError) as error:
-        raise CorpusError(f"{folder}: not a corpus ({error}); make one with `phonanim corpus build`") from error
+        raise CorpusError(
+            f"{folder}: not a corpus ({error}); make one with `phonanim corpus build`"
+        ) from error
     clips = document["clips"]
     return Corpus(
         landmarks=arrays["landmarks"],
@@ -242,9 +244,10 @@ def load_corpus(folder: Path) -> Corpus:
         clips=tuple(clip["clip"] for clip in clips),
         frames=np.array([clip["frames"] for clip in clips]),
         tracks=tuple(
-            PhoneTrack(np.array(c["codes"], np.uint8), np.array(c["bounds"]), tuple(c["labels"])) for c in clips
+            PhoneTrack(np.array(c["codes"], np.uint8), np.array(c["bounds"]), tuple(c["labels"]))
+            for c in clips
         ),
-        words=tuple(tuple(clip["words"]) for clip in clips),
+        words=tuple(tuple(Interval(*word) for word in clip["words"]) for clip in clips),
         split=tuple(clip["split"] for clip in clips),
         audio=tuple(clip["audio"] for clip in clips),
         provenance=document["provenance"],

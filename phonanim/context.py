@@ -1,0 +1,77 @@
+"""Continuous-time context: what is spoken around an instant, whatever the frame rate.
+
+Phones in frame windows say which symbol fills which frame. These features instead average numbers
+that describe articulation over boxes of time around the instant, narrow near it and wide far away,
+and add the timing of the segment at hand. They change smoothly as time moves, mean the same at
+any frame rate, and carry over to words, phones and speakers that the recordings lack.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.gestures import GESTURES, split_parts
+from phonanim.inventory import INVENTORY
+from phonanim.phones import PhoneTrack
+
+Array = NDArray[np.float64]
+
+# Box edges in seconds: 40 ms at the instant, then about as wide as the ear's and the lips' memory there.
+_HALF = (0.02, 0.05, 0.08, 0.12, 0.17, 0.24, 0.34, 0.5, 0.8)
+EDGES = np.array([-edge for edge in reversed(_HALF)] + list(_HALF))
+N_BOXES = len(EDGES) - 1
+LONGEST = 0.5  # seconds; longer segments count as this long
+FAR = 10.0  # seconds; before the start and after the end, the first and the last segment go on for so long
+DECAYS = (0.04, 0.12)  # seconds
+
+
+@cache
+def part_table(kind: str = "all") -> NDArray[np.float32]:
+    """Numbers of each gesture part, (parts, columns).
+
+    "gestures": the articulation of the part; "classes": the attribute classes (Taylor 2017, supplement
+    Table 1) of its phone, equal and empty columns left out; "all": both.
+    """
+    gestures = GESTURES.articulation[GESTURES.part_gesture]
+    classes = np.unique(INVENTORY.attributes[GESTURES.part_phone].astype(np.float32), axis=1)
+    classes = classes[:, classes.std(axis=0) > 0]
+    return {"gestures": gestures, "classes": classes, "all": np.hstack([gestures, classes])}[kind]
+
+
+def context_features(track: PhoneTrack, times: Array, kind: str = "all") -> NDArray[np.float32]:
+    """Box averages and segment timing at instants, (times,) seconds -> (times, features).
+
+    Columns: box by box (17), each with the columns of `part_table(kind)`; then the 12 of `segment_timing`.
+    """
+    table = part_table(kind)
+    parts = split_parts(track)
+    bounds = np.concatenate([[-FAR], parts.bounds[1:-1], [track.duration + FAR]])
+    rows = table[parts.parts].astype(np.float64)
+    running = np.concatenate(
+        [np.zeros((1, table.shape[1])), np.cumsum(rows * np.diff(bounds)[:, None], axis=0)]
+    )
+    asked = (times[:, None] + EDGES).ravel()
+    segment = np.clip(np.searchsorted(bounds, asked, side="right") - 1, 0, len(rows) - 1)
+    integral = running[segment] + rows[segment] * (asked - bounds[segment])[:, None]
+    integral = integral.reshape(len(times), len(EDGES), -1)
+    boxes = np.diff(integral, axis=1) / np.diff(EDGES)[:, None]
+    features = np.empty((len(times), N_BOXES * table.shape[1] + 12), np.float32)
+    features[:, :-12] = boxes.reshape(len(times), -1)
+    features[:, -12:] = segment_timing(track, times)
+    return features
+
+
+def segment_timing(track: PhoneTrack, times: Array) -> Array:
+    """Where in its phone an instant lies and how long the phones around it are, (times,) -> (times, 12)."""
+    lengths = np.minimum(np.diff(track.bounds), LONGEST)
+    segment = track.segment_at(times)
+    since, until = times - track.bounds[segment], track.bounds[segment + 1] - times
+    share = since / (since + until)
+    neighbours = [lengths[np.clip(segment + k, 0, len(lengths) - 1)] for k in (0, -1, 1, -2, 2)]
+    memories = [np.exp(-np.maximum(side, 0) / decay) for decay in DECAYS for side in (since, until)]
+    return np.stack(
+        [np.minimum(since, LONGEST), np.minimum(until, LONGEST), share, *neighbours, *memories], axis=1
+    )

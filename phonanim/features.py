@@ -1,0 +1,53 @@
+"""What a regressor may look at, by name: the one place that turns a track and instants into numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.context import context_features, part_table
+from phonanim.indicators import N_FEATURES, WIDTH, indicators, raw_indicators
+from phonanim.inventory import N_PHONES
+from phonanim.phones import PhoneTrack
+from phonanim.windows import TICK
+
+Array = NDArray[np.float64]
+MODEL_FPS = 25.0  # the frame grid of the recordings, on which windows of frames are defined
+STEP = 1 / MODEL_FPS  # seconds
+CONTEXT = ("all", "gestures", "classes")
+FEATURES = ("indicators", "raw", *CONTEXT)
+NO_CLUSTERS = np.full((N_PHONES, N_PHONES), -1, np.int8)
+
+
+def inputs(
+    kind: str, track: PhoneTrack, times: Array, clusters: NDArray[np.int8] = NO_CLUSTERS
+) -> NDArray[np.float32]:
+    """Features around instants, (times,) seconds -> (times, features).
+
+    "indicators" and "raw" are those of Taylor 2017 (supplement 1; section 5.2) over 11 frames of the
+    model's grid; "all", "gestures" and "classes" are the context features. Raises ValueError otherwise.
+    """
+    if kind in CONTEXT:
+        return context_features(track, times, kind)
+    codes = frame_codes(track, times)
+    if kind == "indicators":
+        return np.asarray(indicators(codes, clusters).dense(np.float32))
+    if kind == "raw":
+        return np.asarray(raw_indicators(codes).dense(np.float32))
+    raise ValueError(f"there are no features {kind!r}, only {', '.join(FEATURES)}")
+
+
+def n_features(kind: str) -> int:
+    """How many columns `inputs` has."""
+    if kind in CONTEXT:
+        return 17 * part_table(kind).shape[1] + 12
+    return {"indicators": N_FEATURES, "raw": N_PHONES * WIDTH}[kind]
+
+
+def frame_codes(track: PhoneTrack, times: Array) -> NDArray[np.uint8]:
+    """Phones in the 11 frames around instants, (times,) -> (times, 11) codes; the ends repeat.
+
+    An instant on a boundary belongs to the phone that begins there, however its seconds were rounded.
+    """
+    around = times[:, None] + (np.arange(WIDTH) - WIDTH // 2) * STEP + TICK
+    return track.sample(np.clip(around, 0, track.duration - TICK).ravel()).reshape(around.shape)

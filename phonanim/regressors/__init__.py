@@ -1,0 +1,203 @@
+"""Regressors: phones (or audio) in, modes of the reference face out. One file each; its stem is its kind."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields
+from difflib import get_close_matches
+from importlib import import_module
+from pathlib import Path
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import ModelError
+from phonanim.face import FaceModel
+from phonanim.files import atomic_path
+from phonanim.inventory import INVENTORY
+from phonanim.phones import PhoneTrack
+
+Tensors = dict[str, NDArray[Any]]
+Progress = Callable[[float], None]
+FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Examples:
+    """What a regressor learns from: per clip the phones, instants (frames,) s, and modes (frames, m).
+
+    `weights` (clips,) scale the clips' squared errors.
+    """
+
+    tracks: tuple[PhoneTrack, ...]
+    times: tuple[NDArray[np.float64], ...]
+    targets: tuple[NDArray[np.float32], ...]
+    weights: tuple[float, ...]
+
+    def __add__(self, other: Examples) -> Examples:
+        return Examples(
+            self.tracks + other.tracks,
+            self.times + other.times,
+            self.targets + other.targets,
+            self.weights + other.weights,
+        )
+
+    def __len__(self) -> int:
+        return len(self.tracks)
+
+
+class Regressor(Protocol):
+    """What each file of this folder provides as `REGRESSOR`; `config_class` a frozen dataclass."""
+
+    driven_by: ClassVar[str]
+    config_class: ClassVar[type]
+    config: Any
+
+    @classmethod
+    def fit(
+        cls,
+        config: Any,
+        train: Examples,
+        validation: Examples,
+        rng: np.random.Generator,
+        progress: Progress,
+    ) -> Regressor:
+        """Learn from examples; `validation` serves early stopping alone."""
+
+    def predict(self, track: PhoneTrack, times: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Modes at instants of a track, (times,) seconds -> (times, modes)."""
+
+    def tensors(self) -> Tensors:
+        """Everything learned, by name."""
+
+    @classmethod
+    def from_tensors(cls, config: Any, tensors: Tensors) -> Regressor:
+        """The regressor that `tensors` describes. Raises KeyError or ValueError where they do not fit."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """A trained regressor with the face that its modes belong to, and its card (model.json)."""
+
+    regressor: Regressor
+    face: FaceModel
+    card: dict[str, Any]
+
+    def predict(
+        self, track: PhoneTrack, fps: float, frames: int, start: float = 0.0
+    ) -> NDArray[np.float32]:
+        """Modes at the instants start + n / fps, -> (frames, modes) float32."""
+        return self.regressor.predict(track, start + np.arange(frames) / fps)
+
+
+def kinds() -> tuple[str, ...]:
+    """Every kind of regressor: the stems of this folder's files."""
+    return tuple(sorted(p.stem for p in Path(__file__).parent.glob("*.py") if not p.stem.startswith("_")))
+
+
+def regressor_class(kind: str) -> type[Regressor]:
+    """The class behind a kind. Raises ModelError with the nearest name when there is none."""
+    if kind not in kinds():
+        near = get_close_matches(kind, kinds(), n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise ModelError(f"there is no regressor {kind!r}{hint} (known: {', '.join(kinds())})")
+    found: type[Regressor] = import_module(f"phonanim.regressors.{kind}").REGRESSOR
+    return found
+
+
+def make_config(kind: str, values: dict[str, Any], where: str) -> Any:
+    """The Config of a kind from a table of values. Raises ModelError naming an unknown key's nearest."""
+    config = regressor_class(kind).config_class
+    known = [field.name for field in fields(config)]
+    for key in values:
+        if key not in known:
+            near = get_close_matches(key, known, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(known)}"
+            raise ModelError(f"{where}: {kind} has no setting {key!r}; {hint}")
+    return config(**{key: tuple(v) if isinstance(v, list) else v for key, v in values.items()})
+
+
+def save(model: Model, folder: Path) -> None:
+    """Write a model folder: weights.safetensors, face.safetensors, and model.json last."""
+    from safetensors.numpy import save_file
+
+    folder.mkdir(parents=True, exist_ok=True)
+    face = {"mean": model.face.mean, "modes": model.face.modes, "std": model.face.std}
+    with atomic_path(folder / "face.safetensors") as path:
+        save_file({**{k: v.astype(np.float32) for k, v in face.items()}, "indices": model.face.indices}, path)
+    with atomic_path(folder / "weights.safetensors") as path:
+        save_file({name: np.ascontiguousarray(t) for name, t in model.regressor.tensors().items()}, path)
+    card = {
+        "format": FORMAT,
+        "kind": type(model.regressor).__module__.rpartition(".")[2],
+        "config": asdict(model.regressor.config),
+        "inventory": list(INVENTORY.phones),
+        "face": model.face.id,
+        **model.card,
+    }
+    with atomic_path(folder / "model.json") as path:
+        path.write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
+
+
+def load(folder: Path) -> Model:
+    """Read a model folder. Raises ModelError naming the file when anything in it is amiss.
+
+    Nothing in a model is executed: weights are safetensors, the rest is JSON.
+    """
+    card = _load_card(folder)
+    face = load_face(folder / "face.safetensors")
+    tensors = _load_tensors(folder / "weights.safetensors")
+    kind = card["kind"]
+    config = make_config(kind, card["config"], str(folder / "model.json"))
+    try:
+        regressor = regressor_class(kind).from_tensors(config, tensors)
+    except (KeyError, ValueError) as error:
+        raise ModelError(
+            f"{folder / 'weights.safetensors'}: does not fit its model.json ({error}); fetch or train it again"
+        ) from error
+    return Model(regressor, face, card)
+
+
+def load_face(path: Path) -> FaceModel:
+    """The reference face that a model folder holds. Raises ModelError when it is damaged."""
+    tensors = _load_tensors(path)
+    try:
+        mean, modes, std = (tensors[name].astype(np.float64) for name in ("mean", "modes", "std"))
+        indices = tensors["indices"].astype(np.int64)
+    except KeyError as error:
+        raise ModelError(f"{path}: lacks the tensor {error}; fetch or train the model again") from error
+    if modes.shape != (len(std), *mean.shape) or len(indices) != len(mean):
+        raise ModelError(f"{path}: its shapes do not agree; fetch or train the model again")
+    return FaceModel(mean, modes, std, indices)
+
+
+def _load_card(folder: Path) -> dict[str, Any]:
+    path = folder / "model.json"
+    try:
+        card = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ModelError(f"{path}: cannot be read as a model ({error}); `phonanim models` lists those at hand") from error
+    if not isinstance(card, dict) or card.get("format") != FORMAT:
+        raise ModelError(f"{path}: is not a model of format {FORMAT}; train it again with this version")
+    if card.get("inventory") != list(INVENTORY.phones):
+        raise ModelError(f"{path}: was made for another phone inventory; train it again with this version")
+    for key in ("kind", "config"):
+        if key not in card:
+            raise ModelError(f"{path}: lacks {key!r}; fetch or train the model again")
+    return card
+
+
+def _load_tensors(path: Path) -> Tensors:
+    from safetensors import SafetensorError
+    from safetensors.numpy import load_file
+
+    try:
+        tensors: Tensors = load_file(path)
+    except (OSError, SafetensorError, ValueError) as error:
+        raise ModelError(f"{path}: cannot be read ({error}); fetch or train the model again") from error
+    for name, tensor in tensors.items():
+        if tensor.dtype.kind == "f" and not np.isfinite(tensor).all():
+            raise ModelError(f"{path}: the tensor {name!r} holds numbers that are not finite; train it again")
+    return tensors

@@ -1,0 +1,113 @@
+"""The sliding-window network of Taylor 2017 (section 5.1), and smaller ones on other features."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.features import STEP, inputs, n_features
+from phonanim.phones import PhoneTrack
+from phonanim.regressors import Examples, Progress, Tensors
+from phonanim.regressors._rows import cluster_table, training_rows
+from phonanim.windows import predict_at
+
+Array = NDArray[np.float64]
+CHUNK = 1024  # windows at once: small enough to stay in the cache, large enough for the matrix product
+
+
+@dataclass(frozen=True)
+class Config:
+    """The defaults are ours; `taylor2017` in benchmarks/configs has the published values.
+
+    `features` is one of phonanim.features.FEATURES, `width` the output window (Ky) in frames, `hidden`
+    the units of each hidden layer.
+    """
+
+    features: str = "all"
+    width: int = 1
+    hidden: tuple[int, ...] = (256, 256)
+    activation: Literal["silu", "tanh"] = "silu"
+    dropout: float = 0.3
+    optimizer: Literal["adamw", "sgd"] = "adamw"
+    rate: float = 2e-3
+    momentum: float = 0.0
+    decay: float = 1e-2
+    batch: int = 512
+    epochs: int = 12
+    patience: int = 5
+    standardize: bool = True
+
+
+@dataclass(frozen=True)
+class Network:
+    """A trained network: `layers` are (weights (in, out), bias (out,)), `clusters` (41, 41) int8."""
+
+    config: Config
+    layers: tuple[tuple[NDArray[np.float32], NDArray[np.float32]], ...]
+    clusters: NDArray[np.int8]
+
+    driven_by: ClassVar[str] = "phones"
+    config_class: ClassVar[type] = Config
+
+    def predict(self, track: PhoneTrack, times: Array) -> NDArray[np.float32]:
+        """Modes at instants, (times,) seconds -> (times, modes); overlapping windows are averaged."""
+
+        def windows(centres: Array) -> NDArray[np.float32]:
+            return self._forward(track, centres).reshape(len(centres), self.config.width, -1)
+
+        return predict_at(times, track.duration, STEP, self.config.width, windows, CHUNK)
+
+    def _forward(self, track: PhoneTrack, times: Array) -> NDArray[np.float32]:
+        signal = inputs(self.config.features, track, times, self.clusters)
+        for weights, bias in self.layers[:-1]:
+            signal = signal @ weights
+            signal += bias
+            signal = _ACTIVATIONS[self.config.activation](signal)
+        weights, bias = self.layers[-1]
+        output: NDArray[np.float32] = signal @ weights + bias
+        return output
+
+    def tensors(self) -> Tensors:
+        """weights0, bias0, weights1, ... and the clusters of phone pairs."""
+        found: Tensors = {"clusters": self.clusters}
+        for number, (weights, bias) in enumerate(self.layers):
+            found |= {f"weights{number}": weights, f"bias{number}": bias}
+        return found
+
+    @classmethod
+    def from_tensors(cls, config: Any, tensors: Tensors) -> Network:
+        """Raises ValueError when a layer does not fit the one before it."""
+        size, layers = n_features(config.features), []
+        for number in range(len(config.hidden) + 1):
+            weights, bias = tensors[f"weights{number}"], tensors[f"bias{number}"]
+            if weights.shape != (size, len(bias)):
+                raise ValueError(f"weights{number} is {weights.shape}, not {(size, len(bias))}")
+            size = len(bias)
+            layers.append((weights.astype(np.float32), bias.astype(np.float32)))
+        return cls(config, tuple(layers), tensors["clusters"].astype(np.int8))
+
+    @classmethod
+    def fit(
+        cls, config: Any, train: Examples, validation: Examples, rng: np.random.Generator, progress: Progress
+    ) -> Network:
+        """Minimize the squared error of the windows; early stopping on `validation`."""
+        from phonanim.regressors._torch import Rows, fit_network
+
+        clusters = cluster_table(config.features, train, rng)
+        rows = Rows(*training_rows(train, config.features, config.width, clusters))
+        held_out = Rows(*training_rows(validation, config.features, config.width, clusters))
+        return cls(config, tuple(fit_network(config, rows, held_out, rng, progress)), clusters)
+
+
+def _silu(signal: NDArray[np.float32]) -> NDArray[np.float32]:
+    # x * sigmoid(x) through tanh, which numpy vectorizes and which cannot overflow.
+    half = signal * np.float32(0.5)
+    return half * (1 + np.tanh(half))
+
+
+_ACTIVATIONS = {"silu": _silu, "tanh": np.tanh}
+
+REGRESSOR = Network

@@ -1,0 +1,71 @@
+"""The mean face of each phone, smoothed over time: the baseline that knows no context."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.inventory import N_PHONES
+from phonanim.phones import PhoneTrack
+from phonanim.regressors import Examples, Progress, Tensors
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Config:
+    """`smoothing` is the width of the box, in seconds, over which the means are averaged."""
+
+    smoothing: float = 0.12
+
+
+@dataclass(frozen=True)
+class PhoneMean:
+    """`means` (41, modes); phones that were never seen have the mean of all."""
+
+    config: Config
+    means: NDArray[np.float32]
+
+    driven_by: ClassVar[str] = "phones"
+    config_class: ClassVar[type] = Config
+
+    def predict(self, track: PhoneTrack, times: Array) -> NDArray[np.float32]:
+        """Modes at instants, (times,) seconds -> (times, modes): the exact mean over the box."""
+        rows = self.means[track.codes].astype(np.float64)
+        bounds = track.bounds.copy()
+        bounds[0], bounds[-1] = -1.0, bounds[-1] + 1.0  # the first and last phone go on beyond the ends
+        running = np.concatenate([np.zeros((1, rows.shape[1])), np.cumsum(rows * np.diff(bounds)[:, None], axis=0)])
+        edges = times[:, None] + np.array([-0.5, 0.5]) * self.config.smoothing
+        segment = np.clip(np.searchsorted(bounds, edges, side="right") - 1, 0, len(rows) - 1)
+        integral = running[segment] + rows[segment] * (edges - bounds[segment])[..., None]
+        return ((integral[:, 1] - integral[:, 0]) / self.config.smoothing).astype(np.float32)
+
+    def tensors(self) -> Tensors:
+        """The means."""
+        return {"means": self.means}
+
+    @classmethod
+    def from_tensors(cls, config: Any, tensors: Tensors) -> PhoneMean:
+        """Raises ValueError when there is not one mean for each phone."""
+        if len(tensors["means"]) != N_PHONES:
+            raise ValueError(f"means has {len(tensors['means'])} rows, not {N_PHONES}")
+        return cls(config, tensors["means"])
+
+    @classmethod
+    def fit(
+        cls, config: Any, train: Examples, validation: Examples, rng: np.random.Generator, progress: Progress
+    ) -> PhoneMean:
+        """Average the frames of each phone."""
+        codes = np.concatenate([t.sample(at) for t, at in zip(train.tracks, train.times, strict=True)])
+        targets = np.concatenate(train.targets)
+        means = np.tile(targets.mean(axis=0), (N_PHONES, 1))
+        for code in np.unique(codes):
+            means[code] = targets[codes == code].mean(axis=0)
+        progress(1.0)
+        return cls(config, means.astype(np.float32))
+
+
+REGRESSOR = PhoneMean
