@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from phonanim.alignment import read_alignment
-from phonanim.animate import model_hash, rig_hash
+from phonanim.animate import model_hash
 from phonanim.animation import Animation
 from phonanim.audio import duration
 from phonanim.dubbing.ledger import Outcome, read_ledger
 from phonanim.dubbing.lines import Line, Lines
+from phonanim.dubbing.origin import rig_hash
 from phonanim.errors import PhonanimError
 from phonanim.exporters import find_exporter, load, suffixes
 from phonanim.files import content_hash

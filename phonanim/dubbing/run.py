@@ -8,7 +8,7 @@ from pathlib import Path
 from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.ledger import Outcome, append, appending, locked, read_ledger, write_ledger
 from phonanim.dubbing.lines import Lines
-from phonanim.dubbing.make import is_current, origin_of
+from phonanim.dubbing.origin import is_current, origin_of
 from phonanim.dubbing.report import write_reports
 from phonanim.errors import OutputError, PhonanimError
 from phonanim.files import PARTIAL
