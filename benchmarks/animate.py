@@ -1,0 +1,109 @@
+"""What animating costs: start, memory, frames per second, and growth with length.
+
+    python benchmarks/animate.py
+
+Makes its lines from examples/line.TextGrid, repeated. Each figure is the best of several runs.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from phonanim import contacts
+from phonanim.alignment import Interval, read_alignment
+from phonanim.animate import load_cached_rig, load_model
+from phonanim.language import to_phones
+from phonanim.options import DEFAULTS
+from phonanim.rates import frame_count
+from phonanim.rig.retarget import retarget
+from phonanim.textgrid import write_textgrid
+
+ROOT = Path(__file__).resolve().parent.parent
+LINE = ROOT / "examples" / "line.TextGrid"
+TRIES = 5
+FPS = 60.0
+
+
+def lengthened(seconds: float, folder: Path) -> Path:
+    """An alignment of about `seconds`: the example, as often as it takes."""
+    line = read_alignment(LINE)
+    times = max(1, round(seconds / line.duration))
+    phones = [
+        Interval(phone.label, phone.start + n * line.duration, phone.end + n * line.duration)
+        for n in range(times)
+        for phone in line.intervals
+    ]
+    path = folder / f"{seconds:g}.TextGrid"
+    write_textgrid(path, {"phones": phones}, times * line.duration)
+    return path
+
+
+def cold_start(folder: Path) -> tuple[float, float]:
+    """Seconds and megabytes of `phonanim animate` of the example to CSV, in a process of its own."""
+    command = [sys.executable, str(ROOT / "cli.py"), "animate", str(LINE), "-o", str(folder / "a.csv"), "-q"]
+    walls = []
+    for _ in range(TRIES):
+        started = time.perf_counter()
+        subprocess.run(command, check=True)
+        walls.append(time.perf_counter() - started)
+    return min(walls), resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+
+
+def steps(path: Path) -> dict[str, float]:
+    """Seconds that each step from alignment to controls takes."""
+    model, rig = load_model(DEFAULTS.model), load_cached_rig(DEFAULTS.rig)
+    clock = [time.perf_counter()]
+
+    def lap() -> None:
+        clock.append(time.perf_counter())
+
+    alignment = read_alignment(path)
+    lap()
+    track, _ = to_phones(alignment)
+    lap()
+    modes = model.predict(track, FPS, frame_count(track.duration, FPS))
+    lap()
+    modes = contacts.close(modes, track, model.face, FPS)
+    lap()
+    retarget(modes, model.face, rig)
+    lap()
+    names = ("read", "phones", "predict", "contacts", "retarget")
+    return {name: end - start for name, start, end in zip(names, clock, clock[1:], strict=True)}
+
+
+def peak(path: Path) -> float:
+    """Megabytes that animating a file to NPZ takes, in a process of its own."""
+    code = "import sys; from phonanim.__main__ import run; run(sys.argv[1:])"
+    before = subprocess.Popen(
+        [sys.executable, "-c", code, "animate", str(path), "-o", str(path.with_suffix(".npz")), "-q"], cwd=ROOT
+    )
+    _, _, usage = os.wait4(before.pid, 0)
+    return usage.ru_maxrss / 1024
+
+
+def main() -> None:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        wall, memory = cold_start(folder)
+        print(f"a line of 4.5 s to CSV, cold start: {wall:.2f} s, {memory:.0f} MB\n")
+        print("seconds   frames    read  phones  predict  contacts  retarget   frames/s   peak MB")
+        for seconds in (10, 60, 600, 3600):
+            path = lengthened(seconds, folder)
+            runs = [steps(path) for _ in range(TRIES if seconds <= 60 else 2)]
+            best = min(runs, key=lambda run: sum(run.values()))
+            frames = frame_count(read_alignment(path).duration, FPS)
+            rate = frames / sum(value for name, value in best.items() if name != "read")
+            laps = "  ".join(f"{value:7.3f}" for value in best.values())
+            print(f"{seconds:7d} {frames:8d} {laps} {rate:12.0f} {peak(path):9.0f}")
+
+
+if __name__ == "__main__":
+    main()
