@@ -1,0 +1,101 @@
+"""A viewer in one HTML file: the head speaks, with the sound, phones, words and curves on a timeline."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from phonanim.animation import Animation
+from phonanim.errors import OutputError, RigError
+from phonanim.exporters.json import spans
+from phonanim.files import write_text
+from phonanim.glb import Glb, read_glb
+from phonanim.head import SHIPPED
+from phonanim.morphs import find_morphs
+
+SUMMARY = "viewer in one file that works offline: head, sound, timeline, curves, two takes side by side"
+PAGE = Path(__file__).parent.parent / "viewer"
+SCRIPTS = ("three.js", "data.js", "stage.js", "timeline.js", "player.js")
+AUDIO_TYPES = {".wav": "audio/wav", ".flac": "audio/flac", ".ogg": "audio/ogg", ".mp3": "audio/mpeg"}
+
+
+def write(
+    animation: Animation, path: Path, other: Animation | None = None, character: Path = SHIPPED
+) -> None:
+    """Write the page; `other` is a second take, shown beside the first.
+
+    Raises RigError when the character has no target for any channel, OutputError when the sound cannot be
+    read or the destination not be written.
+    """
+    glb = read_glb(character)
+    takes = [_take(take, glb) for take in (animation, other) if take]
+    data = {
+        "facts": _facts(animation),
+        "takes": takes,
+        "audio": _sound(animation.audio) if animation.audio else None,
+        "head": _base64(character.read_bytes()),
+    }
+    fields = {
+        "title": html.escape(str(animation.provenance.get("input", path.stem))),
+        "style": _file("style.css"),
+        "data": json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/"),
+        "script": "\n".join(map(_file, SCRIPTS)),
+    }
+    page = _file("page.html")
+    for name, text in fields.items():
+        page = page.replace("{{" + name + "}}", text)
+    write_text(path, page)
+
+
+def _take(animation: Animation, glb: Glb) -> dict[str, Any]:
+    """One take for the page: curves as float32, frame after frame."""
+    targets: dict[str, str] = {}
+    for morphs in find_morphs(glb):
+        moved = morphs.moved(animation.channels)
+        targets |= {animation.channels[column]: morphs.names[target] for column, target, _ in moved}
+    if not targets:
+        shown = ", ".join(animation.channels[:4])
+        raise RigError(f"{glb.source}: none of its morph targets is named like {shown} ...; choose its --rig")
+    return {
+        "name": str(animation.provenance.get("name", animation.provenance.get("input", animation.rig))),
+        "fps": animation.fps,
+        "start": animation.start,
+        "channels": list(animation.channels),
+        "targets": targets,
+        "phones": spans(animation.phones),
+        "words": spans(animation.words),
+        "curves": _base64(np.ascontiguousarray(animation.values, "<f4").tobytes()),
+    }
+
+
+def _facts(animation: Animation) -> str:
+    seconds = len(animation.values) / animation.fps
+    return f"{animation.rig} · {animation.fps:g} fps · {seconds:.2f} s · {len(animation.phones)} phones"
+
+
+def _sound(path: Path) -> str:
+    """A recording as a data address."""
+    kind = AUDIO_TYPES.get(path.suffix.lower())
+    if kind is None:
+        raise OutputError(
+            f"{path}: a browser plays {' '.join(AUDIO_TYPES)}; convert the recording to one of them"
+        )
+    try:
+        return f"data:{kind};base64,{_base64(path.read_bytes())}"
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def _base64(data: bytes) -> str:
+    return base64.b64encode(data).decode("ascii")
+
+
+@cache
+def _file(name: str) -> str:
+    return (PAGE / name).read_text(encoding="utf-8")

@@ -1,0 +1,113 @@
+// The heads, one beside the other, each moved by its take.
+
+const FIELD = 26; // degrees from bottom to top
+
+class Stage {
+  constructor(section, takes) {
+    this.section = section;
+    this.takes = takes;
+    this.heads = [];
+    this.renderer = new THREE.WebGLRenderer({ canvas: section.querySelector("canvas"), antialias: true, preserveDrawingBuffer: true });
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.toneMapping = THREE.NeutralToneMapping;
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = THREE.PCFShadowMap;
+    this.camera = new THREE.PerspectiveCamera(FIELD, 1, 0.01, 100);
+    this.controls = new THREE.OrbitControls(this.camera, this.renderer.domElement);
+  }
+
+  async load(bytes) {
+    for (const take of this.takes) {
+      const gltf = await new THREE.GLTFLoader().parseAsync(bytes.slice().buffer, "");
+      this.heads.push(this.lit(gltf.scene, take));
+    }
+    this.heads[0].scene.updateMatrixWorld(true);
+    this.frame(this.heads[0]);
+  }
+
+  // A scene with one head and its lights: key from the upper left, a cool fill, a rim from behind.
+  lit(model, take) {
+    const scene = new THREE.Scene();
+    scene.background = new THREE.Color(0x30343c);
+    scene.add(model, new THREE.HemisphereLight(0xdfe6f2, 0x4a3a32, 0.9));
+    const size = new THREE.Box3().setFromObject(model).getSize(new THREE.Vector3()).y;
+    const centre = new THREE.Box3().setFromObject(model).getCenter(new THREE.Vector3());
+    const lights = [[0xfff1e2, 2.6, -0.9, 1.1, 1.7], [0xc4d4ff, 0.7, 1.7, 0.2, 0.9], [0xffffff, 1.6, 1.0, 1.0, -1.5]];
+    lights.forEach(([color, strength, x, y, z], number) => {
+      const light = new THREE.DirectionalLight(color, strength);
+      light.position.set(x, y, z).multiplyScalar(size).add(centre);
+      light.target.position.copy(centre);
+      if (number === 0) this.shade(light, size);
+      scene.add(light, light.target);
+    });
+    const morphs = [];
+    model.traverse((part) => {
+      part.castShadow = part.receiveShadow = Boolean(part.isMesh);
+      if (part.morphTargetDictionary) morphs.push(...binds(part, take));
+    });
+    return { scene, take, morphs };
+  }
+
+  shade(light, size) {
+    const reach = size * 0.75;
+    light.castShadow = true;
+    light.shadow.mapSize.set(2048, 2048);
+    light.shadow.normalBias = size * 0.004;
+    light.shadow.radius = 3;
+    Object.assign(light.shadow.camera, { left: -reach, right: reach, top: reach, bottom: -reach, near: size * 0.1, far: size * 5 });
+  }
+
+  // Look at the face: what the bound targets move, and as much again around it.
+  frame({ morphs }) {
+    const box = new THREE.Box3();
+    for (const { part, target } of morphs) box.union(reach(part, target));
+    const tall = 1.55 * (box.max.y - box.min.y);
+    const centre = box.getCenter(new THREE.Vector3());
+    centre.y += 0.04 * tall;
+    const distance = tall / 2 / Math.tan((FIELD * Math.PI) / 360);
+    this.controls.target.copy(centre);
+    this.camera.position.set(centre.x - 0.22 * distance, centre.y, centre.z + distance);
+    this.camera.near = distance / 50;
+    this.camera.far = distance * 50;
+    this.controls.update();
+  }
+
+  draw(time) {
+    const { clientWidth: width, clientHeight: height } = this.section;
+    this.renderer.setSize(width, height, false);
+    this.renderer.setScissorTest(true);
+    const share = width / this.heads.length;
+    this.camera.aspect = share / height;
+    this.camera.updateProjectionMatrix();
+    this.heads.forEach(({ scene, take, morphs }, number) => {
+      for (const { part, target, channel } of morphs) part.morphTargetInfluences[target] = take.at(channel, time);
+      this.renderer.setViewport(number * share, 0, share, height);
+      this.renderer.setScissor(number * share, 0, share, height);
+      this.renderer.render(scene, this.camera);
+    });
+  }
+}
+
+// Which target of a part follows which channel of a take, by the pairs that were found when the page was made.
+function binds(part, take) {
+  const found = [];
+  take.channels.forEach((name, channel) => {
+    const target = part.morphTargetDictionary[take.targets[name]];
+    if (target !== undefined) found.push({ part, target, channel });
+  });
+  return found;
+}
+
+// The box around the vertices that a target moves by a fifth or more of its largest move.
+function reach(part, target) {
+  const points = part.geometry.attributes.position;
+  const moves = part.geometry.morphAttributes.position[target];
+  const move = new THREE.Vector3();
+  const lengths = Array.from({ length: moves.count }, (_, i) => move.fromBufferAttribute(moves, i).length());
+  const most = lengths.reduce((a, b) => Math.max(a, b), 0);
+  const box = new THREE.Box3();
+  lengths.forEach((length, i) => {
+    if (most > 0 && length >= 0.2 * most) box.expandByPoint(move.fromBufferAttribute(points, i).applyMatrix4(part.matrixWorld));
+  });
+  return box;
+}

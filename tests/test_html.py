@@ -1,0 +1,102 @@
+import base64
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from animations import line, only
+from phonanim.errors import OutputError, RigError
+from phonanim.exporters import save
+from phonanim.exporters.html import SCRIPTS
+from phonanim.head import SHIPPED
+
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+browser = pytest.mark.skipif(CHROMIUM is None, reason="needs chromium or google-chrome")
+
+
+def data_of(path):
+    text = re.search(r'type="application/json">(.*?)</script>', path.read_text("utf-8"), re.DOTALL)[1]
+    return json.loads(text)
+
+
+def test_the_page_holds_everything(tmp_path):
+    animation = replace(line(), audio=tmp_path / "a.wav")
+    animation.audio.write_bytes(b"RIFF")
+    save(animation, tmp_path / "a.html", other=only(animation, jawOpen=0.5))
+    data = data_of(tmp_path / "a.html")
+    first, second = data["takes"]
+    curves = np.frombuffer(base64.b64decode(first["curves"]), "<f4").reshape(-1, len(first["channels"]))
+    np.testing.assert_array_equal(curves, animation.values)
+    assert first["targets"]["jawOpen"] == "jawOpen"
+    assert first["phones"][1] == ["HH", 0.1, 0.2]
+    assert second["channels"] == first["channels"]
+    assert data["audio"] == "data:audio/wav;base64," + base64.b64encode(b"RIFF").decode()
+    assert base64.b64decode(data["head"]) == SHIPPED.read_bytes()
+
+
+def test_nothing_is_fetched_and_nothing_breaks_out(tmp_path):
+    animation = replace(line(), provenance={"input": "</script><b>.TextGrid"})
+    save(animation, tmp_path / "a.html")
+    page = (tmp_path / "a.html").read_text("utf-8")
+    assert not re.search(r'(src|href)="', page)
+    assert "{{" not in re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
+    assert page.count("</script>") == 2
+    assert "<title>&lt;/script&gt;" in page
+    assert data_of(tmp_path / "a.html")["takes"][0]["name"] == "</script><b>.TextGrid"
+
+
+def test_pages_that_cannot_be_made(tmp_path):
+    with pytest.raises(RigError, match=r"head\.glb: none of its morph targets is named like x0, x1, x2, x3"):
+        save(replace(line(), channels=tuple(f"x{i}" for i in range(52))), tmp_path / "a.html")
+    with pytest.raises(OutputError, match=r"a\.aiff: a browser plays \.wav \.flac \.ogg \.mp3; convert"):
+        save(replace(line(), audio=tmp_path / "a.aiff"), tmp_path / "a.html")
+    with pytest.raises(OutputError, match=r"a\.wav: cannot be read: No such file"):
+        save(replace(line(), audio=tmp_path / "a.wav"), tmp_path / "a.html")
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_scripts_are_those_of_the_folder(root):
+    folder = root / "phonanim" / "viewer"
+    assert {path.name for path in folder.glob("*.js")} == set(SCRIPTS)
+    assert "The MIT License" in (folder / "three.js").read_text("utf-8")[:2000]
+
+
+def opened(page, address, *options):
+    """What the browser says of a page, once it has been drawn."""
+    command = [
+        CHROMIUM,
+        "--headless",
+        "--no-sandbox",
+        "--enable-unsafe-swiftshader",
+        "--use-angle=swiftshader",
+    ]
+    command += ["--window-size=900,700", "--virtual-time-budget=5000", *options, page.as_uri() + address]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=True).stdout
+
+
+@browser
+def test_a_browser_draws_the_time_it_is_asked_for(tmp_path):
+    save(line(), tmp_path / "a.html")
+    document = opened(tmp_path / "a.html", "#t=0.55", "--dump-dom")
+    assert 'data-drawn="0.550"' in document
+    assert document.count('class="curve"') == 52
+
+
+@browser
+def test_the_lips_open_where_the_curves_say(tmp_path):
+    images = pytest.importorskip("PIL.Image")
+    pictures = []
+    for opening in (0.0, 0.7):
+        save(only(line(), jawOpen=opening), tmp_path / "a.html")
+        opened(tmp_path / "a.html", "#t=0.5", f"--screenshot={tmp_path / 'a.png'}")
+        with images.open(tmp_path / "a.png") as image:
+            pictures.append(np.asarray(image.convert("L"), float)[60:380, :600])
+    changed = np.argwhere(np.abs(pictures[0] - pictures[1]) > 40)
+    assert len(changed) > 300
+    row, column = np.median(changed, axis=0)
+    assert row > 160  # the lower half of the face
+    assert 250 < column < 380  # its middle
