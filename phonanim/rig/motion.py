@@ -1,0 +1,69 @@
+"""A sample of the reference face's motion: what a rig is fitted to where no recordings are at hand."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import RigError
+from phonanim.face import FaceModel, lip_aperture
+from phonanim.files import write_text
+from phonanim.inventory import LEXICON
+from phonanim.rig.fit import CLOSED_APERTURE
+
+Array = NDArray[np.float64]
+
+SHIPPED = LEXICON / "rigs" / "motion.csv"
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Frames of speech: `standardized` (frames, modes) standard deviations of the modes of face `face`."""
+
+    face: str
+    standardized: Array
+
+    def modes(self, face: FaceModel) -> Array:
+        """Shape parameters, (frames, modes) mm. Raises RigError when they are of another face."""
+        if self.face != face.id:
+            raise RigError(
+                f"the motion sample is of the reference face {self.face}, the model's face is {face.id}; "
+                "rebuild it: python scripts/fit_rig.py"
+            )
+        return self.standardized * face.std
+
+
+def sample_motion(modes: Array, face: FaceModel, frames: int, rng: np.random.Generator) -> Motion:
+    """Draw frames for fitting, half of them with closed lips, (n, m) -> a Motion of `frames` frames."""
+    shut = lip_aperture(face.instance(modes), face) < CLOSED_APERTURE
+    halves = (np.flatnonzero(shut), frames // 2), (np.flatnonzero(~shut), frames - frames // 2)
+    chosen = np.concatenate([rng.choice(rows, count, replace=False) for rows, count in halves])
+    return Motion(face.id, np.round(modes[np.sort(chosen)] / face.std, 3))
+
+
+def read_motion(path: Path = SHIPPED) -> Motion:
+    """Read a motion sample: a CSV whose header is the face's id and the modes. Raises RigError."""
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = list(csv.reader(file))
+        values = np.array(rows[1:], np.float64)
+    except (OSError, ValueError, IndexError) as error:
+        raise RigError(
+            f"{path}: is no motion sample ({error}); rebuild it: python scripts/fit_rig.py"
+        ) from error
+    return Motion(rows[0][0].removeprefix("face "), values[:, 1:])
+
+
+def write_motion(path: Path, motion: Motion) -> None:
+    """Write a motion sample, whole or not at all."""
+    modes = [f"mode{k + 1}" for k in range(motion.standardized.shape[1])]
+    lines = [",".join([f"face {motion.face}", *modes])]
+    lines += [
+        ",".join([str(row), *(f"{value:.3f}" for value in values)])
+        for row, values in enumerate(motion.standardized, start=1)
+    ]
+    write_text(path, "\n".join(lines) + "\n")

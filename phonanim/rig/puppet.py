@@ -1,0 +1,95 @@
+"""A rig as the solver sees it: where its landmarks rest and what each control moves, in the face's axes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import RigError
+from phonanim.face import FaceModel
+from phonanim.head import Head
+from phonanim.rig.landmarks import MeshLandmarks
+
+Array = NDArray[np.float64]
+PUPILS = (468, 473)  # right, left
+PUPIL_DISTANCE = 63.0  # mm, as in the reference face
+ALIKE = 0.5  # two controls are partners when their mirrored motions differ by less than this fraction
+
+
+@dataclass(frozen=True)
+class Puppet:
+    """The landmarks of a head at rest and under each control at full weight.
+
+    `controls` are names, `rest` (landmarks, 3) and `shapes` (controls, landmarks, 3) millimetres in the
+    axes and the size of the reference face (pupils 63 mm apart), rows as in `FaceModel.indices`.
+    """
+
+    controls: tuple[str, ...]
+    rest: Array
+    shapes: Array
+
+    def pose(self, values: NDArray[np.floating]) -> Array:
+        """Landmarks under control values, (frames, controls) -> (frames, landmarks, 3) mm."""
+        flat = np.asarray(values, np.float64) @ self.shapes.reshape(len(self.shapes), -1)
+        return self.rest + flat.reshape(-1, *self.rest.shape)
+
+    def take(self, controls: tuple[str, ...]) -> Puppet:
+        """These controls alone."""
+        rows = [self.controls.index(control) for control in controls]
+        return replace(self, controls=controls, shapes=self.shapes[rows])
+
+
+def make_puppet(head: Head, landmarks: MeshLandmarks, face: FaceModel) -> Puppet:
+    """Bring a head into the reference face's axes and size.
+
+    Heads are modelled along the axes, so the turn is the signed permutation of axes nearest to the best
+    rotation (Umeyama 1991). Raises RigError when the landmarks do not resemble a face.
+    """
+    spots = landmarks.take(face.indices.tolist())
+    rest, shapes = spots.of(head.vertices), spots.of(head.deltas)
+    turn = _snap(_rotation(rest, face.mean))
+    rest, shapes = rest @ turn, shapes @ turn
+    right, left = face.rows(PUPILS)
+    apart = float(np.linalg.norm(rest[left] - rest[right]))
+    if apart == 0:
+        raise RigError("the landmarks of the pupils (468, 473) coincide; mend the landmark table")
+    scale = PUPIL_DISTANCE / apart
+    return Puppet(head.targets, (rest - (rest[left] + rest[right]) / 2) * scale, shapes * scale)
+
+
+def _rotation(points: Array, target: Array) -> Array:
+    """Least-squares rotation of points onto a target, to be multiplied from the right."""
+    left, _, right = np.linalg.svd((points - points.mean(axis=0)).T @ (target - target.mean(axis=0)))
+    left[:, 2] *= np.sign(np.linalg.det(left @ right))
+    return np.asarray(left @ right)
+
+
+def _snap(rotation: Array) -> Array:
+    snapped = np.where(np.abs(rotation) == np.abs(rotation).max(axis=0), np.sign(rotation), 0.0)
+    if not np.isclose(np.linalg.det(snapped), 1.0):
+        raise RigError("the head does not stand along the axes; turn it upright and apply the rotation")
+    return snapped
+
+
+def mirrored(shapes: Array, partner: NDArray[np.int64]) -> Array:
+    """Faces seen in a mirror, (..., landmarks, 3) -> the same shape."""
+    return np.asarray(shapes[..., partner, :] * (-1.0, 1.0, 1.0))
+
+
+def landmark_partners(rest: Array) -> NDArray[np.int64]:
+    """The landmark on the other side of each, (landmarks, 3) -> (landmarks,)."""
+    flipped = rest * (-1.0, 1.0, 1.0)
+    return np.asarray(np.linalg.norm(flipped[:, None] - rest[None], axis=2).argmin(axis=1))
+
+
+def control_partners(puppet: Puppet) -> NDArray[np.int64]:
+    """The control that does the same on the other side, (controls,); itself for a symmetric control."""
+    flat = puppet.shapes.reshape(len(puppet.shapes), -1)
+    flipped = mirrored(puppet.shapes, landmark_partners(puppet.rest)).reshape(flat.shape)
+    apart = np.linalg.norm(flipped[:, None] - flat[None], axis=2)
+    nearest = apart.argmin(axis=1)
+    mutual = nearest[nearest] == np.arange(len(flat))
+    alike = apart.min(axis=1) < ALIKE * np.linalg.norm(flat, axis=1).clip(1e-9)
+    return np.where(mutual & alike, nearest, np.arange(len(flat)))

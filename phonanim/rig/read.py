@@ -1,0 +1,185 @@
+"""Rig files: TOML that an artist can write, read and checked."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from difflib import get_close_matches
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from phonanim.errors import RigError
+from phonanim.inventory import LEXICON
+from phonanim.rig.rig import MEAN, POSES, Array, Rig, Through
+from phonanim.rig.tables import read_hinges, read_mixture
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+FOLDER = LEXICON / "rigs"
+KEYS = (
+    *("name", "title", "source", "face", "head", "landmarks", "direct", "through", "table"),
+    *("speech", "controls", "at_most", "poses"),
+)
+
+
+def rig_names() -> tuple[str, ...]:
+    """The rigs that are shipped."""
+    return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
+
+
+def load_rig(name: str) -> Rig:
+    """Read a rig: a shipped one by its name, or one of your own by the path of its TOML file.
+
+    Raises RigError that names the file, the place in it and the mend.
+    """
+    path = find_rig(str(name))
+    document = read_document(path)
+    found = problems(document)
+    if found:
+        more = f" (and {len(found) - 1} more: phonanim rig check {path})" if len(found) > 1 else ""
+        raise RigError(f"{path}: {found[0]}{more}")
+    return _build(document, path)
+
+
+def find_rig(name: str) -> Path:
+    """The TOML file of a rig. Raises RigError, with the nearest name."""
+    if name in rig_names():
+        return FOLDER / f"{name}.toml"
+    if Path(name).suffix == ".toml" and Path(name).is_file():
+        return Path(name)
+    raise RigError(
+        f"there is no rig {name!r}{_hint(name, rig_names())}; shipped are {', '.join(rig_names())}, "
+        "and any .toml file that `phonanim rig new` writes"
+    )
+
+
+def read_document(path: Path) -> dict[str, Any]:
+    """The TOML of a rig, unchecked. Raises RigError."""
+    try:
+        document: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise RigError(f"{path}: cannot be read: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise RigError(f"{path}: is not TOML: {error}") from error
+    return document
+
+
+def problems(document: dict[str, Any]) -> list[str]:
+    """Everything that is wrong with a rig document, each in one line with its mend; empty when good."""
+    unknown = [f"unknown key {key!r}{_hint(key, KEYS)}" for key in document if key not in KEYS]
+    controls = document.get("controls")
+    if not isinstance(controls, dict) or not controls:
+        return [*unknown, "needs a table [controls] with name = [minimum, rest, maximum]"]
+    limits = [line for name, limit in controls.items() if (line := _limit_problem(name, limit))]
+    if unknown or limits:
+        return unknown + limits
+    return [*_reference_problems(document, controls), *_pose_problems(document, controls)]
+
+
+def _limit_problem(name: str, limit: Any) -> str:
+    numeric = isinstance(limit, list) and len(limit) == 3 and all(_is_number(value) for value in limit)
+    if not numeric:
+        return f"[controls] {name} must be [minimum, rest, maximum], three numbers, not {limit!r}"
+    if not limit[0] <= limit[1] <= limit[2]:
+        return f"[controls] {name} = {limit}: must rise from minimum over rest to maximum"
+    return ""
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value)
+
+
+def _reference_problems(document: dict[str, Any], controls: dict[str, Any]) -> list[str]:
+    """Controls that other tables name but that do not exist."""
+    pairs = document.get("at_most", {})
+    named = [("at_most", name) for name in (*pairs, *pairs.values())]
+    named += [("speech", name) for name in document.get("speech", [])]
+    return [_unknown_control(place, name, controls) for place, name in named if name not in controls]
+
+
+def _unknown_control(place: str, name: str, controls: Iterable[str]) -> str:
+    return f"[{place}] names the control {name!r}, which is not in [controls]{_hint(name, controls)}"
+
+
+def _pose_problems(document: dict[str, Any], controls: dict[str, Any]) -> list[str]:
+    poses = document.get("poses", {})
+    if not poses:
+        return (
+            []
+            if {"direct", "through"} & set(document)
+            else ["needs [poses.*], a direct map or a rig to go through"]
+        )
+    names = (MEAN, *POSES)
+    found = [f"[poses.{key}] is no pose{_hint(key, names)}" for key in poses if key not in names]
+    found += [f"[poses.{key}] is missing: {looks}" for key, looks in POSES.items() if not poses.get(key)]
+    written = [(pose, name, value) for pose in names for name, value in poses.get(pose, {}).items()]
+    return found + [line for place in written if (line := _value_problem(*place, controls))]
+
+
+def _value_problem(pose: str, name: str, value: Any, controls: dict[str, Any]) -> str:
+    place = f"poses.{pose}"
+    if name not in controls:
+        return _unknown_control(place, name, controls)
+    if not _is_number(value):
+        return f"[{place}] {name} must be a number, not {value!r}"
+    minimum, _, maximum = controls[name]
+    if not minimum <= value <= maximum:
+        return f"[{place}] {name} = {value} is outside its limits {minimum} to {maximum}; change one of them"
+    return ""
+
+
+def _hint(name: str, names: Iterable[str]) -> str:
+    near = get_close_matches(name, list(names), n=1)
+    return f"; did you mean {near[0]!r}?" if near else ""
+
+
+def _build(document: dict[str, Any], path: Path) -> Rig:
+    controls = tuple(document["controls"])
+    minimum, rest, maximum = np.array(list(document["controls"].values()), np.float64).T
+    mean, poses = _poses(document, controls, rest)
+    files = {key: path.parent / document[key] for key in ("direct", "head", "landmarks") if key in document}
+    return Rig(
+        name=str(document.get("name", path.stem)),
+        title=str(document.get("title", "")),
+        source=str(document.get("source", "")),
+        controls=controls,
+        minimum=minimum,
+        maximum=maximum,
+        rest=rest,
+        mean=mean,
+        poses=poses,
+        face=str(document.get("face", "")),
+        speech=tuple(document.get("speech", controls)),
+        at_most=tuple((controls.index(a), controls.index(b)) for a, b in document.get("at_most", {}).items()),
+        direct=read_hinges(files["direct"], controls) if "direct" in files else None,
+        through=_through(document, path, controls),
+        head=files.get("head"),
+        landmarks=files.get("landmarks"),
+    )
+
+
+def _poses(document: dict[str, Any], controls: tuple[str, ...], rest: Array) -> tuple[Array, Array]:
+    """The mean pose and the eight, (controls,) and (8, controls); what a pose does not name rests."""
+    written = document.get("poses", {})
+    if not written:
+        return rest, np.zeros((0, len(controls)))
+    table = np.tile(rest, (1 + len(POSES), 1))
+    for row, pose in enumerate((MEAN, *POSES)):
+        for name, value in written.get(pose, {}).items():
+            table[row, controls.index(name)] = value
+    return table[0], table[1:]
+
+
+def _through(document: dict[str, Any], path: Path, controls: tuple[str, ...]) -> Through | None:
+    if "through" not in document:
+        return None
+    if "table" not in document:
+        raise RigError(f'{path}: goes through {document["through"]!r} and so needs a table = "FILE.csv"')
+    rig = load_rig(document["through"])
+    return Through(rig, read_mixture(path.parent / document["table"], rig.controls, controls))

@@ -1,0 +1,76 @@
+"""The reference face's modes -> a rig's controls: eight poses (Taylor 2017, section 6), or a finer map."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import RigError
+from phonanim.face import FaceModel
+from phonanim.rig.rig import POSED_MODES, SIGMAS, HingeMap, Rig
+
+How = Literal["auto", "poses", "direct"]
+BLOCK = 4096  # frames at a time, so that what they need stays in the cache
+
+
+def retarget(
+    modes: NDArray[np.floating], face: FaceModel, rig: Rig, how: How = "auto"
+) -> NDArray[np.float32]:
+    """Shape parameters of the reference face -> control values, (frames, m) -> (frames, controls).
+
+    "poses" is Taylor 2017, equations 2 and 3; "direct" the rig's own finer map; "auto" the finer one where
+    the rig has it. Values keep the rig's limits. Raises RigError when the rig lacks the map or was made
+    for another face.
+    """
+    _check_face(face, rig)
+    if rig.through is not None:
+        return _limit(retarget(modes, face, rig.through.rig, how) @ rig.through.table.astype(np.float32), rig)
+    mapping = _mapping(rig, how)
+    standardized = (np.asarray(modes) / face.std).astype(np.float32)[:, : mapping.loads.shape[1]]
+    values = np.empty((len(standardized), len(rig.controls)), np.float32)
+    for start in range(0, len(values), BLOCK):
+        block = slice(start, start + BLOCK)
+        values[block] = _limit(mapping(standardized[block]), rig)
+    return values
+
+
+def pose_map(rig: Rig) -> HingeMap:
+    """Equations 2 and 3 as hinges: w = max(p / (u sqrt(p_k)), 0), controls = r_0 + (R - r_0) w.
+
+    The hinges lie in the order of `Rig.poses`: u = -3 and +3 for each of the first four modes.
+    """
+    loads = np.repeat(np.eye(POSED_MODES), 2, axis=0) * np.tile([-1.0, 1.0], POSED_MODES)[:, None] / SIGMAS
+    names = tuple(f"mode{k + 1}{sign}" for k in range(POSED_MODES) for sign in "-+")
+    return HingeMap(names, loads, np.zeros(len(loads)), rig.poses - rig.mean, rig.mean)
+
+
+def _mapping(rig: Rig, how: How) -> HingeMap:
+    if rig.direct is not None and how != "poses":
+        return rig.direct
+    if how == "direct":
+        raise RigError(
+            f"rig {rig.name} has no direct map; use --retarget poses, or fit one: phonanim rig fit"
+        )
+    if not rig.posed:
+        raise RigError(
+            f"rig {rig.name} has no poses; use --retarget direct, or fill them in: phonanim rig new"
+        )
+    return pose_map(rig)
+
+
+def _check_face(face: FaceModel, rig: Rig) -> None:
+    if rig.face and rig.face != face.id:
+        raise RigError(
+            f"rig {rig.name} was made for the reference face {rig.face}, but the model's is {face.id}; "
+            "use the model it was made with, or fit the rig again: phonanim rig fit"
+        )
+
+
+def _limit(values: NDArray[np.float32], rig: Rig) -> NDArray[np.float32]:
+    """Clip to the limits, in place; then no control above the one that it may not exceed."""
+    np.clip(values, rig.minimum.astype(np.float32), rig.maximum.astype(np.float32), out=values)
+    for low, high in rig.at_most:
+        np.minimum(values[:, low], values[:, high], out=values[:, low])
+    return values

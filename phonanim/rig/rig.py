@@ -1,0 +1,93 @@
+"""What a rig is: controls with limits, eight poses, and the maps from the reference face's modes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+POSED_MODES = 4
+SIGMAS = 3.0  # a pose shows a mode this many standard deviations from the mean
+# In the order of `Rig.poses`, with what the reference face does there.
+POSES = {
+    "mode1_minus": "lips pressed together",
+    "mode1_plus": "mouth wide open",
+    "mode2_minus": "lips pushed forward, corners in",
+    "mode2_plus": "lips apart, corners drawn back",
+    "mode3_minus": "chin up, mouth narrow",
+    "mode3_plus": "lower lip down, teeth showing",
+    "mode4_minus": "lower lip drawn in",
+    "mode4_plus": "lower lip pushed out",
+}
+MEAN = "mean"
+
+
+@dataclass(frozen=True)
+class HingeMap:
+    """Controls as a sum of hinges: c = base + max(z · loads + offsets, 0) · weights.
+
+    z (frames, modes) are the modes in standard deviations; `loads` is (hinges, modes), `offsets`
+    (hinges,), `weights` (hinges, controls), `base` (controls,); `names` say what each hinge sees.
+    """
+
+    names: tuple[str, ...]
+    loads: Array
+    offsets: Array
+    weights: Array
+    base: Array
+
+    def __call__(self, standardized: NDArray[np.floating]) -> NDArray[np.float32]:
+        """(frames, modes) standard deviations -> (frames, controls), not yet limited."""
+        hinges = standardized @ self.loads.T.astype(np.float32)
+        hinges += self.offsets.astype(np.float32)
+        np.maximum(hinges, 0, out=hinges)
+        result: NDArray[np.float32] = hinges @ self.weights.astype(np.float32)
+        result += self.base.astype(np.float32)
+        return result
+
+
+@dataclass(frozen=True)
+class Through:
+    """A rig that another rig moves: its controls are the other's times `table` (other's, own)."""
+
+    rig: Rig
+    table: Array
+
+
+@dataclass(frozen=True)
+class Rig:
+    """The controls of a character.
+
+    `minimum`, `maximum` and `rest` (closed lips, nothing moves) are (controls,). `mean` (controls,) is
+    the character at the reference face's mean and `poses` (8, controls) at -3 and +3 standard
+    deviations of modes 1 to 4, in the order of POSES: r_0 and R of Taylor 2017, equation 3. `direct` is
+    a finer map, `through` another rig in front. `at_most` pairs (a, b) keep control a no larger than b.
+    `speech` names the controls that speech moves. `face` is the id of the reference face that the numbers
+    were made for, "" for any. `head` and `landmarks` are the files of its mesh, where it has one.
+    """
+
+    name: str
+    title: str
+    source: str
+    controls: tuple[str, ...]
+    minimum: Array
+    maximum: Array
+    rest: Array
+    mean: Array
+    poses: Array
+    face: str = ""
+    speech: tuple[str, ...] = ()
+    at_most: tuple[tuple[int, int], ...] = ()
+    direct: HingeMap | None = None
+    through: Through | None = None
+    head: Path | None = None
+    landmarks: Path | None = None
+
+    @property
+    def posed(self) -> bool:
+        """Whether it has its own eight poses."""
+        return len(self.poses) > 0

@@ -1,0 +1,112 @@
+"""Landmarks -> controls, frame by frame (Medina 2023, section 3.3.1).
+
+The energy of Medina's equation 3.5 (squared distances to the displaced landmarks, an L1 prior, one value
+for both sides of the face) with three additions: what the eye reads in a mouth counts by itself (the gap
+between the lips, their width, their protrusion), neighbouring frames are tied, and lips that touch on
+the speaker touch on the rig. Blendshapes add up linearly, so where Medina runs L-BFGS from the frame
+before, each control has its best value in closed form and all frames are solved together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import RigError
+from phonanim.face import FaceModel
+from phonanim.rig.descent import Problem, descend
+from phonanim.rig.puppet import Puppet, control_partners, landmark_partners, mirrored
+from phonanim.rig.rig import Rig
+from phonanim.rig.sight import Energy, observe, targets
+
+Array = NDArray[np.float64]
+
+FILM = Energy()
+
+
+def solve(
+    shapes: Array,
+    face: FaceModel,
+    puppet: Puppet,
+    rig: Rig,
+    closed: Array,
+    energy: Energy = FILM,
+    lengths: NDArray[np.int64] | None = None,
+    proposal: Array | None = None,
+) -> Array:
+    """Controls that move the puppet as the face moves, (frames, landmarks, 3) mm -> (frames, controls).
+
+    `closed` (landmarks, 3) is the face with its lips shut, which the rig's rest stands for; `lengths` are
+    the clips' frame counts (one clip when None); `proposal` (frames, controls) draws the solution to
+    itself by `energy.near`. Controls that speech does not move keep their rest. Raises RigError when
+    the puppet has none of the rig's speech controls.
+    """
+    unknowns = Unknowns.of(puppet, rig)
+    seen = observe(unknowns.shapes(puppet), face, energy)
+    gram, pull = seen @ seen.T, targets(shapes, closed, face, puppet, energy) @ seen.T
+    start = np.zeros_like(pull)
+    if proposal is not None:
+        start = unknowns.from_controls(proposal)
+        gram, pull = gram + energy.near * np.eye(len(gram)), pull + energy.near * start
+    ends = np.cumsum([len(shapes)] if lengths is None else lengths)
+    sparse = np.full(len(gram), energy.sparse)
+    problem = Problem(gram, pull, unknowns.minimum, unknowns.maximum, sparse, energy.smooth, ends)
+    return unknowns.to_controls(descend(problem, start))
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """What is solved for: one value per control or symmetric pair of controls, measured from rest.
+
+    `spread` (unknowns, controls) makes controls of unknowns; `rows` (unknowns,) is the control that leads
+    each. Where control a may not exceed control b (mouthClose and jawOpen), b is a plus a non-negative
+    unknown, so that plain bounds say it all.
+    """
+
+    rig: Rig
+    rows: NDArray[np.int64]
+    spread: Array
+    minimum: Array
+    maximum: Array
+
+    @classmethod
+    def of(cls, puppet: Puppet, rig: Rig) -> Unknowns:
+        """The unknowns of the controls that take part in speech and that the puppet has."""
+        puppet = puppet.take(tuple(name for name in puppet.controls if name in rig.speech))
+        if not puppet.controls:
+            raise RigError(f"the head has none of the speech controls of rig {rig.name}; check `speech`")
+        partner = control_partners(puppet)
+        leads = np.flatnonzero(np.arange(len(partner)) <= partner)
+        columns = np.array([rig.controls.index(name) for name in puppet.controls])
+        rows = columns[leads]
+        spread = np.zeros((len(leads), len(rig.controls)))
+        spread[np.arange(len(leads)), rows] = 1.0
+        spread[np.arange(len(leads)), columns[partner[leads]]] = 1.0
+        minimum, maximum = (rig.minimum - rig.rest)[rows], (rig.maximum - rig.rest)[rows]
+        for low, high in rig.at_most:
+            if low in rows and high in rows:
+                spread[rows == low, high] = 1.0
+                minimum[rows == high] = 0.0
+        return cls(rig, rows, spread, minimum, maximum)
+
+    def shapes(self, puppet: Puppet) -> Array:
+        """What each unknown moves, symmetric, (unknowns, landmarks, 3) mm."""
+        known = [name for name in puppet.controls if name in self.rig.speech]
+        columns = [self.rig.controls.index(name) for name in known]
+        summed = np.tensordot(self.spread[:, columns], puppet.take(tuple(known)).shapes, axes=1)
+        return np.asarray((summed + mirrored(summed, landmark_partners(puppet.rest))) / 2)
+
+    def to_controls(self, values: Array) -> Array:
+        """(frames, unknowns) -> (frames, controls), within the limits."""
+        controls = self.rig.rest + values @ self.spread
+        return np.asarray(np.clip(controls, self.rig.minimum, self.rig.maximum))
+
+    def from_controls(self, controls: Array) -> Array:
+        """(frames, controls) -> (frames, unknowns)."""
+        values = (controls - self.rig.rest)[:, self.rows]
+        for low, high in self.rig.at_most:
+            if low in self.rows and high in self.rows:
+                values[:, self.rows == high] -= values[:, self.rows == low]
+        return np.asarray(np.clip(values, self.minimum, self.maximum))

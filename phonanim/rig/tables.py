@@ -1,0 +1,93 @@
+"""The tables beside a rig: hinge maps, and mixtures of one rig's controls into another's."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from phonanim.errors import RigError
+from phonanim.files import write_text
+from phonanim.rig.rig import Array, HingeMap
+
+BASE = "base"  # the row of a hinge table that holds the constant part
+
+
+def read_hinges(path: Path, controls: tuple[str, ...]) -> HingeMap:
+    """Read a hinge table: hinge, offset, mode1 ..., then the controls that it moves. Raises RigError."""
+    rows = _rows(path)
+    header, names = rows[0], [row[0] for row in rows[1:]]
+    modes = sum(column.startswith("mode") and column[4:].isdigit() for column in header)
+    if header[:2] != ["hinge", "offset"] or modes == 0 or names[:1] != [BASE]:
+        raise RigError(f"{path}: needs the columns hinge, offset, mode1 ... and a first row {BASE!r}")
+    values = _numbers(path, rows, first=1)
+    weights = np.zeros((len(names), len(controls)))
+    weights[:, _columns(path, header[2 + modes :], controls)] = values[:, 1 + modes :]
+    loads, offsets = values[1:, 1 : 1 + modes], values[1:, 0]
+    return HingeMap(tuple(names[1:]), loads, offsets, weights[1:], weights[0])
+
+
+def write_hinges(path: Path, hinges: HingeMap, controls: tuple[str, ...]) -> None:
+    """Write a hinge table with the controls that it moves, whole or not at all."""
+    used = np.flatnonzero(np.any(hinges.weights != 0, axis=0) | (hinges.base != 0))
+    modes = hinges.loads.shape[1]
+    header = ["hinge", "offset", *(f"mode{k + 1}" for k in range(modes)), *(controls[c] for c in used)]
+    rows = [[BASE, *_digits(np.zeros(1 + modes)), *_digits(hinges.base[used])]]
+    for name, offset, loads, weights in zip(
+        hinges.names, hinges.offsets, hinges.loads, hinges.weights, strict=True
+    ):
+        rows.append([name, *_digits(np.array([offset, *loads])), *_digits(weights[used])])
+    write_text(path, "\n".join(",".join(row) for row in [header, *rows]) + "\n")
+
+
+def read_mixture(path: Path, source: tuple[str, ...], controls: tuple[str, ...]) -> Array:
+    """Read a table of rows from, to, weight, (source controls, controls). Raises RigError."""
+    rows = _rows(path)
+    if rows[0] != ["from", "to", "weight"]:
+        raise RigError(f"{path}: needs the columns from, to, weight")
+    weights = _numbers(path, rows, first=2)[:, 0]
+    table = np.zeros((len(source), len(controls)))
+    origins = _columns(path, [row[0] for row in rows[1:]], source)
+    table[origins, _columns(path, [row[1] for row in rows[1:]], controls)] = weights
+    return table
+
+
+def _rows(path: Path) -> list[list[str]]:
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = list(csv.reader(file))
+    except (OSError, UnicodeDecodeError) as error:
+        raise RigError(f"{path}: cannot be read: {error}") from error
+    if len(rows) < 2:
+        raise RigError(f"{path}: needs a header and a row per line")
+    for line, row in enumerate(rows[1:], start=2):
+        if len(row) != len(rows[0]):
+            raise RigError(f"{path}, line {line}: has {len(row)} cells, the header {len(rows[0])}")
+    return rows
+
+
+def _numbers(path: Path, rows: list[list[str]], first: int) -> Array:
+    """The cells from column `first` on, nothing read as zero."""
+    cells = []
+    for line, row in enumerate(rows[1:], start=2):
+        try:
+            cells.append([float(cell or 0) for cell in row[first:]])
+        except ValueError as error:
+            raise RigError(f"{path}, line {line}: {error}; write a number") from error
+    numbers = np.array(cells, np.float64)
+    if not np.isfinite(numbers).all():
+        raise RigError(f"{path}: holds a value that is not finite; write numbers")
+    return numbers
+
+
+def _columns(path: Path, names: list[str], controls: tuple[str, ...]) -> list[int]:
+    missing = [name for name in names if name not in controls]
+    if missing:
+        raise RigError(f"{path}: names the control {missing[0]!r}, which the rig does not have")
+    return [controls.index(name) for name in names]
+
+
+def _digits(values: Array) -> list[str]:
+    """Five digits; nothing for zero, so that a reader sees what is there."""
+    return ["" if value == 0 else f"{value:.5g}" for value in np.round(values, 5)]

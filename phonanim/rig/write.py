@@ -1,0 +1,71 @@
+"""Rig files written: TOML that an artist reads and edits."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from phonanim.files import write_text
+from phonanim.rig.rig import MEAN, POSES, Array, Rig
+from phonanim.rig.tables import write_hinges
+
+MODEST = 0.005  # of a control: a pose does not name what moves less
+
+
+def write_rig(path: Path, rig: Rig) -> None:
+    """Write a rig's TOML, and beside it the table of its direct map; each whole or not at all."""
+    direct = path.with_suffix(".direct.csv")
+    if rig.direct is not None:
+        write_hinges(direct, rig.direct, rig.controls)
+    write_text(path, rig_text(rig, direct.name if rig.direct else ""))
+
+
+def rig_text(rig: Rig, direct: str = "") -> str:
+    """The TOML of a rig, with what each pose looks like; `direct` names the table of its direct map."""
+    head = {
+        "name": rig.name,
+        "title": rig.title,
+        "source": rig.source,
+        "face": rig.face,
+        "head": rig.head.name if rig.head else "",
+        "landmarks": rig.landmarks.name if rig.landmarks else "",
+        "direct": direct,
+    }
+    lines = [f"{key} = {_quoted(text)}" for key, text in head.items() if text]
+    if rig.speech and rig.speech != rig.controls:
+        lines += ["speech = [", *(f"  {_quoted(name)}," for name in rig.speech), "]"]
+    lines += ["", "[controls]  # name = [minimum, rest, maximum]"]
+    for name, *limits in zip(rig.controls, rig.minimum, rig.rest, rig.maximum, strict=True):
+        lines.append(f"{_key(name)} = [{', '.join(map(_number, limits))}]")
+    if rig.at_most:
+        lines += ["", "[at_most]  # the first control never above the second"]
+        lines += [f"{_key(rig.controls[a])} = {_quoted(rig.controls[b])}" for a, b in rig.at_most]
+    if rig.posed:
+        lines += _pose_lines(rig, MEAN, "the reference face at its mean", rig.mean)
+        for (pose, looks), values in zip(POSES.items(), rig.poses, strict=True):
+            lines += _pose_lines(rig, pose, looks, values)
+    return "\n".join(lines) + "\n"
+
+
+def _pose_lines(rig: Rig, pose: str, looks: str, values: Array) -> list[str]:
+    moved = [
+        f"{_key(name)} = {_number(value)}"
+        for name, value, rest in zip(rig.controls, values, rig.rest, strict=True)
+        if abs(value - rest) >= MODEST
+    ]
+    return ["", f"[poses.{pose}]  # {looks}", *moved]
+
+
+def _quoted(text: str) -> str:
+    """A TOML basic string: JSON's escapes are TOML's."""
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _key(name: str) -> str:
+    bare = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
+    return name if bare else _quoted(name)
+
+
+def _number(value: float) -> str:
+    """Three digits, always with a point."""
+    return repr(round(float(value), 3))
