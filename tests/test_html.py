@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from animations import line, only
+
 from phonanim.errors import OutputError, RigError
 from phonanim.exporters import save
 from phonanim.exporters.html import SCRIPTS

@@ -1,0 +1,169 @@
+"""A plot of the curves under the waveform, the words and the phones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.alignment import Interval
+from phonanim.animation import Animation
+from phonanim.audio import read_audio
+from phonanim.language import is_silent
+from phonanim.pixels import Color, Image, draw_text, fill, shortened, text_width, write_png
+
+SUMMARY = "plot of the liveliest curves under waveform, words and phones"
+PAPER, PANEL, GRID, INK, FAINT = (24, 26, 31), (38, 42, 50), (48, 52, 62), (236, 238, 242), (142, 150, 163)
+COLORS: tuple[Color, ...] = (
+    (224, 137, 110), (111, 179, 217), (159, 207, 122), (217, 180, 95),
+    (183, 148, 224), (224, 127, 176), (111, 208, 189), (201, 201, 201),
+)  # fmt: skip
+GUTTER, MARGIN, TITLE, WAVE, LABELS, LANE, RULER = 170, 24, 40, 70, 24, 52, 26  # pixels
+PIXELS_PER_SECOND, NARROWEST, WIDEST = 260, 900, 8000
+STEPS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 300.0, 600.0)  # seconds between marks
+MARK_ROOM = 60  # pixels
+LOWEST_SCALE = 0.1
+STILL = 1e-3  # a curve that moves less is not shown
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Time across the picture: `start` to `end` seconds over `width` pixels from column `left`."""
+
+    start: float
+    end: float
+    left: int
+    width: int
+
+    def x(self, time: float) -> float:
+        """The column of a time."""
+        return self.left + (time - self.start) / (self.end - self.start) * self.width
+
+    def times(self) -> NDArray[np.float64]:
+        """The time at the edges of each column, (width + 1,)."""
+        return np.linspace(self.start, self.end, self.width + 1)
+
+
+def write(animation: Animation, path: Path, lanes: int = 12) -> None:
+    """Draw the `lanes` channels that move most, all on one scale.
+
+    Raises AudioError or MissingExtraError when there is a recording that cannot be read, OutputError when
+    the destination cannot be written.
+    """
+    names = liveliest(animation, lanes)
+    axis = _axis(animation)
+    sound = read_audio(animation.audio) if animation.audio else None
+    height = 2 * MARGIN + TITLE + (WAVE if sound else 0) + 2 * LABELS + LANE * len(names) + RULER
+    image = np.full((height, axis.left + axis.width + MARGIN, 3), PAPER, np.uint8)
+    y = draw_title(image, animation)
+    draw_ruler(image, axis, y)
+    if sound:
+        draw_wave(image, axis, y, *sound)
+        y += WAVE
+    y = draw_labels(image, axis, y, animation.words)
+    y = draw_labels(image, axis, y, animation.phones)
+    shown = np.stack([animation.channel(name) for name in names]) if names else np.zeros((1, 1))
+    scale = (min(0.0, float(shown.min())), max(LOWEST_SCALE, float(shown.max())))
+    for place, name in enumerate(names):
+        draw_lane(image, axis, y + place * LANE, animation, name, COLORS[place % len(COLORS)], scale)
+    write_png(image, path)
+
+
+def liveliest(animation: Animation, count: int) -> list[str]:
+    """The channels with the widest range, the widest first; equal ones in the rig's order."""
+    ranges = np.ptp(animation.values, axis=0)
+    order = np.argsort(-ranges, kind="stable")[:count]
+    return [animation.channels[i] for i in order if ranges[i] > STILL]
+
+
+def _axis(animation: Animation) -> Axis:
+    labels = (*animation.words, *animation.phones)
+    times = animation.times
+    end = max(float(times[-1]), float(times[0]) + 1 / animation.fps, *(label.end for label in labels), 0.0)
+    start = min(float(times[0]), 0.0)
+    width = int(np.clip((end - start) * PIXELS_PER_SECOND, NARROWEST, WIDEST))
+    return Axis(start, end, MARGIN + GUTTER, width)
+
+
+def draw_title(image: Image, animation: Animation) -> int:
+    """The name of the line; returns the row below."""
+    name = str(animation.provenance.get("input", animation.rig))
+    facts = f"{animation.rig} · {animation.fps:g} fps · {len(animation.values) / animation.fps:.2f} s"
+    right = image.shape[1] - MARGIN
+    draw_text(image, facts, right, MARGIN - 3, FAINT, align=1.0)
+    room = right - MARGIN - text_width(facts) - 10
+    draw_text(image, shortened(name, room, "large"), MARGIN, MARGIN - 6, INK, "large")
+    return MARGIN + TITLE
+
+
+def draw_ruler(image: Image, axis: Axis, top: int) -> None:
+    """Lines at round times through all lanes, and the times at the bottom."""
+    per_pixel = (axis.end - axis.start) / axis.width
+    step = next((s for s in STEPS if s / per_pixel > MARK_ROOM), STEPS[-1])
+    bottom = image.shape[0] - MARGIN - RULER
+    for mark in np.arange(np.ceil(axis.start / step), np.floor(axis.end / step) + 1) * step:
+        fill(image, axis.x(mark), top, 1, bottom - top, GRID)
+        draw_text(image, f"{mark:g} s", axis.x(mark), bottom + 6, FAINT, align=0.5)
+
+
+def draw_wave(image: Image, axis: Axis, top: int, samples: NDArray[np.float32], rate: int) -> None:
+    """The range of the samples in each column, the loudest as high as the strip."""
+    edges = np.clip((axis.times() * rate).astype(int), 0, len(samples))
+    peak = max(float(np.abs(samples).max()), 1e-6)
+    middle, half = top + WAVE / 2, WAVE / 2 - 4
+    for column, (first, last) in enumerate(zip(edges, edges[1:], strict=False)):
+        piece = samples[first:last] if last > first else np.zeros(1, np.float32)
+        high, low = (float(v) / peak * half for v in (piece.max(), piece.min()))
+        fill(image, axis.left + column, middle - high, 1, max(1.0, high - low), (93, 107, 128))
+
+
+def draw_labels(image: Image, axis: Axis, top: int, intervals: tuple[Interval, ...]) -> int:
+    """A box per label; returns the row below, which is `top` when there are none."""
+    for interval in intervals:
+        if is_silent(interval.label):
+            continue
+        left, right = round(axis.x(interval.start)), round(axis.x(interval.end))
+        fill(image, left + 1, top + 1, right - left - 1, LABELS - 2, PANEL)
+        if text_width(interval.label) < right - left:
+            draw_text(image, interval.label, (left + right) / 2, top + 5, INK, align=0.5)
+    return top + LABELS if intervals else top
+
+
+def draw_lane(
+    image: Image,
+    axis: Axis,
+    top: int,
+    animation: Animation,
+    name: str,
+    color: Color,
+    scale: tuple[float, float],
+) -> None:
+    """One curve, filled down to zero, with its name and range on the left."""
+    values = animation.channel(name).astype(float)
+    low, high = scale
+    curve = np.append(np.interp(axis.times(), animation.times, values), 0.0)
+    *rows, zero = top + 6 + (LANE - 12) * (high - curve) / (high - low)
+    blend_curve(image[:, axis.left : axis.left + axis.width], np.array(rows), float(zero), color)
+    fill(image, axis.left, zero, axis.width, 1, GRID)
+    draw_text(image, shortened(name, GUTTER - 12), MARGIN, top + 8, color)
+    draw_text(image, f"{values.min():.2f} to {values.max():.2f}", MARGIN, top + 26, FAINT)
+
+
+def blend_curve(image: Image, rows: NDArray[np.float64], rest: float, color: Color) -> None:
+    """Lay a line of two pixels over a picture, anti-aliased, and a tint between it and `rest`.
+
+    `rows` (width + 1,) is where the line crosses the columns' edges.
+    """
+    upper, lower = np.minimum(rows[:-1], rows[1:]), np.maximum(rows[:-1], rows[1:])
+    top, bottom = int(min(upper.min(), rest)) - 2, int(max(lower.max(), rest)) + 3
+    row = np.arange(top, bottom)[:, None] + 0.5
+    outside = np.maximum(np.maximum(upper - row, row - lower), 0)
+    slope = np.abs(rows[1:] - rows[:-1])
+    line = np.clip(1.5 - outside / np.sqrt(1 + slope**2), 0, 1)
+    middle = (upper + lower) / 2
+    inside = (row > np.minimum(middle, rest)) & (row < np.maximum(middle, rest))
+    amount = np.maximum(line, 0.22 * inside)[..., None]
+    piece = image[top:bottom]
+    piece[:] = np.rint(piece + amount * (np.array(color) - piece))
