@@ -21,6 +21,7 @@ def line(root, tmp_path, monkeypatch):
     for suffix in (".TextGrid", ".wav"):
         shutil.copy(root / "examples" / f"line{suffix}", tmp_path / f"a{suffix}")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(root))
     return tmp_path
 
 
@@ -52,7 +53,7 @@ def test_nothing_but_an_alignment(line, capsys):
 def test_live_link_at_25(line, capsys):
     assert run(["animate", "a.TextGrid", "-o", "a.csv", "--rig", "arkit", "--fps", "25"]) == 0
     rows = (line / "a.csv").read_text().splitlines()
-    assert rows[0].split(",")[:2] == ["Timecode", "BlendshapeCount"]
+    assert rows[0].split(",")[:2] == ["Timecode", "BlendShapeCount"]
     assert len(rows) == 1 + 114  # the instants from 0 to 4.520937 s
     assert "moved arkit by default: 114 frames at 25 fps" in capsys.readouterr().err
 
@@ -85,13 +86,12 @@ def test_the_same_input_gives_the_same_bytes(line):
 
 @pytest.mark.parametrize("rate", ["24", "25", "30000/1001", "30", "48", "50", "120"])
 def test_frame_rates_agree_at_shared_instants(line, rate):
-    run(["animate", "a.TextGrid", "-o", "fast.npz", "--fps", "600", "-q"])
     run(["animate", "a.TextGrid", "-o", "slow.npz", "--fps", rate, "-q", "--no-contacts"])
     run(["animate", "a.TextGrid", "-o", "fast.npz", "--fps", "600", "-q", "--no-contacts"])
     fast, slow = np.load("fast.npz"), np.load("slow.npz")
     numbers = slow["times"] * 600
     shared = np.abs(numbers - np.rint(numbers)) < 1e-6
-    assert shared.sum() >= 5
+    assert shared.sum() >= 3
     same = fast["values"][np.rint(numbers[shared]).astype(int)]
     np.testing.assert_allclose(slow["values"][shared], same, atol=1e-4)
 
@@ -118,7 +118,9 @@ def test_labels_nobody_knows(line, capsys):
     assert "QQQ" in capsys.readouterr().err
 
 
-GOOD_TIER = 'xmin = 0\nxmax = 1\ntiers? <exists>\nsize = 1\nitem []:\n    item [1]:\n        class = "IntervalTier"\n'
+GOOD_TIER = (
+    'xmin = 0\nxmax = 1\ntiers? <exists>\nsize = 1\nitem []:\n    item [1]:\n        class = "IntervalTier"\n'
+)
 INTERVAL = '        intervals [{}]:\n            xmin = {}\n            xmax = {}\n            text = "{}"\n'
 
 
@@ -167,7 +169,7 @@ def test_bad_alignments_are_one_line_and_nothing_is_written(content, line, capsy
         (["--tier", "sounds"], "phones"),
         (["--fps", "fast"], "'fast' is no frame rate"),
         (["--fps", "0"], "must lie from 1 to 1000"),
-        (["--jaw", "nan"], "phonanim animate: "),
+        (["--jaw", "nan"], "nan is not in the range 0<=x<=4"),
         (["--audio", "missing.wav"], "missing.wav"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import fields
 from functools import wraps
@@ -27,7 +28,18 @@ class Rate(click.ParamType):
             self.fail(str(error), param, ctx)
 
 
-GAIN = click.FloatRange(0, 4)
+class Gain(click.FloatRange):
+    """A number from 0 to 4; click lets NaN through its ranges."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The number itself."""
+        number = float(super().convert(value, param, ctx))
+        if math.isnan(number):
+            self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
+        return number
+
+
+GAIN = Gain(0, 4)
 
 OPTIONS = (
     click.option("--rig", default=DEFAULTS.rig, help="Rig, by name or TOML file."),

@@ -88,11 +88,13 @@ def write(animation: Animation, outputs: Sequence[Path], sheet: Path | None) -> 
 
 def describe(animation: Animation, alignment: Path, options: Options, written: list[Path]) -> dict[str, Any]:
     """What was done, for scripts."""
+    from phonanim.language import is_silent
+
     frames, channels = animation.values.shape
     return {
         "alignment": str(alignment),
         "audio": str(animation.audio) if animation.audio else None,
-        "phones": len(animation.phones),
+        "phones": sum(not is_silent(phone.label) for phone in animation.phones),
         "frames": frames,
         "fps": animation.fps,
         "seconds": round((frames - 1) / animation.fps, 6),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -60,15 +61,23 @@ def known() -> dict[str, Any]:
 
 
 def covered(name: str) -> dict[str, Any]:
-    """What each label of a language becomes, and the phones that no label gives."""
+    """What each label that a language lists becomes, and the phones that none of them gives."""
     from phonanim.inventory import INVENTORY
     from phonanim.language import load_language
 
     language = load_language(name)
-    labels = {label: spelled(sound.codes) for label, sound in language.sounds.items()}
-    given = {code for sound in language.sounds.values() for code in sound.codes}
-    missing = [phone for code, phone in enumerate(INVENTORY.phones) if code and code not in given]
-    return {"language": name, "title": language.title, "labels": labels, "phones not used": missing}
+    listed = [*language.phones, *language.ipa, *language.closures, *chain(*language.labels.values())]
+    sounds = {label: sound for label in dict.fromkeys(listed) if (sound := language.resolve(label))}
+    given = {code for sound in sounds.values() for code in sound.codes}
+    return {
+        "language": name,
+        "title": language.title,
+        "alphabets": list(language.alphabets),
+        "labels": {label: spelled(sound.codes) for label, sound in sounds.items()},
+        "phones not used": [
+            phone for code, phone in enumerate(INVENTORY.phones) if code and code not in given
+        ],
+    }
 
 
 def seen(path: Path, language_name: str, tier: str | None) -> dict[str, Any]:
