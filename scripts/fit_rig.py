@@ -4,7 +4,7 @@
     python scripts/fit_rig.py work/corpus
 
 writes lexicon/rigs/motion.csv (a sample of the training clips' motion), arkit.toml (controls, limits,
-mean and eight poses) and arkit.direct.csv (the direct map). Run it again whenever the reference face or the head
+mean, eight poses) and arkit.direct.csv (the direct map). Run it again when the reference face or the head
 changes; benchmarks/retarget.py gives the figures.
 """
 
@@ -31,9 +31,9 @@ FRAMES = 1000  # more change no figure in its second digit
 # Sideways jaw and mouth are no speech; cheeks, nose and tongue do not show in the landmarks.
 STILL = ("jawLeft", "jawRight", "mouthLeft", "mouthRight")
 SOURCE = (
-    "Control names: Apple ARKit, ARFaceAnchor.BlendShapeLocation. Poses and direct map: bounded least squares of "
-    "the shipped head's motion (MakeHuman, CC0) against speaker s1 of the GRID corpus (Cooke, Barker, "
-    "Cunningham, Shao 2006, CC BY 4.0), 888 training clips; scripts/fit_rig.py."
+    "Control names: Apple ARKit, ARFaceAnchor.BlendShapeLocation. Poses and direct map: bounded least "
+    "squares of the shipped head's motion (MakeHuman, CC0) against speaker s1 of the GRID corpus (Cooke, "
+    "Barker, Cunningham, Shao 2006, CC BY 4.0), 888 training clips; scripts/fit_rig.py."
 )
 
 
