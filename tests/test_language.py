@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from phonanim.alignment import Alignment, Interval
 from phonanim.errors import LabelError
 from phonanim.inventory import INVENTORY
-from phonanim.language import choose_language, language_names, load_language, to_phones
+from phonanim.language import Language, choose_language, language_names, load_language, to_phones
 
 STEP = 0.125
 
@@ -37,8 +37,16 @@ def phones(labels: str | list[str], language: str = "auto") -> str:
         ("HH_B AH0_I L_I OW1_E", "english", "hh ah l ow"),
         ("IA EA", "english", "ih ah eh ah"),
         ("aj ɔj ɫ̩ pʰ tʃ d̪ iː ɹ", "english_mfa", "ay oy l p ch d iy r"),
-        ("ɟʝ β ð ʎ tʃ r", "spanish_mfa", "y v dh y ch d"),
-        ("y: Y 2: 9 OY aI 6 pf ts C x R", "german", "uw uh ow ao oy ay ah p f t s y k g"),
+        ("e r O: {", "english_sampa", "eh r ao ae"),
+        ("ɟʝ β ð ʎ tʃ r", "spanish", "g y v dh y ch d"),
+        ("y: Y 2: 9 OY aI 6 pf ts C x R r", "german", "uw uh ow ao oy ay ah p f t s y k hh hh"),
+        ("y ø œ ɑ̃ ɥ e~ R", "french", "uw ow ao aa w eh hh"),
+        ("r̝ r̝̊ ow", "czech", "zh sh ow"),
+        ("rs s' u0 }: x\\", "swedish", "sh s ow uw sh"),
+        ("tɕ tʂ ɨ ʑ", "polish", "t s ch ih z"),
+        ("zh ang1 x iong2 iii4 v3 l ü4", "mandarin", "ch aa ng s iy uw ng zh uw l uw"),
+        ("i cl p a i N u f U", "japanese", "iy p aa iy ng uh f uh"),
+        ("ㅂ ㅜ ㅢ ㅘ ㅈ", "korean", "p uw ih iy w aa t s"),
     ],
 )
 def test_labels_of_each_language(labels: str, language: str, expected: str) -> None:
@@ -67,7 +75,7 @@ def test_closures_join_their_release(labels: str, expected: str) -> None:
 )
 @pytest.mark.parametrize("language", language_names())
 def test_silences_are_shared_and_run_together(label: str, language: str) -> None:
-    track, notes = to_phones(alignment(["a" if language != "english" else "aa", label, "~", "sil"]), language)
+    track, notes = to_phones(alignment(["m", label, "~", "sil"]), language)
     assert track.codes.tolist()[1:] == [0]
     assert track.bounds.tolist() == [0, STEP, 4 * STEP]
     assert notes == ()
@@ -122,23 +130,60 @@ def test_an_unknown_language_suggests_the_nearest() -> None:
 
 @pytest.mark.parametrize(
     ("labels", "language"),
-    [("B IY1 M", "english"), ("b iː m", "english_mfa"), ("ɟʝ o β", "spanish_mfa"), ("9 n t", "german")],
+    [
+        ("B IY1 M", "english"),
+        ("b iː m", "ipa"),
+        ("ɟʝ o β", "ipa"),
+        ("9 n @ S", "sampa"),
+        ("zh ong1 g uo2", "mandarin"),
+        ("ky o cl k a N sh", "japanese"),
+    ],
 )
 def test_auto_goes_by_the_labels(labels: str, language: str) -> None:
     assert choose_language(labels.split()).name == language
+
+
+@pytest.mark.parametrize(
+    ("name", "stem"),
+    [
+        ("german", "german"),
+        ("de", "german"),
+        ("de-AT", "german"),
+        ("german_mfa", "german"),
+        ("English", "english"),
+    ],
+)
+def test_languages_go_by_name_code_or_model(name: str, stem: str) -> None:
+    assert load_language(name).name == stem
 
 
 @pytest.mark.parametrize("name", language_names())
 def test_language_files_keep_the_contract(name: str) -> None:
     language = load_language(name)
     assert language.title
-    assert language.alphabet in {"ARPAbet", "IPA", "SAMPA"}
-    for label, sound in language.sounds.items():
-        assert sound.codes, label
-        assert language.resolve(label) == sound, label
-    # Every language can show lips that close, a spread and a rounded vowel, and silence.
-    shown = {code for sound in language.sounds.values() for code in sound.codes}
-    assert {INVENTORY.code(phone) for phone in ("p", "b", "m", "f", "iy", "uw")} <= shown
+    assert set(language.alphabets) <= {"IPA", "SAMPA"}
+    for label in [*language.phones, *language.ipa, *language.closures]:
+        assert language.listed(label), label
+    missing = [
+        label for labels in language.labels.values() for label in labels if not language.resolve(label)
+    ]
+    assert not missing
+
+
+@pytest.mark.parametrize("name", language_names())
+def test_every_aligner_can_close_and_round_the_lips(name: str) -> None:
+    language = load_language(name)
+    for aligner, labels in language.labels.items():
+        sounds = filter(None, map(language.resolve, labels))
+        shown = {INVENTORY.phones[code] for sound in sounds for code in sound.codes}
+        assert {"p", "m", "iy"} <= shown, aligner
+        assert shown & {"uw", "uh"}, aligner
+        assert shown & {"aa", "ae"}, aligner
+
+
+def test_labels_listed_as_no_ipa_are_refused() -> None:
+    with pytest.raises(ValueError, match="not IPA: beam"):
+        Language("x", "x", "", ipa={"q": "beam"}).resolve("q")
 
 
 LABELS = st.lists(
