@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -52,7 +52,7 @@ class Corpus:
         """First frame of each clip, (clips,)."""
         return np.concatenate([[0], np.cumsum(self.frames)[:-1]]).astype(np.int64)
 
-    def rows(self, clips: NDArray[np.int64]) -> NDArray[np.int64]:
+    def rows(self, clips: Iterable[int]) -> NDArray[np.int64]:
         """Frame rows of some clips, in their order."""
         return np.concatenate([np.arange(self.starts[c], self.starts[c] + self.frames[c]) for c in clips])
 

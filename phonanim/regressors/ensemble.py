@@ -1,0 +1,94 @@
+"""A weighted mean of regressors: slow and good, the teacher from which one small network learns."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.phones import PhoneTrack
+from phonanim.regressors import Examples, Progress, Regressor, Tensors, make_config, regressor_class
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Config:
+    """`members` are tables: kind, weight, and the settings of that kind."""
+
+    members: tuple[dict[str, Any], ...] = ()
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """Regressors and their weights, which sum to one."""
+
+    config: Config
+    members: tuple[Regressor, ...]
+    weights: tuple[float, ...]
+
+    driven_by: ClassVar[str] = "phones"
+    config_class: ClassVar[type] = Config
+
+    def predict(self, track: PhoneTrack, times: Array) -> NDArray[np.float32]:
+        """Modes at instants, (times,) seconds -> (times, modes)."""
+        return np.sum(
+            [
+                np.float32(weight) * member.predict(track, times)
+                for member, weight in zip(self.members, self.weights, strict=True)
+            ],
+            axis=0,
+            dtype=np.float32,
+        )
+
+    def tensors(self) -> Tensors:
+        """Every member's tensors, under its number."""
+        return {f"{n}.{k}": t for n, m in enumerate(self.members) for k, t in m.tensors().items()}
+
+    @classmethod
+    def from_tensors(cls, config: Any, tensors: Tensors) -> Ensemble:
+        """Raises KeyError or ValueError where a member's tensors do not fit."""
+        kinds, configs, weights = _members(config)
+        members = [
+            regressor_class(kind).from_tensors(
+                settings,
+                {k.partition(".")[2]: t for k, t in tensors.items() if k.partition(".")[0] == str(number)},
+            )
+            for number, (kind, settings) in enumerate(zip(kinds, configs, strict=True))
+        ]
+        return cls(config, tuple(members), weights)
+
+    @classmethod
+    def fit(
+        cls, config: Any, train: Examples, validation: Examples, rng: np.random.Generator, progress: Progress
+    ) -> Ensemble:
+        """Fit the members one after the other."""
+        kinds, configs, weights = _members(config)
+        members = []
+        for number, (kind, settings) in enumerate(zip(kinds, configs, strict=True)):
+
+            def share(done: float, number: int = number) -> None:
+                progress((number + done) / len(kinds))
+
+            members.append(regressor_class(kind).fit(settings, train, validation, rng, share))
+        filled = tuple(
+            {"kind": kind, "weight": weight, **asdict(settings)}
+            for kind, weight, settings in zip(kinds, weights, configs, strict=True)
+        )
+        return cls(Config(filled), tuple(members), weights)
+
+
+def _members(config: Config) -> tuple[list[str], list[Any], tuple[float, ...]]:
+    kinds, configs, weights = [], [], []
+    for member in config.members:
+        settings = {key: value for key, value in member.items() if key not in ("kind", "weight")}
+        kinds.append(member["kind"])
+        configs.append(make_config(member["kind"], settings, "ensemble"))
+        weights.append(float(member.get("weight", 1.0)))
+    total = sum(weights)
+    return kinds, configs, tuple(weight / total for weight in weights)
+
+
+REGRESSOR = Ensemble

@@ -1,0 +1,215 @@
+"""A configuration file -> a trained model folder."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, fields
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim import __version__, regressors
+from phonanim.alignment import read_alignment
+from phonanim.corpus import Corpus, load_corpus
+from phonanim.errors import CorpusError, ModelError
+from phonanim.face import FaceModel, fit_face, lip_aperture, lip_width
+from phonanim.language import to_phones
+from phonanim.regressors import Examples, Model, Regressor, make_config, regressor_class
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:  # pragma: no cover
+    import tomli as tomllib
+
+LONGEST_CLIP = 30.0  # seconds of one natural-text line that take part
+
+
+@dataclass(frozen=True)
+class Teacher:
+    """How the model learns beyond its recordings: a slow, good ensemble speaks natural text for it.
+
+    `members` are the ensemble's (see regressors/ensemble.py), `natural` folders of alignments,
+    `clips` how many lines of them, `weight` that of their errors beside the recordings' 1.
+    `blend` is the share of the teacher in the targets of the recordings themselves.
+    """
+
+    members: tuple[dict[str, Any], ...]
+    natural: tuple[str, ...]
+    clips: int = 2000
+    weight: float = 1.0
+    blend: float = 0.0
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """A training configuration (TOML): `name`, `kind`, `corpus`, `seed`, `validation` (a share of the
+    training clips), `licence` of what was learned from, [settings] of the kind, and perhaps [teacher]."""
+
+    kind: str
+    corpus: str
+    name: str = ""
+    seed: int = 0
+    validation: float = 0.1
+    licence: str = ""
+    settings: dict[str, Any] | None = None
+    teacher: Teacher | None = None
+
+
+def train(
+    config: Path,
+    output: Path | None = None,
+    seed: int | None = None,
+    progress: Callable[[float], None] = lambda done: None,
+) -> Path:
+    """Train the model that a TOML file describes; returns its folder (`models/NAME` by default).
+
+    Paths in the file are relative to it. The same file, data and seed give the same bytes. Raises
+    ModelError or CorpusError naming the file and the key that is amiss.
+    """
+    recipe = read_recipe(config)
+    seed = recipe.seed if seed is None else seed
+    corpus = load_corpus(config.parent / recipe.corpus)
+    folder = output or Path("models") / (recipe.name or config.stem)
+    model = fit_recipe(recipe, corpus, corpus.clips_of("train"), seed, config, progress)
+    regressors.save(model, folder)
+    return folder
+
+
+def fit_recipe(
+    recipe: Recipe,
+    corpus: Corpus,
+    clips: NDArray[np.int64],
+    seed: int,
+    config: Path,
+    progress: Callable[[float], None] = lambda done: None,
+    face: FaceModel | None = None,
+) -> Model:
+    """Train on some clips of a corpus (folds of a benchmark, or all training clips)."""
+    rng = np.random.default_rng(seed)
+    face = face or fit_face(corpus.landmarks[corpus.rows(clips)], corpus.indices)
+    shuffled = rng.permutation(clips)
+    n_held_out = round(recipe.validation * len(clips))
+    held_out = examples(corpus, face, np.sort(shuffled[:n_held_out]))
+    recordings = examples(corpus, face, np.sort(shuffled[n_held_out:]))
+    if recipe.teacher:
+        recordings = taught(recordings, held_out, recipe.teacher, config, rng, lambda d: progress(d / 2))
+    settings = make_config(recipe.kind, recipe.settings or {}, str(config))
+    base = 0.5 if recipe.teacher else 0.0
+    regressor = regressor_class(recipe.kind).fit(
+        settings, recordings, held_out, rng, lambda done: progress(base + (1 - base) * done)
+    )
+    card = {
+        "fps": corpus.fps,
+        "provenance": {
+            "tool": f"phonanim {__version__}",
+            "corpus": corpus.provenance,
+            "licence": recipe.licence,
+            "seed": seed,
+            "recipe": config.name,
+            "clips": len(clips),
+            "scores": validation_scores(regressor, corpus, face, np.sort(shuffled[:n_held_out])),
+        },
+    }
+    return Model(regressor, face, card)
+
+
+def read_recipe(path: Path) -> Recipe:
+    """Read and check a training configuration. Raises ModelError naming the key and its nearest."""
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ModelError(f"{path}: cannot be read as TOML ({error})") from error
+    _check_keys(table, Recipe, str(path))
+    for key in ("kind", "corpus"):
+        if key not in table:
+            raise ModelError(f"{path}: lacks {key!r}; see the examples in benchmarks/configs")
+    if "teacher" in table:
+        _check_keys(table["teacher"], Teacher, f"{path}: [teacher]")
+        teacher = {k: tuple(v) if isinstance(v, list) else v for k, v in table["teacher"].items()}
+        table["teacher"] = Teacher(**teacher)
+    return Recipe(**table)
+
+
+def _check_keys(table: dict[str, Any], kind: type, where: str) -> None:
+    known = [field.name for field in fields(kind)]
+    for key in table:
+        if key not in known:
+            near = get_close_matches(key, known, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
+            raise ModelError(f"{where}: there is no key {key!r}; {hint}")
+
+
+def examples(corpus: Corpus, face: FaceModel, clips: Iterable[int]) -> Examples:
+    """Clips of a corpus as training examples: modes of the captured face at mid-exposure instants."""
+    chosen = [int(clip) for clip in clips]
+    return Examples(
+        tuple(corpus.tracks[clip] for clip in chosen),
+        tuple(corpus.times(clip) for clip in chosen),
+        tuple(face.project(corpus.landmarks[corpus.rows([clip])]).astype(np.float32) for clip in chosen),
+        (1.0,) * len(chosen),
+    )
+
+
+def taught(
+    recordings: Examples,
+    held_out: Examples,
+    teacher: Teacher,
+    config: Path,
+    rng: np.random.Generator,
+    progress: Callable[[float], None],
+) -> Examples:
+    """The recordings, and natural text as the teacher speaks it (knowledge distillation).
+
+    The teacher is fitted to the recordings alone. Its instants on natural text lie at a random phase
+    of the frame grid, so that the network meets every position in a phone.
+    """
+    settings = make_config("ensemble", {"members": list(teacher.members)}, f"{config}: [teacher]")
+    ensemble = regressor_class("ensemble").fit(settings, recordings, held_out, rng, progress)
+    tracks, times, targets = [], [], []
+    for path in _natural_lines(teacher, config, rng):
+        track = to_phones(read_alignment(path), unknown="nearest")[0]
+        at = np.arange(rng.uniform(0, 0.04), min(track.duration, LONGEST_CLIP), 0.04)
+        tracks.append(track)
+        times.append(at)
+        targets.append(ensemble.predict(track, at))
+    natural = Examples(tuple(tracks), tuple(times), tuple(targets), (teacher.weight,) * len(tracks))
+    blended = tuple(
+        (1 - teacher.blend) * target + teacher.blend * ensemble.predict(track, at)
+        for track, at, target in zip(recordings.tracks, recordings.times, recordings.targets, strict=True)
+    )
+    spoken = Examples(recordings.tracks, recordings.times, blended, recordings.weights)
+    return spoken + natural
+
+
+def _natural_lines(teacher: Teacher, config: Path, rng: np.random.Generator) -> list[Path]:
+    found: list[Path] = []
+    for folder in teacher.natural:
+        lines = sorted((config.parent / folder).rglob("*.TextGrid"))
+        if not lines:
+            raise CorpusError(f"{config}: [teacher] natural: no TextGrid in {config.parent / folder}")
+        found += lines
+    return [found[i] for i in sorted(rng.permutation(len(found))[: teacher.clips])]
+
+
+def validation_scores(
+    regressor: Regressor, corpus: Corpus, face: FaceModel, clips: NDArray[np.int64]
+) -> dict[str, float]:
+    """Vertex error (mm) and correlations of aperture and width on the clips of the validation split."""
+    if len(clips) == 0:
+        return {}
+    predicted = np.concatenate([regressor.predict(corpus.tracks[c], corpus.times(c)) for c in clips])
+    shapes, captured = face.instance(predicted), corpus.landmarks[corpus.rows(clips)]
+    distance = np.linalg.norm((shapes - captured)[:, face.moving], axis=2)
+    return {
+        "validation_vertex_error_mm": round(float(distance.mean()), 3),
+        "validation_aperture_r": round(_r(lip_aperture(shapes, face), lip_aperture(captured, face)), 3),
+        "validation_width_r": round(_r(lip_width(shapes, face), lip_width(captured, face)), 3),
+    }
+
+
+def _r(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    return float(np.corrcoef(a, b)[0, 1])

@@ -1,0 +1,54 @@
+"""Lips close where they must, no more than they must, and nothing else moves."""
+
+from __future__ import annotations
+
+import numpy as np
+from speech import made_up_face, track_of
+
+from phonanim.contacts import CONTACTS, close, gap_bound, gap_functionals
+from phonanim.metrics import lip_gap
+
+FACE = made_up_face(np.random.default_rng(0))
+TRACK = track_of("sil 0.4 aa 0.2 p 0.05 aa 0.2 f 0.08 aa 0.2 sil 0.4")
+OPEN = np.tile(FACE.std * [2, 0, 0], (92, 1)).astype(np.float32)
+
+
+def test_the_middle_of_p_closes_at_any_rate() -> None:
+    for fps in (24, 25, 29.97, 60, 120):
+        frames = int(TRACK.duration * fps)
+        moved = close(np.tile(OPEN[:1], (frames, 1)), TRACK, FACE, fps)
+        times = np.arange(frames) / fps
+        core = np.abs(times - 0.625) <= 0.01
+        gaps = lip_gap(FACE.instance(moved[core]), FACE)
+        assert (gaps <= CONTACTS[0].gap + 1e-3).all()
+
+
+def test_teeth_leave_more_room_than_lips() -> None:
+    bound = gap_bound(TRACK, np.array([0.625, 0.89]))
+    assert np.allclose(bound, [CONTACTS[0].gap, CONTACTS[1].gap])
+
+
+def test_far_frames_stay_as_they_were() -> None:
+    moved = close(OPEN, TRACK, FACE, 60)
+    times = np.arange(len(OPEN)) / 60
+    far = ~np.isfinite(gap_bound(TRACK, times))
+    assert far.any()
+    assert np.array_equal(moved[far], OPEN[far])
+
+
+def test_closed_lips_are_left_alone() -> None:
+    weights, offset = gap_functionals(FACE)
+    shut = np.linalg.lstsq(weights, -offset, rcond=None)[0].astype(np.float32)
+    modes = np.tile(shut, (92, 1))
+    assert np.allclose(close(modes, TRACK, FACE, 60), modes, atol=1e-5)
+
+
+def test_without_such_phones_the_very_same_array_comes_back() -> None:
+    track = track_of("sil 0.4 aa 0.5 sil 0.4")
+    assert close(OPEN, track, FACE, 60) is OPEN
+
+
+def test_the_bound_is_smooth() -> None:
+    times = np.arange(0, TRACK.duration, 0.001)
+    bound = np.minimum(gap_bound(TRACK, times), 14.3)
+    assert np.abs(np.diff(bound)).max() < 0.5

@@ -1,0 +1,105 @@
+"""The 2379 indicators: how many of each group, and windows worked out by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from speech import random_track
+
+from phonanim.features import frame_codes
+from phonanim.indicators import GROUPS, N_FEATURES, OFFSETS, indicators, raw_indicators
+from phonanim.inventory import INVENTORY
+
+NONE = np.full((41, 41), -1, np.int8)
+
+
+def window(text: str) -> np.ndarray:
+    return INVENTORY.codes(text.split())[None]
+
+
+def group(row: np.ndarray, name: str) -> np.ndarray:
+    return row[OFFSETS[name] : OFFSETS[name] + GROUPS[name]]
+
+
+def test_counts_of_each_group() -> None:
+    assert tuple(GROUPS.values()) == (1558, 660, 1, 20, 30, 30, 50, 30)
+    assert N_FEATURES == 2379
+
+
+def test_spans_by_hand() -> None:
+    row = indicators(window("sil sil sil m m m m m aa aa aa"), NONE).dense()[0]
+    spans = group(row, "span")
+    # Three runs of 3, 5 and 3 frames: a run of n frames fills n - k windows of k + 1 frames.
+    assert spans.sum() == (3 + 5 + 3) + (2 + 4 + 2) + (1 + 3 + 1) + (0 + 2 + 0)
+    m = INVENTORY.code("m")
+    assert spans[3 * 41 + m] == 1  # m at frame 3
+    assert spans[2 * 41 + m] == 0  # not yet at frame 2
+    assert spans[11 * 41 + 6 * 41 + m] == 1  # m fills frames 6 and 7
+    assert spans[11 * 41 + 7 * 41 + m] == 0  # but not 7 and 8
+    assert spans[(11 + 10 + 9) * 41 + 4 * 41 + m] == 1  # and frames 4 to 7
+
+
+def test_attributes_by_hand() -> None:
+    row = indicators(window("sil sil sil m m m m m aa aa aa"), NONE).dense()[0]
+    attributes = group(row, "attribute").reshape(11, 60).astype(bool)
+    names = np.array(INVENTORY.attribute_names)
+    assert set(names[attributes[0]]) == {"silences"}
+    assert set(names[attributes[5]]) == {
+        "Nasal", "Bilabial", "Voiced-Consonant", "Front-Consonant", "Front",
+    }  # fmt: skip
+    assert "Vowel-Open" in names[attributes[9]]
+    assert "AVowel" in names[attributes[9]]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("aa aa aa aa aa aa aa aa aa aa aa", 0),
+        ("aa aa aa aa m m m aa aa aa aa", 0),  # only in frames c-1, c, c+1
+        ("aa aa aa m aa aa aa aa aa aa aa", 1),  # c-2
+        ("aa aa aa aa aa aa aa aa aa aa m", 1),  # c+5
+        ("sil sil sil sil sil sil sil sil sil sil sil", 0),
+    ],
+)
+def test_consonant_around_the_centre(text: str, expected: int) -> None:
+    assert group(indicators(window(text), NONE).dense()[0], "consonant")[0] == expected
+
+
+def test_transitions_by_hand() -> None:
+    clusters = NONE.copy()
+    clusters[INVENTORY.code("m"), INVENTORY.code("aa")] = 1
+    clusters[INVENTORY.code("aa"), INVENTORY.code("s")] = 2
+    clusters[INVENTORY.code("s"), INVENTORY.code("t")] = 0
+    row = indicators(window("m m aa aa s s t t ow ow ow"), clusters).dense()[0]
+    assert np.flatnonzero(group(row, "cv")).tolist() == [1 * 2 + 1]  # frames 1, 2; cluster 1
+    assert np.flatnonzero(group(row, "vc")).tolist() == [3 * 3 + 2]
+    assert np.flatnonzero(group(row, "cc")).tolist() == [5 * 3 + 0]
+    assert np.flatnonzero(group(row, "starts")).tolist() == [1 * 5 + 0, 7 * 5 + 3]  # m-aa, t-ow
+    assert np.flatnonzero(group(row, "ends")).tolist() == [7 * 3 + 1]  # ow ends with w
+
+
+def test_sparse_rows_are_sorted_and_agree_with_a_slow_version() -> None:
+    rng = np.random.default_rng(3)
+    track = random_track(rng)
+    codes = frame_codes(track, np.arange(40) / 25)
+    found = indicators(codes, rng.integers(-1, 2, (41, 41)).astype(np.int8))
+    dense = found.dense()
+    assert dense.sum() == len(found.columns)
+    for k, row in ((0, dense[7]), (3, dense[20])):
+        codes_row = codes[7] if k == 0 else codes[20]
+        base = 41 * sum(11 - j for j in range(k))
+        for place in range(11 - k):
+            for phone in range(41):
+                filled = all(codes_row[place + j] == phone for j in range(k + 1))
+                assert row[base + place * 41 + phone] == filled
+
+
+def test_raw_indicators() -> None:
+    found = raw_indicators(window("sil sil sil m m m m m aa aa aa"))
+    assert found.dense().shape == (1, 41 * 11)
+    assert np.flatnonzero(found.dense()[0])[3] == 3 * 41 + INVENTORY.code("m")
+
+
+def test_windows_of_another_width_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"expected windows \(frames, 11\) of phone codes, got \(1, 3\)"):
+        raw_indicators(window("sil sil m"))
