@@ -97,7 +97,7 @@ def _end_line(stream: IO[str]) -> None:
 
 
 def _line(outcome: Outcome) -> str:
-    return json.dumps(asdict(outcome), ensure_ascii=False, sort_keys=True) + "\n"
+    return json.dumps(asdict(outcome), ensure_ascii=False) + "\n"
 
 
 def _outcome(line: str) -> Outcome | None:
