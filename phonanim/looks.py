@@ -37,7 +37,7 @@ FRICATIVES = frozenset({"fricative", "sibilant", "lateral fricative"})
 GLIDES = {"j": "i", "w": "u", "ɥ": "y", "ɰ": "ɯ"}
 
 # Consonants that make one label together: n nasal, s stop, f fricative, l lateral.
-CLUSTERS = frozenset({"w", "n", "s", "f", "l", "a", "ns", "nf", "nl", "nn", "ss", "sf", "sl", "nsf", "nss"})
+CLUSTERS = frozenset({"", "n", "s", "f", "l", "a", "ns", "nf", "nl", "nn", "ss", "sf", "sl", "nsf", "nss"})
 LONGEST = 4
 """Most vowels and glides in one label; more is a word."""
 
@@ -54,7 +54,7 @@ def seen(label: str) -> tuple[str, ...]:
         glided = all(sound.vowel or sound.symbol in GLIDES for sound in sounds)
         return _without_repeats(_vowels(sounds)) if glided and len(sounds) <= LONGEST else ()
     kinds = "".join(_kind(sound) for sound in sounds)
-    known = kinds in CLUSTERS or kinds.rstrip("w") in CLUSTERS
+    known = kinds.rstrip("w") in CLUSTERS
     return _without_repeats(_consonants(sounds)) if known else ()
 
 

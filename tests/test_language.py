@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from phonanim.alignment import Alignment, Interval
 from phonanim.errors import LabelError
 from phonanim.inventory import INVENTORY
-from phonanim.language import Language, choose_language, language_names, load_language, to_phones
+from phonanim.labels import Language
+from phonanim.language import choose_language, language_names, load_language, to_phones
 
 STEP = 0.125
 
