@@ -72,7 +72,7 @@ class FaceModel:
         """Twelve hex digits that change with the modes; a rig's poses hold for one face only."""
         digest = hashlib.sha256()
         for part in (self.mean, self.modes, self.std):
-            digest.update(np.round(part, 4).astype("<f4").tobytes())
+            digest.update(part.astype("<f4").tobytes())  # as model folders store it
         return digest.hexdigest()[:12]
 
     @cached_property
