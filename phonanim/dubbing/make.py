@@ -24,10 +24,12 @@ def make(job: Job) -> Result:
             return Result(replace(job.known, place=line.place), made=False)
         return Result(_made(job, origin), made=True)
     except PhonanimError as error:
-        return Result(Outcome(line.id, line.place, error=str(error)), made=True)
+        why = str(error)
     except OSError as error:
-        message = f"{error.filename or line.alignment}: {error.strerror or error}"
-        return Result(Outcome(line.id, line.place, error=message), made=True)
+        why = f"{error.filename or line.alignment}: {error.strerror or error}"
+    except Exception as error:  # a fault of phonanim costs its line, not the night's run
+        why = f"{line.alignment}: a fault of phonanim, please report it: {type(error).__name__}: {error}"
+    return Result(Outcome(line.id, line.place, error=why), made=True)
 
 
 def _made(job: Job, origin: dict[str, Any]) -> Outcome:

@@ -1,0 +1,44 @@
+from pathlib import Path, PurePosixPath
+
+import pytest
+
+from phonanim.dubbing import make as module
+from phonanim.dubbing.job import Job
+from phonanim.dubbing.lines import Line
+from phonanim.dubbing.make import make
+from phonanim.options import DEFAULTS
+
+
+@pytest.fixture
+def job(root, tmp_path):
+    line = Line("x", "row 2", root / "examples/line.TextGrid", None, DEFAULTS, PurePosixPath("x"))
+    return Job(line, tmp_path, ("csv",), None)
+
+
+def test_a_fault_of_phonanim_costs_one_line(job, monkeypatch):
+    def faulty(*arguments):
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr(module, "perform", faulty)
+    result = make(job)
+    assert result.made
+    assert result.outcome.error == (
+        f"{job.line.alignment}: a fault of phonanim, please report it: ZeroDivisionError: division by zero"
+    )
+
+
+def test_what_was_made_is_kept(job):
+    first = make(job)
+    assert first.outcome.done
+    assert first.made
+    again = make(Job(job.line, job.folder, job.formats, first.outcome))
+    assert not again.made
+    assert again.outcome == first.outcome
+    other = make(Job(job.line, job.folder, ("csv", "npz"), first.outcome))
+    assert other.made
+    assert set(other.outcome.outputs) == {"x.csv", "x.npz"}
+
+
+def test_an_alignment_that_vanished(job):
+    line = Line("x", "row 2", Path("gone.TextGrid"), None, DEFAULTS, PurePosixPath("x"))
+    assert make(Job(line, job.folder, ("csv",), None)).outcome.error == "gone.TextGrid: No such file or directory"
