@@ -1,7 +1,7 @@
 """Fit the ARKit preset to the reference face's motion, on the shipped head.
 
     phonanim corpus build RECORDINGS -o work/corpus
-    python scripts/fit_rig.py work/corpus
+    python scripts/fit_rig.py work/corpus [--model NAME]
 
 writes lexicon/rigs/motion.csv (a sample of the training clips' motion), arkit.toml (controls, limits,
 mean, eight poses) and arkit.direct.csv (the direct map). Run it again when the reference face or the head
@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from phonanim.animate import load_model
 from phonanim.corpus import load_corpus
 from phonanim.face import fit_face
 from phonanim.head import load_head
@@ -41,11 +42,13 @@ def main() -> None:
     """Sample the motion, fit the rig, write both."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     options.add_argument("corpus", type=Path)
+    options.add_argument("--model", help="take the reference face of this model, not a new one")
     options.add_argument("--seed", type=int, default=1)
     chosen = options.parse_args()
     corpus = load_corpus(chosen.corpus)
     rows = corpus.rows(corpus.clips_of("train"))
-    face = fit_face(corpus.landmarks[rows], corpus.indices)
+    fitted = fit_face(corpus.landmarks[rows], corpus.indices)
+    face = load_model(chosen.model).face if chosen.model else fitted
     rng = np.random.default_rng(chosen.seed)
     motion = sample_motion(face.project(corpus.landmarks[rows]), face, FRAMES, rng)
     write_motion(SHIPPED, motion)

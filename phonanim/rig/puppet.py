@@ -15,6 +15,7 @@ from phonanim.rig.landmarks import MeshLandmarks
 Array = NDArray[np.float64]
 PUPILS = (468, 473)  # right, left
 PUPIL_DISTANCE = 63.0  # mm, as in the reference face
+SLANT = 35.0  # degrees that a head may lean: faces differ in how they look ahead
 ALIKE = 0.5  # two controls are partners when their mirrored motions differ by less than this fraction
 
 
@@ -67,7 +68,7 @@ def _rotation(points: Array, target: Array) -> Array:
 
 
 def _snap(rotation: Array) -> Array:
-    snapped = np.where(np.abs(rotation) == np.abs(rotation).max(axis=0), np.sign(rotation), 0.0)
+    snapped = np.where(np.abs(rotation) > np.cos(np.radians(SLANT)), np.sign(rotation), 0.0)
     if not np.isclose(np.linalg.det(snapped), 1.0):
         raise RigError("the head does not stand along the axes; turn it upright and apply the rotation")
     return snapped

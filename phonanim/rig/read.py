@@ -117,7 +117,7 @@ def _pose_problems(document: dict[str, Any], controls: dict[str, Any]) -> list[s
         )
     names = (MEAN, *POSES)
     found = [f"[poses.{key}] is no pose{_hint(key, names)}" for key in poses if key not in names]
-    found += [f"[poses.{key}] is missing: {looks}" for key, looks in POSES.items() if not poses.get(key)]
+    found += [f"[poses.{key}] is missing: {looks}" for key, looks in POSES.items() if key not in poses]
     written = [(pose, name, value) for pose in names for name, value in poses.get(pose, {}).items()]
     return found + [line for place in written if (line := _value_problem(*place, controls))]
 

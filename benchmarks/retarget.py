@@ -1,0 +1,161 @@
+"""How well the shipped head repeats the reference face: lips and controls, by poses, direct map and solver.
+
+    phonanim corpus build RECORDINGS -o work/corpus
+    python benchmarks/retarget.py work/corpus [--model default] [--json]
+
+The 50 test clips, which no rig was fitted to: their captured motion projected on the modes and, with
+--model, the model's prediction. Aperture, width and protrusion of the lips on the head are correlated
+with those of the face that goes in ("face") and with the captured ones ("capture"), over all frames and
+over speech alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim import contacts
+from phonanim.animate import load_model
+from phonanim.corpus import Corpus, load_corpus
+from phonanim.face import FaceModel, fit_face, lip_aperture, lip_protrusion, lip_width
+from phonanim.head import load_head
+from phonanim.metrics import correlation, jerk, phone_middles, spoken
+from phonanim.rig import Rig, load_rig
+from phonanim.rig.fit import closed_face
+from phonanim.rig.landmarks import read_landmarks
+from phonanim.rig.motion import read_motion
+from phonanim.rig.puppet import Puppet, make_puppet
+from phonanim.rig.retarget import retarget
+from phonanim.rig.solve import solve
+
+Array = NDArray[np.float64]
+
+LIPS = {"aperture": lip_aperture, "width": lip_width, "protrusion": lip_protrusion}
+BILABIALS = ("p", "b", "m")
+SPEED_FRAMES = 1_000_000
+
+
+@dataclass(frozen=True)
+class Clips:
+    """The test clips end to end: modes by source, captured shapes, which frames are speech, closures."""
+
+    face: FaceModel
+    modes: dict[str, Array]
+    captured: Array
+    speech: NDArray[np.bool_]
+    closures: NDArray[np.int64]
+    lengths: NDArray[np.int64]
+    fps: float
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options.add_argument("corpus", type=Path)
+    options.add_argument("--model", help="also the motion that this model predicts")
+    options.add_argument("--rig", default="arkit")
+    options.add_argument("--json", action="store_true")
+    chosen = options.parse_args()
+    rig = load_rig(chosen.rig)
+    clips = gather(load_corpus(chosen.corpus), chosen.model)
+    puppet = make_puppet(load_head(rig.head), read_landmarks(rig.landmarks), clips.face)
+    rows = [
+        {"motion": source, "map": name, **measure(clips, source, puppet, controls(clips.modes[source]))}
+        for source in clips.modes
+        for name, controls in maps(clips, puppet, rig).items()
+    ]
+    speeds = {how: speed(clips.face, rig, how) for how in ("poses", "direct")}
+    if chosen.json:
+        print(json.dumps({"rows": rows, "frames_per_second": speeds}, indent=1))
+    else:
+        show(rows, speeds)
+
+
+def gather(corpus: Corpus, model_name: str | None) -> Clips:
+    """The test clips of a corpus, and what a model predicts for them."""
+    train = corpus.rows(corpus.clips_of("train"))
+    model = load_model(model_name) if model_name else None
+    face = model.face if model else fit_face(corpus.landmarks[train], corpus.indices)
+    chosen = corpus.clips_of("test")
+    captured = corpus.landmarks[corpus.rows(chosen)].astype(np.float64)
+    modes = {"captured": face.project(captured)}
+    if model:
+        predicted = [
+            contacts.close(
+                model.predict(corpus.tracks[clip], corpus.fps, int(corpus.frames[clip]), 0.5 / corpus.fps),
+                corpus.tracks[clip],
+                face,
+                corpus.fps,
+            )
+            for clip in chosen
+        ]
+        modes["predicted"] = np.concatenate(predicted).astype(np.float64)
+    speech = np.concatenate([spoken(corpus.tracks[clip], corpus.times(clip)) for clip in chosen])
+    lengths = corpus.frames[chosen]
+    starts = np.cumsum(lengths) - lengths
+    closures = [
+        start + np.minimum(phone_middles(corpus.tracks[clip], BILABIALS) * corpus.fps, length - 1).astype(int)
+        for clip, start, length in zip(chosen, starts, lengths, strict=True)
+    ]
+    return Clips(face, modes, captured, speech, np.concatenate(closures), lengths, corpus.fps)
+
+
+def maps(clips: Clips, puppet: Puppet, rig: Rig) -> dict[str, Callable[[Array], Array]]:
+    """The three ways from modes to controls."""
+    face = clips.face
+    closed = closed_face(face, read_motion().modes(face))
+    return {
+        "poses": lambda modes: retarget(modes, face, rig, "poses").astype(np.float64),
+        "direct": lambda modes: retarget(modes, face, rig, "direct").astype(np.float64),
+        "solve": lambda modes: solve(face.instance(modes), face, puppet, rig, closed, lengths=clips.lengths),
+    }
+
+
+def measure(clips: Clips, source: str, puppet: Puppet, controls: Array) -> dict[str, Any]:
+    """Correlations, gaps at closures and roughness of one way on one motion."""
+    head, shapes = puppet.pose(controls), clips.face.instance(clips.modes[source])
+    result: dict[str, Any] = {}
+    for name, measured in LIPS.items():
+        on_head, on_face = measured(head, clips.face), measured(shapes, clips.face)
+        captured = measured(clips.captured, clips.face)
+        result[f"{name} r face"] = correlation(on_head, on_face)
+        result[f"{name} r capture"] = correlation(on_head, captured)
+        result[f"{name} r capture, speech"] = correlation(on_head[clips.speech], captured[clips.speech])
+    opening = lip_aperture(head, clips.face)
+    result["gap at p b m, mm"] = float(opening[clips.closures].mean())
+    result["gap at p b m on the face, mm"] = float(lip_aperture(shapes, clips.face)[clips.closures].mean())
+    result["deepest overlap, mm"] = float(max(0.0, -opening.min()))
+    result["jerk / face's"] = jerk(opening, clips.fps) / jerk(lip_aperture(shapes, clips.face), clips.fps)
+    result["controls in use"] = float((controls > 0.02).sum(axis=1).mean())
+    return result
+
+
+def speed(face: FaceModel, rig: Rig, how: Any) -> float:
+    """Frames per second of retargeting alone, the best of three."""
+    modes = np.random.default_rng(0).normal(size=(SPEED_FRAMES, len(face.std))).astype(np.float32)
+    taken = []
+    for _ in range(3):
+        start = time.perf_counter()
+        retarget(modes, face, rig, how)
+        taken.append(time.perf_counter() - start)
+    return SPEED_FRAMES / min(taken)
+
+
+def show(rows: list[dict[str, Any]], speeds: dict[str, float]) -> None:
+    """A Markdown table, one column per way."""
+    print("|", " | ".join(["", *(f"{row['motion']}, {row['map']}" for row in rows)]), "|")
+    print("|" + "---|" * (1 + len(rows)))
+    for key in [key for key in rows[0] if key not in ("motion", "map")]:
+        print("|", " | ".join([key, *(f"{row[key]:.3f}" for row in rows)]), "|")
+    print("\n" + ", ".join(f"{how}: {fps / 1e6:.1f} M frames/s" for how, fps in speeds.items()))
+
+
+if __name__ == "__main__":
+    main()

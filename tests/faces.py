@@ -1,0 +1,62 @@
+"""A reference face without recordings: the shipped head's landmarks, moved by a few of its shapes."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from phonanim.face import FaceModel
+from phonanim.head import load_head
+from phonanim.rig import Rig, load_rig
+from phonanim.rig.landmarks import read_landmarks
+from phonanim.rig.puppet import Puppet, landmark_partners, mirrored
+
+SHAPES = (
+    ("jawOpen",),
+    ("mouthPucker",),
+    ("mouthStretchLeft", "mouthStretchRight"),
+    ("mouthLowerDownLeft", "mouthLowerDownRight"),
+    ("mouthUpperUpLeft", "mouthUpperUpRight"),
+)
+
+
+@cache
+def head_puppet() -> Puppet:
+    """The shipped head's landmarks in the axes and size of a reference face."""
+    head, spots = load_head(), read_landmarks(load_rig("arkit").landmarks)
+    rest = spots.of(head.vertices)
+    scale = 63.0 / np.linalg.norm(rest[473] - rest[468])
+    return Puppet(head.targets, (rest - (rest[468] + rest[473]) / 2) * scale, spots.of(head.deltas) * scale)
+
+
+@cache
+def head_face() -> FaceModel:
+    """A face whose mean is the head a little open and whose five modes span SHAPES, symmetric."""
+    puppet = head_puppet()
+    partner = landmark_partners(puppet.rest)
+    shapes = np.array([sum(puppet.shapes[puppet.controls.index(n)] for n in names) for names in SHAPES])
+    shapes = (shapes + mirrored(shapes, partner)) / 2
+    basis, triangle = np.linalg.qr(shapes.reshape(len(shapes), -1).T)
+    basis = (basis * np.sign(np.diag(triangle))).T.reshape(shapes.shape)  # each mode goes the shape's way
+    mean = puppet.rest + 0.1 * shapes[0]
+    return FaceModel(mean, basis, np.array([20.0, 9.0, 6.0, 5.0, 4.0]), np.arange(len(mean)))
+
+
+def blank_rig(puppet: Puppet, **changes: object) -> Rig:
+    """The puppet's controls from 0 to 1, not fitted to anything."""
+    count = len(puppet.controls)
+    facts = {
+        "name": "blank",
+        "title": "",
+        "source": "",
+        "controls": puppet.controls,
+        "minimum": np.zeros(count),
+        "maximum": np.ones(count),
+        "rest": np.zeros(count),
+        "mean": np.zeros(count),
+        "poses": np.zeros((0, count)),
+        "speech": load_rig("arkit").speech,
+        "at_most": load_rig("arkit").at_most,
+    }
+    return Rig(**{**facts, **changes})

@@ -1,0 +1,190 @@
+"""Landmarks to controls: what was posed is found again, sides agree, bounds hold."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from faces import blank_rig, head_face, head_puppet
+
+from phonanim.errors import RigError
+from phonanim.face import lip_aperture, lip_width
+from phonanim.head import load_head
+from phonanim.rig import load_rig
+from phonanim.rig.descent import Problem, descend
+from phonanim.rig.fit import fit_rig, hinges_of
+from phonanim.rig.landmarks import read_landmarks
+from phonanim.rig.puppet import control_partners, landmark_partners, make_puppet, mirrored
+from phonanim.rig.retarget import retarget
+from phonanim.rig.sight import CLOSED_GAP, Energy
+from phonanim.rig.solve import solve
+
+EXACT = Energy(gap=0.0, sparse=0.01, smooth=0.0)  # gaps count from where lips touch, not from rest
+
+
+def posed(**controls: float) -> np.ndarray:
+    puppet = head_puppet()
+    values = np.zeros((1, len(puppet.controls)))
+    for name, value in controls.items():
+        for full in (name, f"{name}Left", f"{name}Right"):
+            if full in puppet.controls:
+                values[0, puppet.controls.index(full)] = value
+    return values
+
+
+@pytest.mark.parametrize(
+    "controls",
+    [{"jawOpen": 0.4}, {"jawOpen": 0.3, "mouthPucker": 0.5}, {"jawOpen": 0.3, "mouthLowerDown": 0.4}],
+)
+def test_posed_controls_are_found_again(controls: dict[str, float]) -> None:
+    puppet, face = head_puppet(), head_face()
+    wanted = posed(**controls)
+    solved = solve(puppet.pose(wanted), face, puppet, blank_rig(puppet), puppet.rest, EXACT)
+    np.testing.assert_allclose(solved, wanted, atol=0.05)
+
+
+def test_lips_open_and_widen_as_the_face_does() -> None:
+    puppet, face = head_puppet(), head_face()
+    shapes = puppet.pose(
+        np.concatenate([posed(jawOpen=jaw, mouthStretch=0.5 - jaw) for jaw in (0.1, 0.3, 0.5)])
+    )
+    again = puppet.pose(solve(shapes, face, puppet, blank_rig(puppet), puppet.rest))
+    opened = lip_aperture(shapes, face) - lip_aperture(puppet.rest[None], face) - CLOSED_GAP
+    np.testing.assert_allclose(lip_aperture(again, face), opened, atol=0.3)
+    np.testing.assert_allclose(lip_width(again, face), lip_width(shapes, face), atol=0.4)
+
+
+def test_the_closed_face_closes_the_head() -> None:
+    puppet, face = head_puppet(), head_face()
+    solved = solve(puppet.rest[None], face, puppet, blank_rig(puppet), puppet.rest)
+    assert solved.max() < 0.2
+    assert abs(lip_aperture(puppet.pose(solved), face)[0]) < 0.3
+
+
+def test_mirrored_faces_give_mirrored_controls() -> None:
+    puppet, face = head_puppet(), head_face()
+    rig, partner = blank_rig(puppet), landmark_partners(puppet.rest)
+    shape = puppet.pose(posed(jawOpen=0.3)) + np.random.default_rng(1).normal(0, 0.5, puppet.rest.shape)
+    flipped = puppet.rest + mirrored(shape - puppet.rest, partner)
+    one, other = (solve(s, face, puppet, rig, puppet.rest, EXACT) for s in (shape, flipped))
+    swap = control_partners(puppet)
+    np.testing.assert_allclose(other, one[:, swap], atol=1e-9)
+
+
+def test_limits_hold_and_mouth_close_stays_below_jaw_open() -> None:
+    puppet, face = head_puppet(), head_face()
+    rig = blank_rig(puppet)
+    modes = np.random.default_rng(2).normal(size=(300, 5)) * face.std * 2
+    solved = solve(face.instance(modes), face, puppet, rig, puppet.rest)
+    assert solved.min() >= 0
+    assert solved.max() <= 1
+    ((close, jaw),) = rig.at_most
+    assert (solved[:, close] <= solved[:, jaw] + 1e-12).all()
+
+
+def test_ties_make_curves_smoother_but_not_across_clips() -> None:
+    puppet, face = head_puppet(), head_face()
+    rig = blank_rig(puppet)
+    modes = np.random.default_rng(3).normal(size=(40, 5)) * face.std
+    shapes = face.instance(modes)
+    loose, tied = (
+        solve(shapes, face, puppet, rig, puppet.rest, Energy(smooth=smooth)) for smooth in (0.0, 3000.0)
+    )
+    assert np.abs(np.diff(tied, axis=0)).sum() < 0.8 * np.abs(np.diff(loose, axis=0)).sum()
+    halves = [solve(part, face, puppet, rig, puppet.rest) for part in (shapes[:20], shapes[20:])]
+    both = solve(shapes, face, puppet, rig, puppet.rest, lengths=np.array([20, 20]))
+    np.testing.assert_allclose(both, np.concatenate(halves), atol=1e-3)
+
+
+def test_a_proposal_draws() -> None:
+    puppet, face = head_puppet(), head_face()
+    wanted = posed(jawOpen=0.5)
+    near = solve(
+        puppet.rest[None], face, puppet, blank_rig(puppet), puppet.rest, Energy(near=1e7), proposal=wanted
+    )
+    np.testing.assert_allclose(near, wanted, atol=0.01)
+
+
+def test_a_head_without_the_controls_is_said() -> None:
+    puppet = head_puppet()
+    with pytest.raises(RigError, match="none of the speech controls of rig blank; check `speech`"):
+        solve(puppet.rest[None], head_face(), puppet, blank_rig(puppet, speech=("x",)), puppet.rest)
+
+
+def test_partners() -> None:
+    puppet = head_puppet()
+    names = puppet.controls
+    partner = control_partners(puppet)
+    assert names[partner[names.index("mouthSmileLeft")]] == "mouthSmileRight"
+    assert names[partner[names.index("jawOpen")]] == "jawOpen"
+    sides = landmark_partners(puppet.rest)
+    assert (sides[61], sides[13], sides[78]) == (291, 13, 308)
+
+
+@pytest.mark.parametrize("turn", [np.eye(3), np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])])
+def test_a_head_in_other_axes_and_units(turn: np.ndarray) -> None:
+    head = load_head()
+    moved = replace(head, vertices=100 * head.vertices @ turn, deltas=100 * head.deltas @ turn)
+    puppet = make_puppet(moved, read_landmarks(load_rig("arkit").landmarks), head_face())
+    np.testing.assert_allclose(puppet.rest, head_puppet().rest, atol=1e-6)
+    np.testing.assert_allclose(puppet.shapes, head_puppet().shapes, atol=1e-6)
+
+
+def test_a_slanted_head_is_said() -> None:
+    head, slant = load_head(), np.radians(45)
+    turn = np.array(
+        [[np.cos(slant), np.sin(slant), 0.0], [-np.sin(slant), np.cos(slant), 0.0], [0.0, 0.0, 1.0]]
+    )
+    moved = replace(head, vertices=head.vertices @ turn)
+    with pytest.raises(RigError, match="does not stand along the axes; turn it upright"):
+        make_puppet(moved, read_landmarks(load_rig("arkit").landmarks), head_face())
+
+
+def test_coinciding_pupils_are_said() -> None:
+    spots = read_landmarks(load_rig("arkit").landmarks)
+    corners = spots.corners.copy()
+    corners[473], weights = corners[468], spots.weights.copy()
+    weights[473] = weights[468]
+    with pytest.raises(RigError, match=r"pupils \(468, 473\) coincide"):
+        make_puppet(load_head(), replace(spots, corners=corners, weights=weights), head_face())
+
+
+def test_descent_finds_the_bounded_minimum() -> None:
+    rng = np.random.default_rng(6)
+    root = rng.normal(size=(6, 4))
+    gram, pull = root.T @ root, rng.normal(size=(7, 4))
+    problem = Problem(gram, pull, np.zeros(4), np.ones(4), np.zeros(4), 0.0, np.array([7]))
+    solved = descend(problem, np.zeros((7, 4)), sweeps=5000)
+    slope = solved @ gram - pull  # Karush, Kuhn, Tucker: zero inside, pointing outwards at a bound
+    inside = (solved > 0) & (solved < 1)
+    assert np.abs(slope[inside]).max() < 1e-2
+    assert (slope[solved == 0] >= -1e-2).all()
+    assert (slope[solved == 1] <= 1e-2).all()
+
+
+def test_a_fitted_rig_repeats_its_face() -> None:
+    puppet, face = head_puppet(), head_face()
+    rng = np.random.default_rng(7)
+    controls = np.zeros((600, len(puppet.controls)))
+    for names, most in ((("jawOpen",), 0.4), (("mouthPucker",), 0.6), (("mouthLowerDown",), 0.4)):
+        amount = most * np.clip(rng.normal(0.3, 0.5, 600), 0, 1)
+        for name in names:
+            controls += amount[:, None] * (posed(**{name: 1.0}) > 0)
+    modes = face.project(puppet.pose(controls))
+    rig = fit_rig(blank_rig(puppet), puppet, face, modes)
+    shapes, head = face.instance(modes), puppet.pose(retarget(modes, face, rig, "direct"))
+    assert rig.face == face.id
+    assert rig.poses.shape == (8, 52)
+    assert np.corrcoef(lip_aperture(shapes, face), lip_aperture(head, face))[0, 1] > 0.99
+    assert np.corrcoef(lip_width(shapes, face), lip_width(head, face))[0, 1] > 0.97
+
+
+def test_hinges_of_gaps_open_at_their_knots() -> None:
+    face = head_face()
+    names, loads, offsets = hinges_of(face)
+    modes = np.random.default_rng(8).normal(size=(50, 5)) * face.std
+    gap = lip_aperture(face.instance(modes), face)
+    row = names.index("gap13>1mm")
+    hinge = np.maximum(modes / face.std @ loads[row] + offsets[row], 0)
+    np.testing.assert_allclose(hinge, np.maximum(gap - 1.0, 0) / 3.0, atol=1e-9)
