@@ -1,101 +1,114 @@
-"""Contacts: lips that really close on p b m, and a lower lip that meets the teeth on f v.
+"""Contacts: lips that really close on p b m, meet the teeth on f v, and round on sh zh ch jh.
 
-A regressor answers with the mean of what it has seen, so closures of 30 ms come out half closed. Here
-the gap between the lips is bounded from above while such a phone lasts, and what is too much is taken
-away by the smallest change of the modes (in the captured face's own variation) that does it.
+A regressor answers with the mean of what it has seen, so closures of 30 ms come out half closed, and
+phones that the recordings lack come out like their neighbours. Here a measure of the lips is bounded
+from above while such a phone lasts, and what is too much is taken away by the smallest change of the
+modes (in units of the face's own variation) that does it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.face import INNER_LIP_PAIRS, FaceModel
+from phonanim.face import INNER_LIP_PAIRS, MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT, FaceModel
 from phonanim.inventory import INVENTORY
 from phonanim.phones import PhoneTrack
 
 Array = NDArray[np.float64]
+Measure = Literal["gap", "width"]
 
 
 @dataclass(frozen=True)
 class Contact:
-    """A bound on the inner-lip gap (mm): `gap` at the core of the phones, released over `ramp` seconds.
+    """A bound on a measure of the lips (mm): `limit` at the core of the phones, released over `ramp` seconds.
 
-    The core is the middle `core` share of the phone. A lip cannot jump: before and after the core the
-    bound rises smoothly, so a quick p between open vowels starts to close while the vowel lasts.
+    The core is the middle `core` share of the phone. Lips cannot jump: before and after the core the
+    bound rises by up to `rise` mm, so that a quick p between open vowels starts to close in the vowel.
     """
 
     phones: tuple[str, ...]
-    gap: float
+    measure: Measure
+    limit: float
     core: float
     ramp: float
+    rise: float
 
 
-# The gap is the median captured at the middle of these phones in the recordings (0.35, 0.32, 0.27 mm for
-# p b m; a tracker's closed lips are not quite at zero), and for f and v the lowest quarter of f: v is often
-# spoken with less, but a lower lip that stays away from the teeth is what an animator would correct.
+# Limits are medians captured in the middle of phones of the recordings. Gap: p b m 0.35, 0.32, 0.27 mm (a
+# tracker's closed lips are not quite at zero). For f and v the lower quarter of what f and v have, since half
+# closed lips at a lax v are true to life but read as a mistake. Width: uw, 50.2 mm, for postalveolars, which
+# English rounds and of which the recordings have only those next to spread vowels ("h", "g", "j").
+# Rises are more than the measure ever exceeds its limit by, so that the bound ends with its ramp.
 CONTACTS = (
-    Contact(("p", "b", "m"), gap=0.3, core=0.4, ramp=0.06),
-    Contact(("f", "v"), gap=1.2, core=0.3, ramp=0.06),
+    Contact(("p", "b", "m"), "gap", limit=0.3, core=0.4, ramp=0.06, rise=14.0),
+    Contact(("f", "v"), "gap", limit=1.2, core=0.3, ramp=0.06, rise=14.0),
+    Contact(("sh", "zh", "ch", "jh"), "width", limit=50.2, core=0.3, ramp=0.09, rise=10.0),
 )
-RISE = 14.0  # mm: more than any gap in speech, so that the bound ends at the end of its ramp
+SWEEPS = 8  # of the alternating projections; the bounds are then met to a hundredth of a millimetre
 
 
 def close(
     modes: NDArray[np.float32], track: PhoneTrack, face: FaceModel, fps: float, start: float = 0.0
 ) -> NDArray[np.float32]:
-    """Bound the lip gaps of predicted motion, (frames, modes) at start + n / fps -> the same shape.
+    """Bound the lips of predicted motion, (frames, modes) at start + n / fps -> the same shape.
 
-    Frames without such a phone nearby come back unchanged, as do frames whose lips are closed already.
+    Frames without such a phone nearby come back unchanged, and so do those that keep the bounds already.
     """
     times = start + np.arange(len(modes)) / fps
-    bound = gap_bound(track, times)
-    near = np.flatnonzero(np.isfinite(bound))
+    gap, width = bound(track, times, "gap"), bound(track, times, "width")
+    near = np.flatnonzero(np.isfinite(gap) | np.isfinite(width))
     if len(near) == 0:
         return modes
+    weights, offset = functionals(face)
+    limits = np.column_stack([np.tile(gap[near, None], len(INNER_LIP_PAIRS)), width[near]])
     closed = modes.copy()
-    closed[near] = bounded(modes[near].astype(np.float64), bound[near], face)
+    closed[near] = project(modes[near].astype(np.float64), weights, limits - offset, face.std)
     return closed
 
 
-def gap_bound(track: PhoneTrack, times: Array) -> Array:
-    """The largest inner-lip gap allowed at instants, (times,) seconds -> (times,) mm; inf where free."""
-    bound = np.full(len(times), np.inf)
-    for contact in CONTACTS:
+def bound(track: PhoneTrack, times: Array, measure: Measure) -> Array:
+    """The largest value allowed at instants, (times,) seconds, rising -> (times,) mm; inf where free."""
+    limits = np.full(len(times), np.inf)
+    for contact in (c for c in CONTACTS if c.measure == measure):
         codes = INVENTORY.codes(contact.phones)
         for segment in np.flatnonzero(np.isin(track.codes, codes)):
             begin, end = track.bounds[segment : segment + 2]
             middle, half = (begin + end) / 2, (end - begin) / 2 * contact.core
-            first, last = np.searchsorted(times, (middle - half - contact.ramp, middle + half + contact.ramp))
-            away = np.maximum(np.abs(times[first:last] - middle) - half, 0) / contact.ramp
-            rising = contact.gap + RISE * (1 - np.cos(np.pi * np.minimum(away, 1))) / 2
-            bound[first:last] = np.minimum(bound[first:last], rising)
-    return bound
+            reach = half + contact.ramp
+            first, last = np.searchsorted(times, (middle - reach, middle + reach))
+            away = np.clip((np.abs(times[first:last] - middle) - half) / contact.ramp, 0, 1)
+            rising = contact.limit + contact.rise * (1 - np.cos(np.pi * away)) / 2
+            limits[first:last] = np.minimum(limits[first:last], rising)
+    return limits
 
 
-def bounded(modes: Array, bound: Array, face: FaceModel) -> Array:
-    """Modes (frames, m) moved as little as possible until no inner-lip pair is further apart than `bound`.
+def project(modes: Array, weights: Array, limits: Array, std: Array) -> Array:
+    """Move modes (frames, m) as little as possible until modes @ weights.T <= limits (frames, functionals).
 
-    The change is measured in standard deviations of the modes, so it takes the way in which this face
-    closes its mouth. Pairs are treated in turn, the widest first (Hildreth's projections).
+    The change is measured in standard deviations `std` (m,), so it takes the way in which this face
+    closes its mouth (Hildreth's alternating projections with memory; Boyle and Dykstra 1986).
     """
-    gaps, offset = gap_functionals(face)
-    scaled = gaps * face.std**2  # directions of least change
-    norms = (scaled * gaps).sum(axis=1)
-    moved, multipliers = modes.copy(), np.zeros((len(modes), len(gaps)))
-    for _ in range(8):
-        for pair in range(len(gaps)):
-            excess = moved @ gaps[pair] + offset[pair] - bound
-            step = np.maximum(multipliers[:, pair] + excess / norms[pair], 0) - multipliers[:, pair]
-            multipliers[:, pair] += step
-            moved -= step[:, None] * scaled[pair]
+    directions = weights * std**2
+    norms = (directions * weights).sum(axis=1)
+    moved, multipliers = modes.copy(), np.zeros_like(limits)
+    for _ in range(SWEEPS):
+        for k in range(len(weights)):
+            excess = moved @ weights[k] - limits[:, k]
+            step = np.maximum(multipliers[:, k] + excess / norms[k], 0) - multipliers[:, k]
+            multipliers[:, k] += step
+            moved -= step[:, None] * directions[k]
     return moved
 
 
-def gap_functionals(face: FaceModel) -> tuple[Array, Array]:
-    """The gap of each inner-lip pair as a function of the modes: weights (pairs, m), offset (pairs,) mm."""
+def functionals(face: FaceModel) -> tuple[Array, Array]:
+    """The gaps of the inner-lip pairs, then the mouth's width: weights (8, m) of the modes, offset (8,) mm."""
     upper, lower = (face.rows(side) for side in zip(*INNER_LIP_PAIRS, strict=True))
-    weights = (face.modes[:, upper, 1] - face.modes[:, lower, 1]).T
-    return weights, face.mean[upper, 1] - face.mean[lower, 1]
+    right, left = face.rows((MOUTH_CORNER_RIGHT, MOUTH_CORNER_LEFT))
+    gaps = (face.modes[:, upper, 1] - face.modes[:, lower, 1]).T
+    width = face.modes[:, left, 0] - face.modes[:, right, 0]
+    offsets = [*(face.mean[upper, 1] - face.mean[lower, 1]), face.mean[left, 0] - face.mean[right, 0]]
+    return np.vstack([gaps, width]), np.array(offsets)
