@@ -82,7 +82,7 @@ MISTAKES = {
     "NaN": (CONTROLS + POSED.replace("0.5", "nan", 1), "[poses.mode1_minus] jaw must be a number, not nan"),
     "pose missing": (
         CONTROLS + POSED.replace("[poses.mode2_plus]\njaw = 0.5\n", ""),
-        "[poses.mode2_plus] is missing: lips apart, corners drawn back",
+        "[poses.mode2_plus] is missing: mouth broad, upper lip raised",
     ),
     "pose misspelt": (
         CONTROLS + POSED + "[poses.mode5_plus]\njaw = 0.5\n",

@@ -14,14 +14,14 @@ POSED_MODES = 4
 SIGMAS = 3.0  # a pose shows a mode this many standard deviations from the mean
 # In the order of `Rig.poses`, with what the reference face does there.
 POSES = {
-    "mode1_minus": "lips pressed together",
+    "mode1_minus": "lips pressed together, chin raised",
     "mode1_plus": "mouth wide open",
-    "mode2_minus": "lips pushed forward, corners in",
-    "mode2_plus": "lips apart, corners drawn back",
-    "mode3_minus": "chin up, mouth narrow",
-    "mode3_plus": "lower lip down, teeth showing",
-    "mode4_minus": "lower lip drawn in",
-    "mode4_plus": "lower lip pushed out",
+    "mode2_minus": "mouth narrow, lips together and forward",
+    "mode2_plus": "mouth broad, upper lip raised",
+    "mode3_minus": "lips together, corners up and back",
+    "mode3_plus": "lips apart, corners down and forward",
+    "mode4_minus": "mouth broad, upper lip and chin low",
+    "mode4_plus": "mouth narrow, upper lip and chin raised",
 }
 MEAN = "mean"
 
