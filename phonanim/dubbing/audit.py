@@ -107,7 +107,7 @@ def _now(line: Line, known: Outcome) -> Mapping[str, object]:
     options = known.origin["options"]
     return {
         "alignment": [line.alignment.name, content_hash(line.alignment)],
-        "audio": [str(line.audio), content_hash(line.audio)] if line.audio else None,
+        "audio": [line.audio.name, content_hash(line.audio)] if line.audio else None,
         "model": model_hash(options["model"]),
         "rig": rig_hash(options["rig"]),
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
@@ -18,12 +19,13 @@ from phonanim.rates import parse_rate
 
 # Taken from a folder; a pattern or a table may name files of any suffix, since readers go by content.
 ALIGNMENTS = (".textgrid", ".phn", ".lab", ".ctm", ".eaf")
+WILD = re.compile(r"[*?[]")
 TEXTS = ("rig", "model", "language", "tier", "unknown")
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One line to animate; `output` is relative to the output folder, without suffix."""
+    """One line to animate: absolute paths, and `output`, relative to the output folder, without suffix."""
 
     id: str
     place: str
@@ -59,15 +61,17 @@ def read_lines(source: str, options: Options) -> Lines:
     path = Path(source)
     if path.is_dir():
         found = [file for file in sorted(path.rglob("*")) if file.suffix.lower() in ALIGNMENTS]
-        return _checked(_rows_of(path, found), path, options, f"{source}: holds no {' or '.join(ALIGNMENTS)}")
+        return _checked(
+            _rows_of(path, found), Path(), options, f"{source}: holds no {' or '.join(ALIGNMENTS)}"
+        )
     if path.is_file() and path.suffix.lower() in TABLES:
         table = read_table(path)
         unused = [f"{path.name}: the column {name!r} is not used" for name in table.unused]
         return replace(
             _checked(table.rows, path.parent, options, f"{source}: holds no row"), remarks=tuple(unused)
         )
-    if glob.has_magic(source):
-        found = sorted(map(Path, glob.iglob(source, recursive=True)))  # noqa: PTH207 (Path.glob takes no absolute pattern)
+    if WILD.search(source):
+        found = sorted(map(Path, glob.iglob(source, recursive=True)))  # noqa: PTH207 - may be absolute
         return _checked(_rows_of(_root(path), found), Path(), options, f"{source}: matches no alignment")
     if path.exists():
         raise OptionError(f"{source}: is no folder and no table ({' '.join(TABLES)}); name one of these")
@@ -78,7 +82,7 @@ def _root(pattern: Path) -> Path:
     """The folder above the first wildcard."""
     plain = []
     for part in pattern.parts[:-1]:
-        if glob.has_magic(part):
+        if WILD.search(part):
             break
         plain.append(part)
     return Path(*plain)
@@ -87,7 +91,7 @@ def _root(pattern: Path) -> Path:
 def _rows_of(root: Path, paths: Iterable[Path]) -> list[Row]:
     """A row for every file that is not hidden; the id is the path below `root` without suffix."""
     return [
-        Row(str(path), {"id": _id(path.relative_to(root)), "alignment": str(path.absolute())})
+        Row(str(path), {"id": _id(path.relative_to(root)), "alignment": str(path)})
         for path in paths
         if path.is_file() and not path.name.startswith(".")
     ]
@@ -126,8 +130,8 @@ def _first(seen: dict[str, str], key: str, place: str, what: str) -> None:
 def _line(id: str, row: Row, root: Path, options: Options) -> Line:
     if "alignment" not in row.cells:
         raise OptionError("the row names no alignment; fill its cell")
-    alignment = root / row.cells["alignment"]
-    audio = root / row.cells["audio"] if "audio" in row.cells else find_audio(alignment)
+    alignment = (root / row.cells["alignment"]).absolute()
+    audio = (root / row.cells["audio"]).absolute() if "audio" in row.cells else find_audio(alignment)
     for path in (alignment, audio):
         if path and not path.is_file():
             raise OptionError(f"{path}: does not exist; correct the path")

@@ -23,7 +23,7 @@ def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
     """Everything that the outputs depend on: contents, options, model, rig, version, names."""
     return {
         "alignment": [line.alignment.name, content_hash(line.alignment)],
-        "audio": [str(line.audio), content_hash(line.audio)] if line.audio else None,
+        "audio": [line.audio.name, content_hash(line.audio)] if line.audio else None,
         "options": asdict(line.options),
         "model": model_hash(line.options.model),
         "rig": rig_hash(line.options.rig),

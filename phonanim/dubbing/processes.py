@@ -14,9 +14,9 @@ from typing import Any
 
 from phonanim.dubbing.job import Job, Result, Task
 from phonanim.dubbing.ledger import Outcome
+from phonanim.threads import one_thread
 
 TRIES = 2  # a job whose worker dies goes to a second one: the first may have been killed from outside
-THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass(slots=True)
@@ -39,8 +39,7 @@ def cores() -> int:
 
 def run_jobs(jobs: Iterable[Job], task: Task, workers: int) -> Iterator[Result]:
     """Do `task` for every job, in as many processes as said, and give the results as they come."""
-    for name in THREADS:  # lines are made side by side, so each needs one thread only
-        os.environ.setdefault(name, "1")
+    one_thread()  # in the workers, which inherit it
     waiting = iter(jobs)
     team = [_start(job, task) for job in islice(waiting, workers)]
     try:

@@ -47,7 +47,7 @@ def run(
 
 def jobs_of(lines: Lines, folder: Path, formats: tuple[str, ...], known: dict[str, Outcome]) -> Iterator[Job]:
     """A job for each line, with what the ledger knows of it."""
-    return (Job(line, folder, formats, known.get(line.id)) for line in lines.lines)
+    return (Job(line, folder.absolute(), formats, known.get(line.id)) for line in lines.lines)
 
 
 def faults_of(lines: Lines) -> list[Outcome]:
