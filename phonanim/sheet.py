@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from phonanim.alignment import Interval
 from phonanim.animation import Animation
 from phonanim.head import Head, load_head
-from phonanim.language import is_silent
+from phonanim.labels import is_silent
 from phonanim.pixels import Image, draw_text, fill, paste, shortened, text_width, write_png
 from phonanim.render import View, lower_face, render
 

@@ -9,8 +9,10 @@ from animations import line
 
 from phonanim import exporters
 from phonanim.errors import OutputError
-from phonanim.exporters import find_exporter, formats, load, save, suffixes
+from phonanim.exporters import find_exporter, formats, load, options_of, save, suffixes
+from phonanim.head import SHIPPED
 
+OPTIONS = {".vrm": {"character": SHIPPED}}  # what a format cannot do without
 FOLDER = Path(exporters.__file__).parent
 
 
@@ -43,7 +45,7 @@ DIGITS = {".csv": 1e-9, ".json": 1e-6}
 def test_what_is_written_is_read_back(tmp_path, suffix):
     animation = line(fps=30000 / 1001)
     path = tmp_path / f"a{suffix}"
-    save(animation, path)
+    save(animation, path, **OPTIONS.get(suffix, {}))
     again = load(path)
     assert set(animation.channels) <= set(again.channels)
     assert again.fps == pytest.approx(animation.fps)
@@ -71,7 +73,7 @@ def test_the_same_animation_gives_the_same_bytes(tmp_path, suffix, written):
 def written(tmp_path):
     def write(suffix):
         path = tmp_path / f"hello{suffix}"
-        save(line(), path)
+        save(line(), path, **OPTIONS.get(suffix, {}))
         return path
 
     return write
@@ -80,10 +82,10 @@ def written(tmp_path):
 @pytest.mark.parametrize("suffix", suffixes())
 def test_destinations_that_cannot_be_written(tmp_path, suffix):
     with pytest.raises(OutputError, match=r"the folder .*nowhere does not exist; make it first"):
-        save(line(), tmp_path / "nowhere" / f"a{suffix}")
+        save(line(), tmp_path / "nowhere" / f"a{suffix}", **OPTIONS.get(suffix, {}))
     (tmp_path / f"a{suffix}").mkdir()
     with pytest.raises(OutputError, match=r"is a folder; name a file in it"):
-        save(line(), tmp_path / f"a{suffix}")
+        save(line(), tmp_path / f"a{suffix}", **OPTIONS.get(suffix, {}))
     assert [path.name for path in tmp_path.iterdir()] == [f"a{suffix}"]
 
 
@@ -101,7 +103,7 @@ def test_a_full_disk_leaves_the_old_file(tmp_path, suffix, monkeypatch):
 
     monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(OutputError, match=r"cannot be written: No space left on device"):
-        save(line(), path)
+        save(line(), path, **OPTIONS.get(suffix, {}))
     assert path.read_bytes() == b"old"
     assert len(list(tmp_path.iterdir())) == 1
 
@@ -116,6 +118,14 @@ def test_animations_that_are_not_written(tmp_path):
     with pytest.raises(OutputError, match=r"the animation has no frames or no channels"):
         save(animation.with_values(values[:0]), tmp_path / "a.csv")
     assert not list(tmp_path.iterdir())
+
+
+def test_options_that_a_format_does_not_have(tmp_path):
+    assert options_of(Path("a.glb")) == ("character", "keys")
+    with pytest.raises(OutputError, match=r"a\.csv: this format has no option keys; those it has: timecode"):
+        save(line(), tmp_path / "a.csv", keys=0.01)
+    with pytest.raises(OutputError, match=r"a\.npz: this format has no option x; those it has: none"):
+        save(line(), tmp_path / "a.npz", x=1)
 
 
 @pytest.mark.parametrize("suffix", [".json", ".npz"])

@@ -113,9 +113,23 @@ def test_other_programs_keys(spoken):
     np.testing.assert_allclose(read.channel("jawOpen"), [0, 1, 0, 0.2, 0.4, 0.6], atol=1e-5)
     edited(spoken, keys, values, "STEP")
     np.testing.assert_allclose(load(spoken).channel("jawOpen"), [0, 1, 0, 0, 0, 0.6], atol=1e-5)
-    tangents = np.stack([values + 9, values, values - 9], axis=1)
+    tangents = np.stack([np.zeros((4, 52)), values, np.zeros((4, 52))], axis=1)
     edited(spoken, keys, tangents, "CUBICSPLINE")
-    np.testing.assert_allclose(load(spoken).channel("jawOpen"), [0, 1, 0, 0.2, 0.4, 0.6], atol=1e-5)
+    eased = [0.6 * (3 - 2 * t) * t * t for t in (1 / 3, 2 / 3)]
+    np.testing.assert_allclose(load(spoken).channel("jawOpen"), [0, 1, 0, *eased, 0.6], atol=1e-5)
+
+
+def test_keys_stay_within_the_error(tmp_path):
+    save(line(fps=120, frames=241), tmp_path / "dense.glb")
+    save(line(fps=120, frames=241), tmp_path / "keys.glb", keys=0.01)
+    assert (tmp_path / "keys.glb").stat().st_size < (tmp_path / "dense.glb").stat().st_size
+    glb = read_glb(tmp_path / "keys.glb")
+    sampler = glb.tree["animations"][0]["samplers"][0]
+    assert sampler["interpolation"] == "CUBICSPLINE"
+    assert glb.tree["accessors"][sampler["input"]]["count"] < 60
+    again = load(tmp_path / "keys.glb")
+    assert again.fps == 120
+    np.testing.assert_allclose(again.values, line(fps=120, frames=241).values, atol=0.01 + 1e-6)
 
 
 NODE = shutil.which("node")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from animations import line, only
 
-from phonanim.errors import OutputError
+from phonanim.errors import OptionError, OutputError
 from phonanim.exporters import load, save
-from phonanim.exporters.csv import columns, format_timecode, parse_timecode
+from phonanim.exporters.csv import columns
 
 
 def rows_of(path):
@@ -33,9 +33,19 @@ def test_timecodes_count_sixty_frames_per_second(tmp_path):
     save(line(frames=4, fps=25), tmp_path / "a.csv")
     codes = [row[0] for row in rows_of(tmp_path / "a.csv")[1:]]
     assert codes == ["00:00:00:00.000", "00:00:00:02.400", "00:00:00:04.800", "00:00:00:07.200"]
-    assert format_timecode(3723.9999999) == "01:02:04:00.000"
-    assert format_timecode(24 * 3600) == "00:00:00:00.000"
-    assert parse_timecode("01:02:03:30.600") == pytest.approx(3723.51)
+
+
+def test_a_timecode_to_start_from(tmp_path):
+    animation = line(frames=3, fps=60000 / 1001)
+    save(animation, tmp_path / "a.csv", timecode="00:00:59;59")
+    codes = [row[0] for row in rows_of(tmp_path / "a.csv")[1:]]
+    assert codes == ["00:00:59;59.000", "00:01:00;04.000", "00:01:00;05.000"]
+    again = load(tmp_path / "a.csv")
+    assert again.fps == pytest.approx(60000 / 1001)
+    save(again, tmp_path / "b.csv")
+    assert (tmp_path / "b.csv").read_bytes() == (tmp_path / "a.csv").read_bytes()
+    with pytest.raises(OptionError, match=r"'1h' is no timecode of 60 frames per second; write 01:00:00:02"):
+        save(animation, tmp_path / "c.csv", timecode="1h")
 
 
 def test_a_rig_without_arkit_controls(tmp_path):
@@ -68,7 +78,7 @@ def test_frames_that_the_app_dropped_are_filled_in(tmp_path):
         ),
         (
             lambda lines: [*lines[:2], "x" + lines[2]],
-            r"a\.csv, row 3: 'x00:.*' is no timecode; write it as 00:00:01:30",
+            r"a\.csv, row 3: 'x00:.*' is no timecode of 60 frames per second",
         ),
         (lambda lines: [*lines[:2], lines[2] + "x"], r"a\.csv, row 3: could not convert string to float"),
         (

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from functools import cache
 from importlib import import_module
+from inspect import signature
 from pathlib import Path
 from types import ModuleType
 
@@ -35,6 +36,11 @@ def find_exporter(path: Path) -> ModuleType:
     return _module(max(known, key=len))
 
 
+def options_of(path: Path) -> tuple[str, ...]:
+    """The names of the options of a path's format, such as `keys` or `character`."""
+    return tuple(signature(find_exporter(path).write).parameters)[2:]
+
+
 def formats() -> dict[str, str]:
     """What each suffix holds, one line each."""
     return {suffix: str(_module(suffix).SUMMARY) for suffix in suffixes()}
@@ -48,6 +54,10 @@ def save(animation: Animation, path: Path, **options: object) -> None:
     """
     exporter = find_exporter(path)
     _check(animation, path)
+    unknown = sorted(set(options) - set(options_of(path)))
+    if unknown:
+        taken = ", ".join(options_of(path)) or "none"
+        raise OutputError(f"{path}: this format has no option {unknown[0]}; those it has: {taken}")
     exporter.write(animation, path, **options)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import re
 from functools import cache
 from pathlib import Path
 
@@ -11,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation import Animation
-from phonanim.errors import OutputError
+from phonanim.errors import OptionError, OutputError
 from phonanim.files import write_text
 from phonanim.inventory import LEXICON
+from phonanim.timecode import Timecode, clock_for
 
 SUMMARY = "Live Link Face: a row per frame, ARKit controls by name (rigs with ARKit controls)"
 LEAD = ("Timecode", "BlendShapeCount")
 N_ARKIT = 52  # the first columns; head and eye turns follow
-TIMECODE_RATE = 60  # the app counts 60 frames per second, whatever the rate of the rows
-TIMECODE = re.compile(r"(\d+):(\d+):(\d+):(\d+(?:\.\d+)?)")
+NOMINAL = 60  # the app's timecode counts 60 frames per second, whatever the rate of the rows
 USUAL_RATES = (24000 / 1001, 24.0, 25.0, 30000 / 1001, 30.0, 48.0, 50.0, 60000 / 1001, 60.0, 90.0, 120.0)
 RATE_TOLERANCE = 5e-4  # timecodes are written to a thousandth of a frame
 
@@ -27,8 +26,10 @@ RATE_TOLERANCE = 5e-4  # timecodes are written to a thousandth of a frame
 def write(animation: Animation, path: Path, timecode: str | None = None) -> None:
     """Write one row per frame; controls that the rig lacks are zero, controls that ARKit lacks are left out.
 
-    `timecode` is that of time zero; else the one that the animation was read with, or 00:00:00:00.
-    Raises OutputError when the rig has no ARKit control, or the destination cannot be written.
+    `timecode` is that of time zero; else the one that the animation was read with, or 00:00:00:00. With `;`
+    before its frames it counts drop-frame.
+    Raises OutputError when the rig has no ARKit control or the destination cannot be written, OptionError
+    when the timecode is none.
     """
     names = columns()
     if not set(names[:N_ARKIT]) & set(animation.channels):
@@ -39,8 +40,10 @@ def write(animation: Animation, path: Path, timecode: str | None = None) -> None
     for column, name in enumerate(names):
         if name in animation.channels:
             values[:, column] = animation.channel(name)
-    origin = parse_timecode(timecode or animation.provenance.get("timecode", "00:00:00:00"))
-    codes = [format_timecode(origin + time) for time in animation.times]
+    first = timecode or str(animation.provenance.get("timecode", "00:00:00:00"))
+    clock = clock_for(first, NOMINAL)
+    origin = clock.parse(first)
+    codes = [clock.format(origin + time) for time in animation.times]
     row = ",".join(["%s", str(len(names)), *["%.10f"] * len(names)])
     lines = [",".join((*LEAD, *map(_capital, names)))]
     lines += [row % (code, *line) for code, line in zip(codes, values.tolist(), strict=True)]
@@ -56,7 +59,10 @@ def read(path: Path) -> Animation:
     names = tuple(name[:1].lower() + name[1:] for name in rows[0][len(LEAD) :])
     if len(rows) < 3:
         raise OutputError(f"{path}: has fewer than two frames; record it again")
-    table = np.array([_numbers(path, line, row, len(names)) for line, row in enumerate(rows[1:], start=2)])
+    clock = clock_for(rows[1][0], NOMINAL)
+    table = np.array(
+        [_numbers(path, line, row, len(names), clock) for line, row in enumerate(rows[1:], start=2)]
+    )
     times, values = table[:, 0], table[:, 1:]
     falls = np.flatnonzero(np.diff(times) <= 0)
     if len(falls):
@@ -74,24 +80,6 @@ def columns() -> tuple[str, ...]:
     """Control names in the order of the file, in Apple's spelling."""
     lines = (LEXICON / "formats" / "livelink.txt").read_text(encoding="utf-8").split("\n")
     return tuple(line[:1].lower() + line[1:] for line in lines if line and not line.startswith("#"))
-
-
-def format_timecode(time: float) -> str:
-    """Seconds as hours:minutes:seconds:frames, with thousandths of a frame; a day starts anew."""
-    frames, fraction = divmod(round(time * TIMECODE_RATE * 1000), 1000)
-    seconds, frame = divmod(frames, TIMECODE_RATE)
-    minutes, second = divmod(seconds, 60)
-    hours, minute = divmod(minutes, 60)
-    return f"{hours % 24:02}:{minute:02}:{second:02}:{frame:02}.{fraction:03}"
-
-
-def parse_timecode(text: str) -> float:
-    """The inverse of `format_timecode`. Raises OutputError."""
-    found = TIMECODE.fullmatch(text.strip())
-    if not found:
-        raise OutputError(f"{text!r} is no timecode; write it as 00:00:01:30.000")
-    hours, minutes, seconds, frames = map(float, found.groups())
-    return hours * 3600 + minutes * 60 + seconds + frames / TIMECODE_RATE
 
 
 def rate_of(times: NDArray[np.float64]) -> float:
@@ -118,11 +106,11 @@ def _rows(path: Path) -> list[list[str]]:
     return rows
 
 
-def _numbers(path: Path, line: int, row: list[str], count: int) -> list[float]:
+def _numbers(path: Path, line: int, row: list[str], count: int, clock: Timecode) -> list[float]:
     """Seconds and values of a row."""
     try:
-        values = [parse_timecode(row[0]), *map(float, row[len(LEAD) :])]
-    except (ValueError, OutputError) as error:
+        values = [clock.parse(row[0]), *map(float, row[len(LEAD) :])]
+    except (ValueError, OptionError) as error:
         raise OutputError(f"{path}, row {line}: {error}") from error
     if len(values) != 1 + count or not np.isfinite(values).all():
         raise OutputError(f"{path}, row {line}: needs {count} finite numbers after the timecode")

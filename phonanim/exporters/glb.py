@@ -15,36 +15,34 @@ from phonanim.exporters.json import intervals, spans
 from phonanim.files import atomic_path
 from phonanim.glb import Glb, glb_bytes, read_glb
 from phonanim.head import SHIPPED
+from phonanim.keys import hermite, reduce_curves
 from phonanim.morphs import Morphs, find_morphs
 
 SUMMARY = "glTF binary: the shipped head, or your own character, speaking"
 FLOAT = 5126
+ROUNDING = 1e-6  # seconds: a key that is stored as float32 may lie this far after its frame
 
 
-def write(animation: Animation, path: Path, character: Path = SHIPPED) -> None:
+def write(animation: Animation, path: Path, character: Path = SHIPPED, keys: float | None = None) -> None:
     """Add the animation to a GLB or VRM file; all else in it stays, byte for byte.
 
-    `character` has morph targets or VRM expressions with the names of the channels. Raises RigError when
-    the character cannot be used, OutputError when the destination cannot be written.
+    `character` has morph targets or VRM expressions with the names of the channels. With `keys` the frames
+    become fewer, cubic keys that miss no frame by more than that. Raises RigError when the character
+    cannot be used, OutputError when the destination cannot be written.
     """
     glb = read_glb(character)
     with atomic_path(path) as partial:
-        partial.write_bytes(spliced(glb, animation, path.name.split(".")[0]))
+        partial.write_bytes(spliced(glb, animation, path.name.split(".")[0], keys))
 
 
-def spliced(glb: Glb, animation: Animation, name: str) -> bytes:
+def spliced(glb: Glb, animation: Animation, name: str, keys: float | None = None) -> bytes:
     """The bytes of a character's file with one animation more."""
     tracks = [morphs for morphs in find_morphs(glb) if morphs.moved(animation.channels)]
     if not tracks:
         shown = ", ".join(animation.channels[:4])
         raise RigError(f"{glb.source}: none of its morph targets is named like {shown} ...; choose its --rig")
     binary = Appended(glb)
-    times = animation.times - min(0.0, animation.start)  # glTF has no time before zero
-    clock = binary.accessor(times.astype("<f4"), bounds=True)
-    samplers = [
-        {"input": clock, "output": binary.accessor(morphs.weights(animation).astype("<f4").ravel())}
-        for morphs in tracks
-    ]
+    samplers = [_sampler(binary, animation, morphs.weights(animation), keys) for morphs in tracks]
     channels = [
         {"sampler": number, "target": {"node": morphs.node, "path": "weights"}}
         for number, morphs in enumerate(tracks)
@@ -60,6 +58,25 @@ def spliced(glb: Glb, animation: Animation, name: str) -> bytes:
     }
     added = {"name": name, "samplers": samplers, "channels": channels, "extras": extras}
     return binary.file({"animations": [*glb.tree.get("animations", []), added]})
+
+
+def _sampler(
+    binary: Appended, animation: Animation, weights: NDArray[np.float64], keys: float | None
+) -> dict[str, Any]:
+    """A track of weights, (frames, targets): every frame, or cubic keys with their slopes on both sides."""
+    times = animation.times - min(0.0, animation.start)  # glTF has no time before zero
+    if keys is None:
+        output, interpolation = weights, "LINEAR"
+    else:
+        reduced = reduce_curves(weights, keys)
+        slopes = reduced.slopes * animation.fps
+        times, interpolation = times[reduced.frames], "CUBICSPLINE"
+        output = np.stack([slopes, reduced.values, slopes], axis=1)
+    return {
+        "input": binary.accessor(times.astype("<f4"), bounds=True),
+        "output": binary.accessor(output.astype("<f4").ravel()),
+        "interpolation": interpolation,
+    }
 
 
 class Appended:
@@ -88,6 +105,11 @@ class Appended:
         tree["bufferViews"] = [*tree.get("bufferViews", []), *self.views]
         tree["accessors"] = [*tree.get("accessors", []), *self.accessors]
         first, *others = tree.get("buffers") or [{}]
+        if "uri" in first:
+            raise RigError(
+                f"{self.glb.source}: its first buffer is outside the file; "
+                "pack it with: npx @gltf-transform/cli copy IN.glb OUT.glb"
+            )
         tree["buffers"] = [{**first, "byteLength": sum(map(len, self.pieces))}, *others]
         return glb_bytes(tree, self.pieces)
 
@@ -137,13 +159,17 @@ def _animation(
 
 
 def _sampled(glb: Glb, sampler: dict[str, Any], count: int, grid: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(targets, frames): keys on a grid, by the sampler's own interpolation (cubic ones at their keys)."""
+    """(targets, frames): keys on a grid of seconds, by the sampler's own interpolation."""
     keys = glb.accessor(sampler["input"])[:, 0].astype(float)
     values = glb.accessor(sampler["output"]).astype(float).reshape(len(keys), -1, count)
-    values = values[:, values.shape[1] // 2]  # CUBICSPLINE has tangents on both sides of each value
-    if sampler.get("interpolation") == "STEP":
-        held = np.clip(np.searchsorted(keys, grid + 1e-6, side="right") - 1, 0, len(keys) - 1)
-        return np.asarray(values[held].T)
-    if len(keys) == len(grid) and np.allclose(keys, grid, atol=1e-4):
-        return np.asarray(values.T)
-    return np.array([np.interp(grid, keys, curve) for curve in values.T])
+    interpolation = sampler.get("interpolation", "LINEAR")
+    if interpolation == "LINEAR" and len(keys) == len(grid) and np.allclose(keys, grid, atol=1e-4):
+        return np.asarray(values[:, 0].T)
+    first = np.clip(np.searchsorted(keys, grid + ROUNDING, side="right") - 1, 0, len(keys) - 1)
+    if interpolation == "STEP":
+        return np.asarray(values[first, 0].T)
+    if interpolation == "LINEAR":
+        return np.array([np.interp(grid, keys, curve) for curve in values[:, 0].T])
+    after = np.minimum(first + 1, len(keys) - 1)
+    ends = (values[first, 1], values[first, 2], values[after, 1], values[after, 0])
+    return np.asarray(hermite(grid - keys[first], keys[after] - keys[first], *ends).T)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from phonanim.alignment import Interval
 from phonanim.animation import Animation
 from phonanim.audio import read_audio
-from phonanim.language import is_silent
+from phonanim.labels import is_silent
 from phonanim.pixels import Color, Image, draw_text, fill, shortened, text_width, write_png
 
 SUMMARY = "plot of the liveliest curves under waveform, words and phones"
@@ -113,7 +114,7 @@ def draw_wave(image: Image, axis: Axis, top: int, samples: NDArray[np.float32], 
     edges = np.clip((axis.times() * rate).astype(int), 0, len(samples))
     peak = max(float(np.abs(samples).max()), 1e-6)
     middle, half = top + WAVE / 2, WAVE / 2 - 4
-    for column, (first, last) in enumerate(zip(edges, edges[1:], strict=False)):
+    for column, (first, last) in enumerate(pairwise(edges)):
         piece = samples[first:last] if last > first else np.zeros(1, np.float32)
         high, low = (float(v) / peak * half for v in (piece.max(), piece.min()))
         fill(image, axis.left + column, middle - high, 1, max(1.0, high - low), (93, 107, 128))
@@ -157,7 +158,8 @@ def blend_curve(image: Image, rows: NDArray[np.float64], rest: float, color: Col
     `rows` (width + 1,) is where the line crosses the columns' edges.
     """
     upper, lower = np.minimum(rows[:-1], rows[1:]), np.maximum(rows[:-1], rows[1:])
-    top, bottom = int(min(upper.min(), rest)) - 2, int(max(lower.max(), rest)) + 3
+    top = max(0, int(min(upper.min(), rest)) - 2)
+    bottom = min(len(image), int(max(lower.max(), rest)) + 3)
     row = np.arange(top, bottom)[:, None] + 0.5
     outside = np.maximum(np.maximum(upper - row, row - lower), 0)
     slope = np.abs(rows[1:] - rows[:-1])

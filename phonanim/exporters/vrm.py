@@ -1,0 +1,22 @@
+"""VRM: your own character speaking, through its expressions or its morph targets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from phonanim.animation import Animation
+from phonanim.errors import OutputError
+from phonanim.exporters import glb
+from phonanim.exporters.glb import read as read
+
+SUMMARY = "VRM 0.x or 1.0: your own character, speaking"
+
+
+def write(animation: Animation, path: Path, character: Path | None = None, keys: float | None = None) -> None:
+    """Add the animation to a VRM file, as `glb.write` does; there is no VRM to fall back on.
+
+    Raises OutputError when no character is given, and what `glb.write` raises.
+    """
+    if character is None:
+        raise OutputError(f"{path}: a .vrm is made from a character of yours; name it, or write a .glb")
+    glb.write(animation, path, character, keys)

@@ -1,0 +1,71 @@
+"""SMPTE timecode: hours:minutes:seconds:frames, with drop-frame counting (SMPTE ST 12-1)."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from phonanim.errors import OptionError
+
+TEXT = re.compile(r"(\d{1,2}):(\d{1,2}):(\d{1,2})([:;])(\d{1,3}(?:\.\d+)?)")
+DAY = 24  # hours
+
+
+@dataclass(frozen=True)
+class Timecode:
+    """A way to count frames: `nominal` per second of timecode.
+
+    Drop-frame counting is for the NTSC rates, `nominal` · 1000/1001: it leaves out two labels per 30 at the
+    start of every minute but the tenth, so that the label keeps to the clock.
+    """
+
+    nominal: int
+    drop: bool = False
+
+    @property
+    def rate(self) -> float:
+        """Frames per second of real time."""
+        return self.nominal * 1000 / 1001 if self.drop else float(self.nominal)
+
+    @property
+    def dropped(self) -> int:
+        """Labels left out at the start of a minute."""
+        return self.nominal // 30 * 2 if self.drop else 0
+
+    def format(self, time: float) -> str:
+        """The label of a time in seconds, with thousandths of a frame; a day starts anew."""
+        frames, fraction = divmod(round(time * self.rate * 1000), 1000)
+        seconds, frame = divmod(frames + self._skipped(frames), self.nominal)
+        hours, minutes = divmod(seconds // 60, 60)
+        mark = ";" if self.drop else ":"
+        return f"{hours % DAY:02}:{minutes:02}:{seconds % 60:02}{mark}{frame:02}.{fraction:03}"
+
+    def parse(self, text: str) -> float:
+        """The inverse of `format`, in seconds. Raises OptionError for what is no such label."""
+        found = TEXT.fullmatch(text.strip())
+        if not found or (found[4] == ";") != self.drop:
+            example = "01:00:00;02" if self.drop else "01:00:00:02"
+            raise OptionError(
+                f"{text!r} is no timecode of {self.rate:.6g} frames per second; write {example}"
+            )
+        hours, minutes, seconds, frames = int(found[1]), int(found[2]), int(found[3]), float(found[5])
+        if minutes > 59 or seconds > 59 or frames >= self.nominal:
+            raise OptionError(f"{text!r}: minutes and seconds go to 59, frames to {self.nominal - 1}")
+        if seconds == 0 and minutes % 10 and frames < self.dropped:
+            raise OptionError(f"{text!r} is left out in drop-frame counting; write frame {self.dropped:02}")
+        whole = hours * 60 + minutes
+        counted = (whole * 60 + seconds) * self.nominal + frames - self.dropped * (whole - whole // 10)
+        return counted / self.rate
+
+    def _skipped(self, frames: int) -> int:
+        """Labels that were left out before a frame."""
+        if not self.drop:
+            return 0
+        minute = 60 * self.nominal - self.dropped
+        tens, rest = divmod(frames, 10 * minute + self.dropped)
+        return self.dropped * (9 * tens + max(0, rest - self.dropped) // minute)
+
+
+def clock_for(text: str, nominal: int) -> Timecode:
+    """The way a label counts: `;` before its frames says drop-frame."""
+    return Timecode(nominal, drop=";" in text)
