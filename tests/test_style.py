@@ -1,0 +1,49 @@
+import numpy as np
+import pytest
+
+from phonanim.rig import load_rig
+from phonanim.style import dial
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return load_rig("arkit")
+
+
+@pytest.fixture
+def values(rig):
+    rng = np.random.default_rng(0)
+    return rng.uniform(rig.minimum, rig.maximum, (50, len(rig.controls))).astype(np.float32)
+
+
+def test_one_changes_nothing(rig, values):
+    assert dial(values, rig) is values
+
+
+def test_nought_is_rest(rig, values):
+    np.testing.assert_array_equal(dial(values, rig, intensity=0.0), np.tile(rig.rest, (50, 1)))
+
+
+def test_each_dial_moves_its_own_controls(rig, values):
+    jaw = np.array([name.startswith("jaw") or name == "mouthClose" for name in rig.controls])
+    lips = np.array([name.startswith("mouth") and name != "mouthClose" for name in rig.controls])
+    for options, mine in (({"jaw": 0.5}, jaw), ({"lips": 0.5}, lips), ({"intensity": 0.5}, jaw | True)):
+        changed = dial(values, rig, **options)
+        expected = np.where(mine, rig.rest + 0.5 * (values - rig.rest), values)
+        np.testing.assert_allclose(changed, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("options", [{"intensity": 3.0}, {"jaw": 4.0}, {"lips": 2.5, "intensity": 2.0}])
+def test_limits_are_kept(rig, values, options):
+    changed = dial(values, rig, **options)
+    assert (changed >= rig.minimum - 1e-6).all()
+    assert (changed <= rig.maximum + 1e-6).all()
+
+
+@pytest.mark.parametrize("options", [{"intensity": 0.3}, {"intensity": 3.0}, {"jaw": 2.0}, {"lips": 3.0}])
+def test_what_one_control_allows_another_stays_allowed(rig, values, options):
+    for one, other in rig.at_most:
+        values[:, one] = np.minimum(values[:, one], values[:, other])
+    changed = dial(values, rig, **options)
+    for one, other in rig.at_most:
+        assert (changed[:, one] <= changed[:, other] + 1e-6).all()
