@@ -47,8 +47,11 @@ def context_features(track: PhoneTrack, times: Array, kind: str = "all") -> NDAr
     Columns: box by box (17), each with the columns of `part_table(kind)`; then the 12 of `segment_timing`.
     """
     table = part_table(kind)
-    parts = split_parts(track)
-    bounds = np.concatenate([[-FAR], parts.bounds[1:-1], [track.duration + FAR]])
+    local = around(track, times)
+    parts = split_parts(local)
+    bounds = parts.bounds.copy()
+    bounds[0] -= FAR * (bounds[0] == track.bounds[0])
+    bounds[-1] += FAR * (bounds[-1] == track.bounds[-1])
     rows = table[parts.parts].astype(np.float64)
     running = np.concatenate(
         [np.zeros((1, table.shape[1])), np.cumsum(rows * np.diff(bounds)[:, None], axis=0)]
@@ -60,8 +63,19 @@ def context_features(track: PhoneTrack, times: Array, kind: str = "all") -> NDAr
     boxes = np.diff(integral, axis=1) / np.diff(EDGES)[:, None]
     features = np.empty((len(times), N_BOXES * table.shape[1] + 12), np.float32)
     features[:, :-12] = boxes.reshape(len(times), -1)
-    features[:, -12:] = segment_timing(track, times)
+    features[:, -12:] = segment_timing(local, times)
     return features
+
+
+def around(track: PhoneTrack, times: Array) -> PhoneTrack:
+    """The segments that can be felt at instants (times,), so that long tracks cost no more per frame."""
+    if len(times) == 0:
+        return track
+    ends = np.array([times.min() + EDGES[0], times.max() + EDGES[-1]])
+    first, last = track.segment_at(ends) + np.array([-2, 3])  # the timing looks two segments further
+    kept = slice(max(int(first), 0), int(last))
+    stop = min(kept.stop, len(track.codes))
+    return PhoneTrack(track.codes[kept], track.bounds[kept.start : stop + 1], track.labels[kept])
 
 
 def segment_timing(track: PhoneTrack, times: Array) -> Array:

@@ -77,4 +77,4 @@ def test_shifting_by_whole_frames_shifts_the_motion() -> None:
 
 def test_no_frames() -> None:
     empty = predict_at(np.zeros(0), 1.0, 0.04, 5, lambda t: np.zeros((len(t), 5, 2), np.float32))
-    assert empty.shape == (0, 0)
+    assert empty.shape == (0, 2)

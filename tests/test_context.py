@@ -1,0 +1,69 @@
+"""Context features: box averages against a slow version, timing, and that a track's length does not matter."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from speech import random_track, track_of
+
+from phonanim.context import EDGES, N_BOXES, context_features, part_table
+from phonanim.features import FEATURES, inputs, n_features
+from phonanim.gestures import GESTURES, split_parts
+from phonanim.inventory import INVENTORY
+
+
+@pytest.mark.parametrize("kind", FEATURES)
+def test_the_number_of_columns(kind: str) -> None:
+    track = random_track(np.random.default_rng(0))
+    assert inputs(kind, track, np.arange(10) / 25).shape == (10, n_features(kind))
+
+
+def test_unknown_features_are_refused() -> None:
+    with pytest.raises(ValueError, match="there are no features 'sounds', only indicators, raw, all"):
+        inputs("sounds", track_of("sil 1"), np.zeros(1))
+
+
+def test_boxes_agree_with_a_slow_version() -> None:
+    track = random_track(np.random.default_rng(1), 40)
+    table, parts = part_table("gestures"), split_parts(track)
+    time = 1.234
+    found = context_features(track, np.array([time]), "gestures")[0, :-12].reshape(N_BOXES, -1)
+    for box in range(N_BOXES):
+        fine = np.linspace(time + EDGES[box], time + EDGES[box + 1], 20001)
+        segment = np.clip(np.searchsorted(parts.bounds, fine, side="right") - 1, 0, len(parts.parts) - 1)
+        assert np.allclose(found[box], table[parts.parts[segment]].mean(axis=0), atol=2e-3)
+
+
+def test_features_are_continuous_in_time() -> None:
+    track = random_track(np.random.default_rng(2))
+    boxes = context_features(track, np.arange(0, 2, 0.001), "gestures")[:, :-12]
+    assert np.abs(np.diff(boxes, axis=0)).max() <= 0.001 / 0.03 + 1e-4
+
+
+def test_a_chunk_sees_what_the_whole_sees() -> None:
+    track = random_track(np.random.default_rng(3), 200)
+    times = np.arange(0, track.duration, 0.04)
+    whole = context_features(track, times)
+    for begin in range(0, len(times), 50):
+        part = context_features(track, times[begin : begin + 50])
+        assert np.allclose(part, whole[begin : begin + 50], atol=1e-5)
+
+
+def test_shifted_speech_has_shifted_features() -> None:
+    early, late = track_of("sil 1 p 0.1 aa 0.2 sil 1"), track_of("sil 1.4 p 0.1 aa 0.2 sil 1")
+    times = np.arange(0.9, 1.3, 0.01)
+    assert np.allclose(
+        context_features(early, times)[:, :-12], context_features(late, times + 0.4)[:, :-12], atol=1e-5
+    )
+
+
+def test_diphthongs_and_affricates_are_two_gestures() -> None:
+    parts = split_parts(track_of("sil 0.2 ch 0.1 ay 0.2 m 0.1 sil 0.2"))
+    names = [GESTURES.names[g] for g in GESTURES.part_gesture[parts.parts]]
+    assert names == ["sil", "t", "sh", "a", "ih", "m", "sil"]
+    assert np.allclose(parts.bounds, [0, 0.2, 0.245, 0.3, 0.41, 0.5, 0.6, 0.8])
+
+
+def test_every_phone_has_its_gestures() -> None:
+    assert set(GESTURES.part_phone) == set(range(len(INVENTORY.phones)))
+    assert ((GESTURES.articulation >= 0) & (GESTURES.articulation <= 1)).all()
