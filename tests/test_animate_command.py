@@ -50,6 +50,19 @@ def test_nothing_but_an_alignment(line, capsys):
     assert told[2].startswith("wrote a.glb (")
 
 
+def test_another_reader_takes_the_glb(line):
+    pygltflib = pytest.importorskip("pygltflib")
+    assert run(["animate", "a.TextGrid", "-q"]) == 0
+    tree = pygltflib.GLTF2().load("a.glb")
+    (mesh,) = [mesh for mesh in tree.meshes if mesh.weights]
+    assert len(mesh.weights) == len(mesh.extras["targetNames"])
+    assert {"jawOpen", "mouthClose"} <= set(mesh.extras["targetNames"])
+    (animation,) = tree.animations
+    times = tree.accessors[animation.samplers[0].input]
+    assert times.min == [0.0]
+    assert times.max == pytest.approx([271 / 60])
+
+
 def test_live_link_at_25(line, capsys):
     assert run(["animate", "a.TextGrid", "-o", "a.csv", "--rig", "arkit", "--fps", "25"]) == 0
     rows = (line / "a.csv").read_text().splitlines()

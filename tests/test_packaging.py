@@ -1,3 +1,4 @@
+import ast
 import re
 import sys
 
@@ -34,3 +35,26 @@ def test_every_extra_that_errors_name_exists(root, config):
         named |= set(re.findall(r"phonanim\[(\w+)\]", path.read_text("utf-8")))
     assert named
     assert named <= set(config["project"]["optional-dependencies"])
+
+
+def imports(path):
+    """The top-level names of every module that a file imports, at any place in it."""
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module.partition(".")[0]
+
+
+def names(requirements):
+    return {re.match(r"[\w-]+", line)[0].replace("-", "_") for line in requirements}
+
+
+def test_what_is_depended_on_is_imported_and_the_other_way_round(root, config):
+    core = names(config["project"]["dependencies"])
+    extras = names(line for lines in config["project"]["optional-dependencies"].values() for line in lines)
+    imported = {name for path in (root / "phonanim").rglob("*.py") for name in imports(path)}
+    others = imported - set(sys.stdlib_module_names) - {"phonanim", "tomllib"}
+    modules = {"sklearn": "scikit_learn", "PIL": "pillow"}
+    assert core <= imported
+    assert {modules.get(name, name) for name in others} <= core | extras
