@@ -226,3 +226,14 @@ def test_what_was_there_stays_when_the_new_one_fails(line, capsys):
     (line / "b.TextGrid").write_bytes(b"")
     assert run(["animate", "b.TextGrid", "-o", "b.csv"]) == 2
     assert (line / "b.csv").read_text() == "old"
+
+
+def test_from_speech_and_text(line, capsys):
+    pytest.importorskip("pocketsphinx")
+    text = "My father watched Bob move a cheap blue lamp from the wash room."
+    assert run(["animate", "a.wav", "--text", text]) == 2
+    assert "a.TextGrid: is there already; animate it, or remove it" in complaint(capsys)
+    (line / "a.TextGrid").unlink()
+    assert run(["animate", "a.wav", "--text", text]) == 0
+    assert files(line) == ["a.TextGrid", "a.glb", "a.wav"]
+    assert "39 phones in 4.52 s with a.wav" in capsys.readouterr().err

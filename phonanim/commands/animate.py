@@ -25,6 +25,7 @@ OUTPUT = click.Path(dir_okay=False, path_type=Path)
     "-o", "--output", "outputs", type=OUTPUT, multiple=True, help="File to write; more than one is fine."
 )
 @animation_options
+@click.option("--text", help="What a recording says, when ALIGNMENT is one; needs phonanim[align].")
 @click.option("--audio", type=FILE, help="The recording; found beside the alignment otherwise.")
 @click.option("--sheet", type=OUTPUT, help="Also draw a contact sheet of the face, as PNG.")
 @talk_options
@@ -32,6 +33,7 @@ def command(
     alignment: Path,
     outputs: tuple[Path, ...],
     options: Options,
+    text: str | None,
     audio: Path | None,
     sheet: Path | None,
     talk: Talk,
@@ -46,10 +48,13 @@ def command(
       phonanim animate line.TextGrid
       phonanim animate line.TextGrid -o line.csv --rig arkit --fps 25
       phonanim animate line.TextGrid -o line.glb -o line.npz --sheet line.png
+      phonanim animate speech.wav --text "What is said."
     """
     from phonanim.animate import animate
     from phonanim.audio import find_audio
 
+    if text is not None:
+        audio, alignment = audio or alignment, heard(alignment, text)
     outputs = outputs or (alignment.with_suffix(".glb"),)
     check_outputs([*outputs, *filter(None, [sheet])], [alignment, *filter(None, [audio])])
     animation = animate(alignment, options, audio or find_audio(alignment))
@@ -58,6 +63,20 @@ def command(
     for line in sentences(facts):
         talk.say(line)
     talk.result(facts)
+
+
+def heard(recording: Path, text: str) -> Path:
+    """Align a recording with its text, into a TextGrid beside it. Raises OptionError if one is there."""
+    from phonanim.aligner import align
+    from phonanim.errors import OptionError
+    from phonanim.textgrid import write_textgrid
+
+    path = recording.with_suffix(".TextGrid")
+    if path.exists():
+        raise OptionError(f"{path}: is there already; animate it, or remove it to have it made from --text")
+    found = align(recording, text)
+    write_textgrid(path, {"words": found.words, "phones": found.phones}, found.duration)
+    return path
 
 
 def check_outputs(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:
