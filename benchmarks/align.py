@@ -19,7 +19,7 @@ from phonanim.aligner import align
 from phonanim.alignment import Alignment, Interval, read_alignment
 from phonanim.audio import duration
 from phonanim.errors import PhonanimError
-from phonanim.language import is_silent
+from phonanim.labels import is_silent
 
 NAMES = (
     "059_en_mary",

@@ -81,11 +81,10 @@ def steps(path: Path) -> dict[str, float]:
 
 def peak(path: Path) -> float:
     """Megabytes that animating a file to NPZ takes, in a process of its own."""
-    code = "import sys; from phonanim.__main__ import run; run(sys.argv[1:])"
-    before = subprocess.Popen(
-        [sys.executable, "-c", code, "animate", str(path), "-o", str(path.with_suffix(".npz")), "-q"], cwd=ROOT
+    process = subprocess.Popen(
+        [sys.executable, "cli.py", "animate", str(path), "-o", str(path.with_suffix(".npz")), "-q"], cwd=ROOT
     )
-    _, _, usage = os.wait4(before.pid, 0)
+    _, _, usage = os.wait4(process.pid, 0)
     return usage.ru_maxrss / 1024
 
 

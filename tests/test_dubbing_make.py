@@ -41,4 +41,5 @@ def test_what_was_made_is_kept(job):
 
 def test_an_alignment_that_vanished(job):
     line = Line("x", "row 2", Path("gone.TextGrid"), None, DEFAULTS, PurePosixPath("x"))
-    assert make(Job(line, job.folder, ("csv",), None)).outcome.error == "gone.TextGrid: No such file or directory"
+    outcome = make(Job(line, job.folder, ("csv",), None)).outcome
+    assert outcome.error == "gone.TextGrid: No such file or directory"

@@ -15,17 +15,12 @@ from phonanim.options import DEFAULTS, Options
 from phonanim.rates import parse_rate
 
 
-class Rate(click.ParamType):
-    """A frame rate: 60, 29.97 or 30000/1001."""
-
-    name = "rate"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Frames per second; NTSC rates are taken exactly."""
-        try:
-            return parse_rate(str(value))
-        except OptionError as error:
-            self.fail(str(error), param, ctx)
+def rate(ctx: click.Context, param: click.Parameter, value: str) -> float:
+    """Frames per second; NTSC rates are taken exactly."""
+    try:
+        return parse_rate(value)
+    except OptionError as error:
+        raise click.BadParameter(str(error)) from error
 
 
 class Gain(click.FloatRange):
@@ -46,7 +41,8 @@ OPTIONS = (
     click.option("--model", default=DEFAULTS.model, help="Model, by name or folder."),
     click.option(
         "--fps",
-        type=Rate(),
+        metavar="RATE",
+        callback=rate,
         default=f"{DEFAULTS.fps:g}",
         help="Frames per second: 25, 29.97, ...",
     ),

@@ -107,7 +107,7 @@ def write(animation: Animation, outputs: Sequence[Path], sheet: Path | None) -> 
 
 def describe(animation: Animation, alignment: Path, options: Options, written: list[Path]) -> dict[str, Any]:
     """What was done, for scripts."""
-    from phonanim.language import is_silent
+    from phonanim.labels import is_silent
 
     frames, channels = animation.values.shape
     return {

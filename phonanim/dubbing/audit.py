@@ -19,7 +19,7 @@ from phonanim.dubbing.origin import rig_hash
 from phonanim.errors import PhonanimError
 from phonanim.exporters import find_exporter, load, suffixes
 from phonanim.files import content_hash
-from phonanim.language import is_silent
+from phonanim.labels import is_silent
 
 OWN = ("report.json", "report.html", "summary.txt", "ledger.jsonl")
 STILL = 0.01  # of a control's range: less motion is not seen

@@ -147,7 +147,7 @@ def _levels(audio: Path) -> NDArray[np.float64] | None:
 
 def _certain(track: PhoneTrack, steps: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Which steps are silent and which are spoken, those near a boundary left out, (steps,) each."""
-    times = (np.arange(steps) + 0.5) * STEP
+    times = np.asarray((np.arange(steps) + 0.5) * STEP, np.float64)
     silent = (track.sample(times) == 0).astype(int)
     count = np.convolve(silent, np.ones(2 * MARGIN + 1, int), mode="same")
     inside = times < track.duration

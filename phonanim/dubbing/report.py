@@ -131,4 +131,4 @@ def _trouble(outcome: Outcome) -> str:
 
 
 def _badness(outcome: Outcome) -> float:
-    return sum(flag["severity"] for flag in outcome.facts.get("flags", ()))
+    return float(sum(flag["severity"] for flag in outcome.facts.get("flags", ())))
