@@ -1,8 +1,8 @@
-"""Few keys for a curve, within a stated error: cubic spans between keys with shared slopes."""
+"""Few keys for a curve, within a stated error: cubic spans with shared slopes, or straight ones."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,17 +14,19 @@ from phonanim.animation import Animation
 class Keys:
     """Curves by keys: at `frames` (k,) they have `values` (k, curves) and `slopes` (k, curves) per frame.
 
-    Between keys each curve is the cubic Hermite span; `error` is the largest distance to the dense curves
-    at their frames.
+    Between keys each curve is the cubic Hermite span, or straight where there are no slopes; `error` is the
+    largest distance to the dense curves at their frames.
     """
 
     frames: NDArray[np.int64]
     values: NDArray[np.float64]
-    slopes: NDArray[np.float64]
+    slopes: NDArray[np.float64] | None
     error: float
 
     def sample(self, frames: NDArray[np.float64]) -> NDArray[np.float64]:
         """The curves at frames, which may be fractions: (n,) -> (n, curves); the ends hold."""
+        if self.slopes is None:
+            return np.stack([np.interp(frames, self.frames, curve) for curve in self.values.T], axis=1)
         places = np.clip(frames, self.frames[0], self.frames[-1])
         first = np.clip(
             np.searchsorted(self.frames, places, side="right") - 1, 0, max(len(self.frames) - 2, 0)
@@ -52,32 +54,35 @@ def hermite(
     return np.asarray(ends + length * t * u * (slope * u - next_slope * t))
 
 
-def reduce_curves(curves: NDArray[np.floating], tolerance: float) -> Keys:
+def reduce_curves(curves: NDArray[np.floating], tolerance: float, straight: bool = False) -> Keys:
     """Keys that all curves share, (frames, curves), such that each is met within `tolerance` at every frame.
 
     Spans are split at their largest error, then keys that proved needless are taken out again. Slopes are
-    those of the dense curves, so the keyed ones bend smoothly.
+    those of the dense curves, so the keyed ones bend smoothly; `straight` spans have none.
     """
     dense = np.asarray(curves, np.float64)
-    slopes = _slopes(dense)
+    slopes = None if straight else _slopes(dense)
     frames = _pruned(_split(dense, slopes, tolerance), dense, slopes, tolerance)
-    keys = Keys(frames, dense[frames], slopes[frames], 0.0)
-    error = np.abs(keys.sample(np.arange(len(dense), dtype=float)) - dense).max(initial=0.0)
-    return Keys(keys.frames, keys.values, keys.slopes, float(error))
+    keys = Keys(frames, dense[frames], None if slopes is None else slopes[frames], 0.0)
+    return replace(keys, error=_largest(keys.sample(np.arange(len(dense), dtype=float)) - dense))
 
 
-def reduce_channels(animation: Animation, tolerance: float) -> dict[str, Keys]:
+def reduce_channels(animation: Animation, tolerance: float, straight: bool = False) -> dict[str, Keys]:
     """Keys of each channel on its own; one that stands still has one key."""
-    return {name: reduce_curve(animation.channel(name), tolerance) for name in animation.channels}
+    return {name: reduce_curve(animation.channel(name), tolerance, straight) for name in animation.channels}
 
 
-def reduce_curve(curve: NDArray[np.floating], tolerance: float) -> Keys:
+def reduce_curve(curve: NDArray[np.floating], tolerance: float, straight: bool = False) -> Keys:
     """Keys of one curve, (frames,); one key where it stays within `tolerance` of its first value."""
     dense = np.asarray(curve, np.float64)[:, None]
-    error = float(np.abs(dense - dense[0]).max())
+    error = _largest(dense - dense[0])
     if error <= tolerance:
-        return Keys(np.zeros(1, np.int64), dense[:1], np.zeros((1, 1)), error)
-    return reduce_curves(dense, tolerance)
+        return Keys(np.zeros(1, np.int64), dense[:1], None if straight else np.zeros((1, 1)), error)
+    return reduce_curves(dense, tolerance, straight)
+
+
+def _largest(differences: NDArray[np.float64]) -> float:
+    return float(np.abs(differences).max(initial=0.0))
 
 
 def describe(keys: dict[str, Keys], animation: Animation) -> str:
@@ -100,16 +105,19 @@ def _slopes(dense: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _errors(
-    dense: NDArray[np.float64], slopes: NDArray[np.float64], first: int, last: int
+    dense: NDArray[np.float64], slopes: NDArray[np.float64] | None, first: int, last: int
 ) -> NDArray[np.float64]:
     """The worst curve's error at the frames strictly inside a span, (last - first - 1,)."""
     past = np.arange(1, last - first, dtype=float)
-    length = np.full(len(past), float(last - first))
-    span = hermite(past, length, dense[first], slopes[first], dense[last], slopes[last])
+    if slopes is None:
+        span = dense[first] + (past / (last - first))[:, None] * (dense[last] - dense[first])
+    else:
+        length = np.full(len(past), float(last - first))
+        span = hermite(past, length, dense[first], slopes[first], dense[last], slopes[last])
     return np.asarray(np.abs(span - dense[first + 1 : last]).max(axis=1))
 
 
-def _split(dense: NDArray[np.float64], slopes: NDArray[np.float64], tolerance: float) -> list[int]:
+def _split(dense: NDArray[np.float64], slopes: NDArray[np.float64] | None, tolerance: float) -> list[int]:
     kept, spans = {0, len(dense) - 1}, [(0, len(dense) - 1)]
     while spans:
         first, last = spans.pop()
@@ -124,7 +132,7 @@ def _split(dense: NDArray[np.float64], slopes: NDArray[np.float64], tolerance: f
 
 
 def _pruned(
-    frames: list[int], dense: NDArray[np.float64], slopes: NDArray[np.float64], tolerance: float
+    frames: list[int], dense: NDArray[np.float64], slopes: NDArray[np.float64] | None, tolerance: float
 ) -> NDArray[np.int64]:
     kept = frames[:1]
     for place in range(1, len(frames) - 1):

@@ -8,10 +8,10 @@ from phonanim.keys import describe, hermite, reduce_channels, reduce_curve, redu
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.lists(st.floats(-2, 2), min_size=1, max_size=40), st.floats(0, 0.5))
-def test_no_frame_is_missed_by_more_than_the_tolerance(values, tolerance):
+@given(st.lists(st.floats(-2, 2), min_size=1, max_size=40), st.floats(0, 0.5), st.booleans())
+def test_no_frame_is_missed_by_more_than_the_tolerance(values, tolerance, straight):
     curve = np.array(values)
-    keys = reduce_curve(curve, tolerance)
+    keys = reduce_curve(curve, tolerance, straight)
     missed = np.abs(keys.sample(np.arange(len(curve), dtype=float))[:, 0] - curve).max()
     assert missed <= tolerance + 1e-9
     assert keys.error == pytest.approx(missed, abs=1e-9)
@@ -41,6 +41,14 @@ def test_needless_keys_are_taken_out():
     assert len(keys.frames) < 14
     slopes = keys.sample(np.arange(400) + 1e-4) - keys.sample(np.arange(400) - 1e-4)
     assert np.abs(np.diff(slopes[1:-1, 0])).max() < 1e-4  # no corners
+
+
+def test_straight_spans_meet_at_their_keys():
+    curve = np.concatenate([np.linspace(0, 1, 11), np.linspace(1, 0, 11)[1:]])
+    keys = reduce_curve(curve, 1e-6, straight=True)
+    assert keys.frames.tolist() == [0, 10, 20]
+    assert keys.slopes is None
+    np.testing.assert_allclose(keys.sample(np.array([2.5]))[0, 0], 0.25)
 
 
 def test_a_closure_is_kept():

@@ -69,7 +69,7 @@ def _sampler(
         output, interpolation = weights, "LINEAR"
     else:
         reduced = reduce_curves(weights, keys)
-        slopes = reduced.slopes * animation.fps
+        slopes = np.asarray(reduced.slopes) * animation.fps
         times, interpolation = times[reduced.frames], "CUBICSPLINE"
         output = np.stack([slopes, reduced.values, slopes], axis=1)
     return {

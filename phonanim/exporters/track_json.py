@@ -1,0 +1,76 @@
+"""OpenFaceFX track: keys per channel; its exporters take them to Unity, Godot, Live2D, Spine and more."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from phonanim.animation import Animation
+from phonanim.errors import OutputError
+from phonanim.files import write_text
+from phonanim.keys import Keys, reduce_channels
+
+SUMMARY = "OpenFaceFX track (version 1): straight keys per channel"
+DIGITS = 4  # of times and values, as OpenFaceFX rounds its own
+
+
+def write(animation: Animation, path: Path, keys: float = 0.002) -> None:
+    """Write keys that miss no frame by more than `keys`; channels that stay at zero are left out.
+
+    Raises OutputError when the destination cannot be written.
+    """
+    reduced = reduce_channels(animation, keys, straight=True)
+    channels = [
+        {"name": name, "keys": _pairs(found, animation)}
+        for name, found in reduced.items()
+        if found.values.any()
+    ]
+    tree = {
+        "format": "openfacefx.track",
+        "version": 1,
+        "fps": animation.fps,
+        "duration": round(float(animation.times[-1]), DIGITS),
+        "viseme_set": list(animation.channels),
+        "channels": channels,
+    }
+    write_text(path, json.dumps(tree, ensure_ascii=False, indent=1) + "\n")
+
+
+def read(path: Path) -> Animation:
+    """Read a track at its frame rate, straight between keys. Raises OutputError when it is none."""
+    try:
+        tree = json.loads(path.read_text(encoding="utf-8"))
+        if tree["format"] != "openfacefx.track" or tree["version"] != 1:
+            raise ValueError(f"its format is {tree['format']!r} version {tree['version']!r}")
+        return _animation(tree, path)
+    except (OSError, KeyError, TypeError, ValueError, IndexError) as error:
+        raise OutputError(f"{path}: is no OpenFaceFX track of version 1: {error}") from error
+
+
+def _pairs(keys: Keys, animation: Animation) -> list[list[float]]:
+    times = animation.times[keys.frames]
+    return [
+        [round(t, DIGITS), round(v, DIGITS)]
+        for t, v in zip(times.tolist(), keys.values[:, 0].tolist(), strict=True)
+    ]
+
+
+def _animation(tree: dict[str, Any], path: Path) -> Animation:
+    curves = {
+        str(channel["name"]): np.array(channel["keys"], float).reshape(-1, 2) for channel in tree["channels"]
+    }
+    fps, last = float(tree["fps"]), max(curve[-1, 0] for curve in curves.values())
+    names = list(dict.fromkeys([*(tree.get("viseme_set") or []), *curves]))
+    frames = np.arange(round(last * fps) + 1) / fps
+    still = np.zeros((1, 2))
+    values = [np.interp(frames, *curves.get(name, still).T) for name in names]
+    return Animation(
+        np.stack(values, axis=1).astype(np.float32),
+        tuple(names),
+        fps,
+        "arkit",
+        provenance={"input": path.name},
+    )
