@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from itertools import pairwise
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -76,7 +77,7 @@ def steps(path: Path) -> dict[str, float]:
     retarget(modes, model.face, rig)
     lap()
     names = ("read", "phones", "predict", "contacts", "retarget")
-    return {name: end - start for name, start, end in zip(names, clock, clock[1:], strict=True)}
+    return {name: end - start for name, (start, end) in zip(names, pairwise(clock), strict=True)}
 
 
 def peak(path: Path) -> float:
