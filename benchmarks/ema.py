@@ -19,7 +19,7 @@ LAST = 0.12  # seconds that such a segment is taken to last
 
 @dataclass(frozen=True)
 class Utterance:
-    """`aperture` (samples,) mm is the vertical distance of the lip sensors at `times`; `speech` marks speech."""
+    """`aperture` (samples,) mm is the vertical distance of the lip sensors at `times` (samples,) s."""
 
     name: str
     track: PhoneTrack

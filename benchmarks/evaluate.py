@@ -13,7 +13,6 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +38,8 @@ WORD_FOLDS = (
 WITHHELD_PHONES = ("ch", "jh", "th", "aw")
 Array = NDArray[np.float64]
 Predict = Callable[[int], NDArray[np.float32]]  # clip -> (frames, modes)
+Where = Callable[[int], NDArray[np.bool_]]  # clip -> (frames,)
+Fold = tuple[Predict, list[int], Where]
 Row = dict[str, Any]
 
 
@@ -48,9 +49,12 @@ class Judge:
     def __init__(self, folder: Path) -> None:
         self.corpus: Corpus = load_corpus(folder)
         self.train = self.corpus.clips_of("train")
-        self.face: FaceModel = fit_face(self.corpus.landmarks[self.corpus.rows(self.train)], self.corpus.indices)
+        self.face: FaceModel = fit_face(
+            self.corpus.landmarks[self.corpus.rows(self.train)], self.corpus.indices
+        )
 
     def speech(self, clip: int) -> NDArray[np.bool_]:
+        """Frames of a clip that hold speech."""
         return metrics.spoken(self.corpus.tracks[clip], self.corpus.times(clip))
 
     def in_words(self, clip: int, words: tuple[str, ...]) -> NDArray[np.bool_]:
@@ -67,17 +71,9 @@ class Judge:
         segments = track.segment_at(self.corpus.times(clip))
         return chosen[segments] & self.speech(clip)
 
-    def lips(self, predict: Predict, clips: Iterable[int], where: Callable[[int], NDArray[np.bool_]]) -> Row:
+    def lips(self, predict: Predict, clips: Iterable[int], where: Where) -> Row:
         """Correlation of aperture, width and protrusion over chosen frames of clips, pooled."""
-        clips = list(clips)
-        rows = np.concatenate([where(c) for c in clips])
-        captured = self.corpus.landmarks[self.corpus.rows(clips)][rows]
-        shapes = self.face.instance(np.concatenate([predict(c) for c in clips])[rows])
-        measures = {"aperture": lip_aperture, "width": lip_width, "protrusion": lip_protrusion}
-        return {
-            f"{name}_r": metrics.correlation(f(shapes, self.face), f(captured, self.face))
-            for name, f in measures.items()
-        }
+        return pooled(self, [(predict, [int(c) for c in clips], where)])
 
     def clips(self, predict: Predict, clips: Iterable[int]) -> Row:
         """Everything about whole clips."""
@@ -100,7 +96,9 @@ class Judge:
         """Mean predicted lip gap at the frame nearest to the middle of every p, b and m, in mm."""
         gaps = []
         for clip in clips:
-            frames = np.round(metrics.phone_middles(self.corpus.tracks[clip], ("p", "b", "m")) * self.corpus.fps - 0.5)
+            frames = np.round(
+                metrics.phone_middles(self.corpus.tracks[clip], ("p", "b", "m")) * self.corpus.fps - 0.5
+            )
             frames = np.clip(frames, 0, self.corpus.frames[clip] - 1).astype(int)
             gaps.append(metrics.lip_gap(self.face.instance(predict(clip)[frames]), self.face))
         return float(np.concatenate(gaps).mean())
@@ -129,10 +127,16 @@ def predictor(model: regressors.Model, corpus: Corpus, closing: bool) -> Predict
     return cached(predict)
 
 
+FITTED: dict[tuple[Path, bytes], regressors.Model] = {}
+
+
 def fit(config: Path, judge: Judge, clips: NDArray[np.int64]) -> regressors.Model:
-    """Train a recipe on some clips; the face stays that of all training clips, so that measures compare."""
-    recipe = read_recipe(config)
-    return fit_recipe(recipe, judge.corpus, clips, recipe.seed, config, face=judge.face)
+    """Train a recipe on some clips, once; with the face of all training clips, so that measures compare."""
+    key = config, clips.tobytes()
+    if key not in FITTED:
+        recipe = read_recipe(config)
+        FITTED[key] = fit_recipe(recipe, judge.corpus, clips, recipe.seed, config, face=judge.face)
+    return FITTED[key]
 
 
 def validation(config: Path, judge: Judge, closing: bool) -> Row:
@@ -144,11 +148,11 @@ def validation(config: Path, judge: Judge, closing: bool) -> Row:
 
 def words(config: Path, judge: Judge, closing: bool) -> Row:
     """Leave words out: clips with a withheld word are never trained on; scored in them and in the word."""
-    gathered: dict[str, list[Any]] = {"word": [], "clip": []}
+    gathered: dict[str, list[Fold]] = {"word": [], "clip": []}
     for fold in WORD_FOLDS:
         holds = np.array([any(w.label in fold for w in judge.corpus.words[c]) for c in judge.train])
         predict = predictor(fit(config, judge, judge.train[~holds]), judge.corpus, closing)
-        held_out = judge.train[holds][::3]
+        held_out = [int(c) for c in judge.train[holds][::3]]
         gathered["word"].append((predict, held_out, lambda c, fold=fold: judge.in_words(c, fold)))
         gathered["clip"].append((predict, held_out, judge.speech))
     return {
@@ -158,20 +162,20 @@ def words(config: Path, judge: Judge, closing: bool) -> Row:
     }
 
 
-def pooled(judge: Judge, folds: list[Any]) -> Row:
-    """Correlations over the frames of several folds together."""
-    numbers, source = [], {}
-    for number, (predict, clips, where) in enumerate(folds):
-        for clip in clips:
-            key = (number, int(clip))
-            source[len(numbers)] = (predict, int(clip), where)
-            numbers.append(key)
-    order = [clip for _, clip in numbers]
-    rows = np.concatenate([source[i][2](clip) for i, clip in enumerate(order)])
-    captured = judge.corpus.landmarks[judge.corpus.rows(order)][rows]
-    shapes = judge.face.instance(np.concatenate([source[i][0](clip) for i, clip in enumerate(order)])[rows])
-    measures = {"aperture_r": lip_aperture, "width_r": lip_width}
-    return {n: metrics.correlation(f(shapes, judge.face), f(captured, judge.face)) for n, f in measures.items()}
+def pooled(judge: Judge, folds: list[Fold]) -> Row:
+    """Correlations over the chosen frames of several folds together."""
+    shapes, captured = [], []
+    for predict, clips, where in folds:
+        rows = np.concatenate([where(clip) for clip in clips])
+        captured.append(judge.corpus.landmarks[judge.corpus.rows(clips)][rows])
+        shapes.append(judge.face.instance(np.concatenate([predict(clip) for clip in clips])[rows]))
+    return correlations(np.concatenate(shapes), np.concatenate(captured), judge.face)
+
+
+def correlations(shapes: NDArray[np.floating], captured: NDArray[np.floating], face: FaceModel) -> Row:
+    """R of lip aperture, width and protrusion, (frames, landmarks, 3) each."""
+    measures = {"aperture_r": lip_aperture, "width_r": lip_width, "protrusion_r": lip_protrusion}
+    return {name: metrics.correlation(f(shapes, face), f(captured, face)) for name, f in measures.items()}
 
 
 def phones(config: Path, judge: Judge, closing: bool) -> Row:
@@ -193,10 +197,15 @@ def ema(model: regressors.Model, utterances: list[Utterance], closing: bool) -> 
     for utterance in utterances:
         modes = model.regressor.predict(utterance.track, utterance.times)
         if closing:
-            modes = contacts.close(modes, utterance.track, model.face, utterance.fps, float(utterance.times[0]))
+            modes = contacts.close(
+                modes, utterance.track, model.face, utterance.fps, float(utterance.times[0])
+            )
         aperture = lip_aperture(model.face.instance(modes), model.face)
         found.append(metrics.correlation(aperture[utterance.speech], utterance.aperture[utterance.speech]))
-    return {"aperture_r_mean": float(np.mean(found)), **{f"aperture_r_{i + 1}": r for i, r in enumerate(found)}}
+    return {
+        "aperture_r_mean": float(np.mean(found)),
+        **{f"aperture_r_{i + 1}": r for i, r in enumerate(found)},
+    }
 
 
 @click.command(help=__doc__)
@@ -205,37 +214,47 @@ def ema(model: regressors.Model, utterances: list[Utterance], closing: bool) -> 
 @click.option("--model", "models", multiple=True, help="NAME=FOLDER of a trained model (ema, test).")
 @click.option("--corpus", "folder", default=ROOT / "work/corpus", type=click.Path(path_type=Path))
 @click.option("--data", default=ROOT.parent / "shared/data", type=click.Path(path_type=Path), help="For ema.")
-@click.option("--contacts/--no-contacts", "closing", default=False)
 @click.option("--json", "output", type=click.Path(path_type=Path), help="Add the rows to this file.")
 def main(
-    what: str, configs: tuple[Path, ...], models: tuple[str, ...], folder: Path, data: Path, closing: bool,
+    what: str,
+    configs: tuple[Path, ...],
+    models: tuple[str, ...],
+    folder: Path,
+    data: Path,
     output: Path | None,
-) -> None:  # fmt: skip
+) -> None:
     judge = Judge(folder)
-    rows: dict[str, Row] = {}
     trained = {n: regressors.load(Path(p)) for n, _, p in (m.partition("=") for m in models)}
-    for config in configs:
-        if what in ("ema", "test"):
-            trained[config.stem] = fit(config, judge, judge.train)
-        else:
-            judged = {"validation": validation, "words": words, "phones": phones}[what]
-            rows[config.stem] = judged(config, judge, closing)
-            show(config.stem, rows[config.stem])
-    for name, model in trained.items():
-        model = replace(model, face=judge.face) if model.face.id == judge.face.id else model
-        if what == "ema":
-            rows[name] = ema(model, load_utterances(data / "ema_de"), closing)
-        else:
-            rows[name] = judge.clips(predictor(model, judge.corpus, closing), judge.corpus.clips_of("test"))
-        show(name, rows[name])
-    if output:
-        whole = json.loads(output.read_text()) if output.exists() else {}
-        whole.setdefault(what + (" with contacts" if closing else ""), {}).update(rows)
-        output.write_text(json.dumps(whole, indent=1) + "\n")
+    folds = {"validation": validation, "words": words, "phones": phones}
+    utterances = load_utterances(data / "ema_de") if what == "ema" else []
+    rows: dict[str, Row] = {}
+    for name, subject in {**{c.stem: c for c in configs}, **trained}.items():
+        for closing in (False, True):
+            label = name + (" + contacts" if closing else "")
+            if what in folds and isinstance(subject, Path):
+                rows[label] = folds[what](subject, judge, closing)
+            else:
+                model = fit(subject, judge, judge.train) if isinstance(subject, Path) else subject
+                clips = judge.corpus.clips_of("test")
+                rows[label] = (
+                    ema(model, utterances, closing)
+                    if what == "ema"
+                    else judge.clips(predictor(model, judge.corpus, closing), clips)
+                )
+            show(label, rows[label])
+        if output:
+            keep(output, what, rows)
+
+
+def keep(output: Path, what: str, rows: dict[str, Row]) -> None:
+    """Add rows to a JSON file of results, so that a long run may be cut off."""
+    whole = json.loads(output.read_text()) if output.exists() else {}
+    whole.setdefault(what, {}).update(rows)
+    output.write_text(json.dumps(whole, indent=1) + "\n")
 
 
 def show(name: str, row: Row) -> None:
-    print(f"{name:<14}", "  ".join(f"{key} {value:.3f}" for key, value in row.items()), flush=True)
+    print(f"{name:<26}", "  ".join(f"{key} {value:.3f}" for key, value in row.items()), flush=True)
 
 
 if __name__ == "__main__":

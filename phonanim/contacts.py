@@ -65,7 +65,7 @@ def close(
         return modes
     weights, offset = functionals(face)
     limits = np.column_stack([np.tile(gap[near, None], len(INNER_LIP_PAIRS)), width[near]])
-    closed = modes.copy()
+    closed: NDArray[np.float32] = modes.copy()
     closed[near] = project(modes[near].astype(np.float64), weights, limits - offset, face.std)
     return closed
 
@@ -94,7 +94,8 @@ def project(modes: Array, weights: Array, limits: Array, std: Array) -> Array:
     """
     directions = weights * std**2
     norms = (directions * weights).sum(axis=1)
-    moved, multipliers = modes.copy(), np.zeros_like(limits)
+    moved: Array = modes.copy()
+    multipliers = np.zeros_like(limits)
     for _ in range(SWEEPS):
         for k in range(len(weights)):
             excess = moved @ weights[k] - limits[:, k]
@@ -105,7 +106,7 @@ def project(modes: Array, weights: Array, limits: Array, std: Array) -> Array:
 
 
 def functionals(face: FaceModel) -> tuple[Array, Array]:
-    """The gaps of the inner-lip pairs, then the mouth's width: weights (8, m) of the modes, offset (8,) mm."""
+    """The gaps of the inner-lip pairs, then the mouth's width: weights (8, m) on the modes, offset (8,)."""
     upper, lower = (face.rows(side) for side in zip(*INNER_LIP_PAIRS, strict=True))
     right, left = face.rows((MOUTH_CORNER_RIGHT, MOUTH_CORNER_LEFT))
     gaps = (face.modes[:, upper, 1] - face.modes[:, lower, 1]).T

@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 _HALF = (0.02, 0.05, 0.08, 0.12, 0.17, 0.24, 0.34, 0.5, 0.8)
 EDGES = np.array([-edge for edge in reversed(_HALF)] + list(_HALF))
 N_BOXES = len(EDGES) - 1
+N_TIMING = 12  # columns of `segment_timing`
 LONGEST = 0.5  # seconds; longer segments count as this long
 FAR = 10.0  # seconds; before the start and after the end, the first and the last segment go on for so long
 DECAYS = (0.04, 0.12)  # seconds
@@ -61,9 +62,9 @@ def context_features(track: PhoneTrack, times: Array, kind: str = "all") -> NDAr
     integral = running[segment] + rows[segment] * (asked - bounds[segment])[:, None]
     integral = integral.reshape(len(times), len(EDGES), -1)
     boxes = np.diff(integral, axis=1) / np.diff(EDGES)[:, None]
-    features = np.empty((len(times), N_BOXES * table.shape[1] + 12), np.float32)
-    features[:, :-12] = boxes.reshape(len(times), -1)
-    features[:, -12:] = segment_timing(local, times)
+    features = np.empty((len(times), N_BOXES * table.shape[1] + N_TIMING), np.float32)
+    features[:, :-N_TIMING] = boxes.reshape(len(times), -1)
+    features[:, -N_TIMING:] = segment_timing(local, times)
     return features
 
 

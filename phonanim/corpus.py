@@ -196,7 +196,7 @@ def remove_pose_leak(
     chosen = train[starts]
     weights = np.linalg.lstsq(design[chosen], means[chosen], rcond=None)[0]
     leak = design @ weights - shapes[train].mean(axis=0).ravel()
-    return shapes - np.repeat(leak, frames, axis=0).reshape(shapes.shape)
+    return np.asarray(shapes - np.repeat(leak, frames, axis=0).reshape(shapes.shape))
 
 
 def save_corpus(corpus: Corpus, folder: Path) -> None:

@@ -43,7 +43,7 @@ class FaceModel:
     def project(self, shapes: NDArray[np.floating]) -> Array:
         """Shape parameters of shapes, (frames, landmarks, 3) mm -> (frames, m)."""
         flat = (np.asarray(shapes, np.float64) - self.mean).reshape(len(shapes), -1)
-        return flat @ self._basis.T
+        return np.asarray(flat @ self._basis.T)
 
     def instance(self, parameters: NDArray[np.floating]) -> Array:
         """Shapes of parameters, (frames, m) -> (frames, landmarks, 3) mm."""

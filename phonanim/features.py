@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.context import context_features, part_table
+from phonanim.context import N_BOXES, N_TIMING, context_features, part_table
 from phonanim.indicators import N_FEATURES, WIDTH, indicators, raw_indicators
 from phonanim.inventory import N_PHONES
 from phonanim.phones import PhoneTrack
@@ -31,16 +31,16 @@ def inputs(
         return context_features(track, times, kind)
     codes = frame_codes(track, times)
     if kind == "indicators":
-        return np.asarray(indicators(codes, clusters).dense(np.float32))
+        return indicators(codes, clusters).dense()
     if kind == "raw":
-        return np.asarray(raw_indicators(codes).dense(np.float32))
+        return raw_indicators(codes).dense()
     raise ValueError(f"there are no features {kind!r}, only {', '.join(FEATURES)}")
 
 
 def n_features(kind: str) -> int:
     """How many columns `inputs` has."""
     if kind in CONTEXT:
-        return 17 * part_table(kind).shape[1] + 12
+        return N_BOXES * int(part_table(kind).shape[1]) + N_TIMING
     return {"indicators": N_FEATURES, "raw": N_PHONES * WIDTH}[kind]
 
 

@@ -42,7 +42,10 @@ def load_gestures() -> Gestures:
     names = tuple(row[0] for row in rows)
     with (LEXICON / "splits.csv").open(encoding="utf-8", newline="") as file:
         splits = {row["phone"]: row for row in csv.DictReader(file)}
-    gesture, phone, first, share = [], [], [], []
+    gesture: list[int] = []
+    phone: list[int] = []
+    first: list[int] = []
+    share: list[float] = []
     for code, name in enumerate(INVENTORY.phones):
         split = splits.get(name)
         parts = [split["first"], split["second"]] if split else ["sil" if name == "sp" else name]

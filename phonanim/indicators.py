@@ -57,9 +57,9 @@ class SparseRows:
     def __len__(self) -> int:
         return len(self.starts) - 1
 
-    def dense(self, dtype: type = np.float32) -> NDArray[np.generic]:
+    def dense(self) -> NDArray[np.float32]:
         """(frames, features) of zeros and ones."""
-        full = np.zeros((len(self), self.n_features), dtype)
+        full = np.zeros((len(self), self.n_features), np.float32)
         full[np.repeat(np.arange(len(self)), np.diff(self.starts)), self.columns] = 1
         return full
 
@@ -72,7 +72,7 @@ def windows_of_codes(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def raw_indicators(codes: NDArray[np.uint8]) -> SparseRows:
-    """The raw representation: which phone at which frame, (frames, 11) codes -> 41 x 11 columns (section 5.2)."""
+    """Which phone at which frame, (frames, 11) codes -> 41 x 11 columns: raw features (section 5.2)."""
     columns = windows_of_codes(codes) + np.arange(WIDTH, dtype=np.int32) * N_PHONES
     return SparseRows(columns.ravel().astype(np.int32), np.arange(len(codes) + 1) * WIDTH, N_PHONES * WIDTH)
 

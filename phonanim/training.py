@@ -47,7 +47,8 @@ class Teacher:
 @dataclass(frozen=True)
 class Recipe:
     """A training configuration (TOML): `name`, `kind`, `corpus`, `seed`, `validation` (a share of the
-    training clips), `licence` of what was learned from, [settings] of the kind, and perhaps [teacher]."""
+    training clips), `licence` of what was learned from, [settings] of the kind, and perhaps [teacher].
+    """
 
     kind: str
     corpus: str
@@ -129,7 +130,9 @@ def read_recipe(path: Path) -> Recipe:
             raise ModelError(f"{path}: lacks {key!r}; see the examples in benchmarks/configs")
     if "teacher" in table:
         _check_keys(table["teacher"], Teacher, f"{path}: [teacher]")
-        teacher = {k: tuple(v) if isinstance(v, list) else v for k, v in table["teacher"].items()}
+        teacher: dict[str, Any] = {
+            k: tuple(v) if isinstance(v, list) else v for k, v in table["teacher"].items()
+        }
         table["teacher"] = Teacher(**teacher)
     return Recipe(**table)
 

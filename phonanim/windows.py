@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+T = TypeVar("T", bound=np.generic)
 # Instants nearer than this are one: half the smallest gap between frames of 24 to 120 fps is far more.
 TICK = 1e-7  # seconds
 
 
-def slide(values: NDArray[np.generic], width: int) -> NDArray[np.generic]:
+def slide(values: NDArray[T], width: int) -> NDArray[T]:
     """Windows of `width` frames around each frame, (frames, ...) -> (frames, width, ...); edges repeat."""
     offsets = np.arange(width) - width // 2
     rows = np.arange(len(values))[:, None] + offsets
-    return values[np.clip(rows, 0, len(values) - 1)]
+    found: NDArray[T] = values[np.clip(rows, 0, len(values) - 1)]
+    return found
 
 
 def overlap_mean(windows: NDArray[np.floating]) -> NDArray[np.floating]:
@@ -61,7 +64,7 @@ def predict_at(
     for begin in range(0, len(times), size):
         centres = times[begin : begin + size, None] - shifts
         ticks, back = np.unique(np.round(centres / TICK).astype(np.int64), return_inverse=True)
-        windows = predict(ticks * TICK)
+        windows = predict(np.asarray(ticks * TICK))
         chosen = windows[back.reshape(centres.shape), np.arange(width)]
         valid = (centres >= -TICK) & (centres <= duration + TICK)
         weights = (valid / np.maximum(valid.sum(axis=1, keepdims=True), 1)).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Context features: box averages against a slow version, timing, and that a track's length does not matter."""
+"""Context features: box averages against a slow version, timing, and no matter how long the track is."""
 
 from __future__ import annotations
 

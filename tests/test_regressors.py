@@ -184,7 +184,9 @@ def test_means_for_every_phone(tmp_path: Path) -> None:
         load(tmp_path)
 
 
-@pytest.mark.parametrize(("name", "message"), [("right", "outside the forest"), ("left", "back to an earlier")])
+@pytest.mark.parametrize(
+    ("name", "message"), [("right", "outside the forest"), ("left", "back to an earlier")]
+)
 def test_a_tree_that_would_never_end(tmp_path: Path, name: str, message: str) -> None:
     save(trained("tree"), tmp_path)
     path = tmp_path / "weights.safetensors"

@@ -65,7 +65,12 @@ def rotation(angles: np.ndarray) -> np.ndarray:
     yaw, pitch = np.zeros((n, 3, 3)), np.zeros((n, 3, 3))
     yaw[:, 1, 1] = pitch[:, 0, 0] = 1
     yaw[:, 0, 0], yaw[:, 2, 2], yaw[:, 0, 2], yaw[:, 2, 0] = np.cos(a), np.cos(a), -np.sin(a), np.sin(a)
-    pitch[:, 1, 1], pitch[:, 2, 2], pitch[:, 1, 2], pitch[:, 2, 1] = np.cos(b), np.cos(b), np.sin(b), -np.sin(b)
+    pitch[:, 1, 1], pitch[:, 2, 2], pitch[:, 1, 2], pitch[:, 2, 1] = (
+        np.cos(b),
+        np.cos(b),
+        np.sin(b),
+        -np.sin(b),
+    )
     return yaw @ pitch
 
 
@@ -125,7 +130,7 @@ def test_stabilizing_undoes_the_head() -> None:
     shapes, pose = stabilize(turned, NUMBERS, np.ones(50, bool))
     assert np.ptp(shapes, axis=0).max() < 1e-6
     assert pose.shape == (50, 4)
-    pupils = [int(np.flatnonzero(NUMBERS == n)[0]) for n in PUPILS]
+    pupils = [int(np.flatnonzero(n == NUMBERS)[0]) for n in PUPILS]
     assert np.linalg.norm(shapes[0, pupils[0]] - shapes[0, pupils[1]]) == pytest.approx(63)
     assert np.allclose(shapes[:, pupils].mean(axis=(0, 1)), 0, atol=1e-9)
 
@@ -160,7 +165,9 @@ def test_build_and_read_a_corpus(recordings: Path, tmp_path: Path) -> None:
         (lambda f: (f / "clips.csv").write_text("clip,frames,split\nx,3,train\n"), "differ from clips.csv"),
     ],
 )
-def test_recordings_that_cannot_be_used(recordings: Path, tmp_path: Path, spoil: object, message: str) -> None:
+def test_recordings_that_cannot_be_used(
+    recordings: Path, tmp_path: Path, spoil: object, message: str
+) -> None:
     spoil(recordings)  # type: ignore[operator]
     with pytest.raises(CorpusError, match=message):
         build_corpus(recordings, tmp_path / "corpus")
@@ -248,7 +255,9 @@ def test_commands_build_and_train(recordings: Path, recipe: Path, tmp_path: Path
     from phonanim.commands.corpus import command as corpus_command
     from phonanim.commands.train import command as train_command
 
-    built = CliRunner().invoke(corpus_command, ["build", str(recordings), "-o", str(tmp_path / "c2"), "--json"])
+    built = CliRunner().invoke(
+        corpus_command, ["build", str(recordings), "-o", str(tmp_path / "c2"), "--json"]
+    )
     assert built.exit_code == 0, built.output
     done = CliRunner().invoke(train_command, [str(recipe), "-o", str(tmp_path / "m"), "--json"])
     assert done.exit_code == 0, done.output

@@ -70,7 +70,9 @@ def test_shifting_by_whole_frames_shifts_the_motion() -> None:
     data = made_up_examples(rng)
     model = PhoneMean.fit(MeanConfig(), data, data, rng, lambda done: None)
     track = random_track(rng)
-    later = PhoneTrack(track.codes, track.bounds + np.r_[0.0, np.full(len(track.bounds) - 1, 0.4)], track.labels)
+    later = PhoneTrack(
+        track.codes, track.bounds + np.r_[0.0, np.full(len(track.bounds) - 1, 0.4)], track.labels
+    )
     times = np.arange(0, 2, 0.04)
     assert np.allclose(model.predict(later, times + 0.4)[5:], model.predict(track, times)[5:], atol=1e-4)
 

@@ -85,9 +85,7 @@ class Model:
     face: FaceModel
     card: dict[str, Any]
 
-    def predict(
-        self, track: PhoneTrack, fps: float, frames: int, start: float = 0.0
-    ) -> NDArray[np.float32]:
+    def predict(self, track: PhoneTrack, fps: float, frames: int, start: float = 0.0) -> NDArray[np.float32]:
         """Modes at the instants start + n / fps, -> (frames, modes) float32."""
         return self.regressor.predict(track, start + np.arange(frames) / fps)
 
@@ -155,7 +153,7 @@ def load(folder: Path) -> Model:
         regressor = regressor_class(kind).from_tensors(config, tensors)
     except (KeyError, ValueError) as error:
         raise ModelError(
-            f"{folder / 'weights.safetensors'}: does not fit its model.json ({error}); fetch or train it again"
+            f"{folder / 'weights.safetensors'}: does not fit its model.json ({error}); train it again"
         ) from error
     return Model(regressor, face, card)
 
@@ -178,7 +176,9 @@ def _load_card(folder: Path) -> dict[str, Any]:
     try:
         card = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise ModelError(f"{path}: cannot be read as a model ({error}); `phonanim models` lists those at hand") from error
+        raise ModelError(
+            f"{path}: cannot be read as a model ({error}); `phonanim models` lists those at hand"
+        ) from error
     if not isinstance(card, dict) or card.get("format") != FORMAT:
         raise ModelError(f"{path}: is not a model of format {FORMAT}; train it again with this version")
     if card.get("inventory") != list(INVENTORY.phones):

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from phonanim.regressors.dnn import Config as NetworkConfig
     from phonanim.regressors.procedural import Config as DominanceConfig
 
+Layers = list[tuple[NDArray[np.float32], NDArray[np.float32]]]
 ACTIVATIONS = {"tanh": nn.Tanh, "silu": nn.SiLU}
 
 
@@ -46,7 +47,7 @@ def seeded(rng: np.random.Generator) -> torch.Generator:
 
 def fit_network(
     config: NetworkConfig, train: Rows, held_out: Rows, rng: np.random.Generator, progress: Progress
-) -> list[tuple[NDArray[np.float32], NDArray[np.float32]]]:
+) -> Layers:
     """Train a fully connected network; returns (weights (in, out), bias (out,)) of each layer.
 
     Inputs are standardized and targets scaled for training; both are folded into the first and last
@@ -72,7 +73,7 @@ def fit_network(
     best, best_state, waited = np.inf, copy.deepcopy(network.state_dict()), 0
     for epoch in range(config.epochs):
         network.train()
-        for rows in torch.randperm(len(data[0]), generator=generator).split(config.batch):
+        for rows in torch.split(torch.randperm(len(data[0]), generator=generator), config.batch):
             predicted = network((data[0][rows] - shift) / stretch)
             squared = ((predicted - (data[1][rows] - middle) / spread) ** 2).mean(dim=1)
             loss = (squared * data[2][rows]).mean()
@@ -125,14 +126,14 @@ def _error(
 
 
 def _folded(
-    layers: list[tuple[NDArray[np.float32], NDArray[np.float32]]],
+    layers: Layers,
     mean: NDArray[np.float32],
     scale: NDArray[np.float32],
     centre: NDArray[np.float32],
     spread: float,
-) -> list[tuple[NDArray[np.float32], NDArray[np.float32]]]:
+) -> Layers:
     weights, bias = layers[0]
-    layers[0] = (weights / scale[:, None], bias - (mean / scale) @ weights)
+    layers[0] = (weights / scale[:, None], bias - np.asarray((mean / scale) @ weights, np.float32))
     weights, bias = layers[-1]
     layers[-1] = (weights * np.float32(spread), bias * np.float32(spread) + centre)
     return [(w.astype(np.float32), b.astype(np.float32)) for w, b in layers]

@@ -105,9 +105,13 @@ class Network:
 def _silu(signal: NDArray[np.float32]) -> NDArray[np.float32]:
     # x * sigmoid(x) through tanh, which numpy vectorizes and which cannot overflow.
     half = signal * np.float32(0.5)
-    return half * (1 + np.tanh(half))
+    return np.asarray(half * (1 + np.tanh(half)), np.float32)
 
 
-_ACTIVATIONS = {"silu": _silu, "tanh": np.tanh}
+def _tanh(signal: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.asarray(np.tanh(signal), np.float32)
+
+
+_ACTIVATIONS = {"silu": _silu, "tanh": _tanh}
 
 REGRESSOR = Network

@@ -34,14 +34,8 @@ class Ensemble:
 
     def predict(self, track: PhoneTrack, times: Array) -> NDArray[np.float32]:
         """Modes at instants, (times,) seconds -> (times, modes)."""
-        return np.sum(
-            [
-                np.float32(weight) * member.predict(track, times)
-                for member, weight in zip(self.members, self.weights, strict=True)
-            ],
-            axis=0,
-            dtype=np.float32,
-        )
+        parts = [m.predict(track, times) for m in self.members]
+        return np.asarray(np.average(parts, axis=0, weights=self.weights), np.float32)
 
     def tensors(self) -> Tensors:
         """Every member's tensors, under its number."""

@@ -37,11 +37,13 @@ class PhoneMean:
         rows = self.means[track.codes].astype(np.float64)
         bounds = track.bounds.copy()
         bounds[0], bounds[-1] = -1.0, bounds[-1] + 1.0  # the first and last phone go on beyond the ends
-        running = np.concatenate([np.zeros((1, rows.shape[1])), np.cumsum(rows * np.diff(bounds)[:, None], axis=0)])
+        running = np.concatenate(
+            [np.zeros((1, rows.shape[1])), np.cumsum(rows * np.diff(bounds)[:, None], axis=0)]
+        )
         edges = times[:, None] + np.array([-0.5, 0.5]) * self.config.smoothing
         segment = np.clip(np.searchsorted(bounds, edges, side="right") - 1, 0, len(rows) - 1)
         integral = running[segment] + rows[segment] * (edges - bounds[segment])[..., None]
-        return ((integral[:, 1] - integral[:, 0]) / self.config.smoothing).astype(np.float32)
+        return np.asarray((integral[:, 1] - integral[:, 0]) / self.config.smoothing, np.float32)
 
     def tensors(self) -> Tensors:
         """The means."""

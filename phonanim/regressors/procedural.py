@@ -70,7 +70,8 @@ class Procedural:
         pull = np.where(near.exists[..., None], pull, -1e9)
         weight = np.exp(pull - pull.max(axis=1, keepdims=True))
         weight /= weight.sum(axis=1, keepdims=True)
-        return ((weight * self.target[near.gesture]).sum(axis=1) + self.rest).astype(np.float32)
+        moved = (weight * self.target[near.gesture]).sum(axis=1) + self.rest
+        return np.asarray(moved, np.float32)
 
     def tensors(self) -> Tensors:
         """The tables and the constants, by name."""
@@ -97,7 +98,7 @@ class Procedural:
 
 @dataclass(frozen=True)
 class Neighbours:
-    """The gestures around instants, each (times, 2 REACH + 1); `begin`, `end` are seconds from the instant."""
+    """The gestures around instants, each (times, 2 REACH + 1); `begin`, `end` in seconds from there."""
 
     gesture: NDArray[np.int64]
     begin: NDArray[np.float32]

@@ -76,7 +76,7 @@ class Forest:
                 node[going] = np.where(lower, self.left[at], self.right[at])
                 going = going[self.left[node[going]] != LEAF]
             total += self.values[self.right[node]]
-        return total / np.float32(len(self.roots))
+        return np.asarray(total / len(self.roots), np.float32)
 
     def tensors(self) -> Tensors:
         """The arrays of all nodes, by name."""
@@ -113,7 +113,9 @@ class Forest:
         seed = int(rng.integers(2**31))
         shared = {"min_samples_leaf": config.leaf, "max_features": config.columns, "random_state": seed}
         if config.split == "random":
-            grown = ExtraTreesRegressor(config.trees, n_jobs=-1, **shared).fit(rows, targets, weights).estimators_
+            grown = (
+                ExtraTreesRegressor(config.trees, n_jobs=-1, **shared).fit(rows, targets, weights).estimators_
+            )
         else:
             grown = [DecisionTreeRegressor(**shared).fit(rows, targets, weights)]
         progress(1.0)
