@@ -29,11 +29,15 @@ class Interval:
 
 @dataclass(frozen=True, slots=True)
 class Tier:
-    """One row of intervals; `number` counts from 1 as the program shows it that wrote the file."""
+    """One row of intervals; `number` counts from 1 as the program shows it that wrote the file.
+
+    `speaker` is who speaks, where the format says so apart from the name.
+    """
 
     name: str
     intervals: tuple[Interval, ...]
     number: int = 1
+    speaker: str = ""
 
     def __str__(self) -> str:
         return f'{self.number} "{brief(self.name)}"'
@@ -41,11 +45,16 @@ class Tier:
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """Everything that an alignment file holds: its interval tiers, and its first and last instant in s."""
+    """Everything that an alignment file holds: its interval tiers, and its first and last instant in s.
+
+    `notes` say what the reader had to assume; `language` is that of the labels where the format fixes it.
+    """
 
     tiers: tuple[Tier, ...]
     start: float
     end: float
+    notes: tuple[str, ...] = ()
+    language: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +65,7 @@ class Alignment:
     `duration` is the end of the file in seconds, `tier` the name of the tier that was read,
     `source` the path for error messages, `words` the word tier if the file has one.
     `offset` is the time on the file's clock that is 0 here: not 0 for a file cut out of a longer one.
+    `notes` say what was assumed in reading, `language` what the format says of the labels, if anything.
     """
 
     intervals: tuple[Interval, ...]
@@ -64,20 +74,22 @@ class Alignment:
     source: str
     words: tuple[Interval, ...] = ()
     offset: float = 0.0
+    notes: tuple[str, ...] = ()
+    language: str = ""
 
 
-def read_alignment(path: Path, tier: str | None = None) -> Alignment:
+def read_alignment(path: Path, tier: str | None = None, speaker: str | None = None) -> Alignment:
     """The phones of an alignment file, in any format of `phonanim.readers`.
 
     The phone tier is found by its name, else by its labels; `tier` chooses it by name or by number
-    (from 1). Raises AlignmentError with one line when the file cannot be read, no tier has phones, or
-    times make no sense.
+    (from 1), `speaker` by who speaks. Raises AlignmentError with one line when the file cannot be read,
+    no tier has phones, or times make no sense.
     """
     from phonanim.tiers import phone_tier, word_tier
 
     source = open_source(Path(path))
     recording = find_reader(source).read(source)
-    phones = phone_tier(recording, tier, source)
+    phones = phone_tier(recording, tier, speaker, source)
     words = word_tier(recording, phones)
     offset = _offset(recording, source)
     intervals = _checked(phones, offset, source)
@@ -89,7 +101,13 @@ def read_alignment(path: Path, tier: str | None = None) -> Alignment:
         source=source.name,
         words=_checked(words, offset, source) if words else (),
         offset=offset,
+        notes=recording.notes + _shifted(offset),
+        language=recording.language,
     )
+
+
+def _shifted(offset: float) -> tuple[str, ...]:
+    return (f"times are counted from {offset:g} s, where the file starts",) if offset else ()
 
 
 def _offset(recording: Recording, source: Source) -> float:

@@ -15,7 +15,15 @@ from phonanim.phones import PhoneTrack
 from phonanim.readers import brief
 from phonanim.segments import SILENT, Segment, filled, joined, to_track
 
-__all__ = ["choose_language", "language_names", "load_language", "recognized", "to_phones"]
+__all__ = [
+    "Language",
+    "choose_language",
+    "is_silent",
+    "language_names",
+    "load_language",
+    "recognized",
+    "to_phones",
+]
 
 FIRST_TRIED = ("english", "ipa", "sampa", "mandarin", "japanese")
 """`auto` takes the first language that knows every label, so the commonest stand first."""
@@ -87,10 +95,9 @@ class _Notes:
         self._places.setdefault((interval.label, what), []).append(place)
 
     def all(self) -> tuple[str, ...]:
-        shifted = f"times are counted from {self.alignment.offset:g} s, where the file starts"
         entries = self._places.items()
         found = [f'"{brief(label)}" at {_places(times)}: {what}' for (label, what), times in entries]
-        return (*([shifted] if self.alignment.offset else []), *found, *self.lines)
+        return (*self.alignment.notes, *found, *self.lines)
 
 
 def _places(times: list[float]) -> str:
@@ -99,8 +106,8 @@ def _places(times: list[float]) -> str:
 
 
 def _language_for(alignment: Alignment, name: str) -> Language:
-    if name != "auto":
-        return load_language(name)
+    if name != "auto" or alignment.language:
+        return load_language(alignment.language if name == "auto" else name)
     return choose_language(interval.label for interval in alignment.intervals)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 
 from phonanim.alignment import Recording, Tier
@@ -14,32 +15,64 @@ PHONE_NAMES = (
 )
 WORD_NAMES = ("words", "word", "ort", "ort-mau", "orthography", "wrd", "text", "tokens", "token")
 
+# A speaker and a kind in one word; only kinds that are nothing but kinds.
+_JOINED = re.compile(r"(.+?)[ _:/-]+(phones?|phonemes?|segments?|words?)", re.IGNORECASE)
+
 ENOUGH_KNOWN = 0.8
 """Share of a tier's labels that one language must know for the tier to be its phones."""
 
 
-def phone_tier(recording: Recording, wanted: str | None, source: Source) -> Tier:
-    """The tier named or numbered `wanted`, else the one that has the phones. Raises AlignmentError."""
+def phone_tier(recording: Recording, wanted: str | None, speaker: str | None, source: Source) -> Tier:
+    """The tier named or numbered `wanted`, else that of `speaker` with phones. Raises AlignmentError."""
     if not recording.tiers:
         raise source.error("has no interval tier; align the recording first")
+    tiers = recording.tiers if speaker is None else _spoken_by(recording.tiers, speaker, source)
     if wanted is not None:
-        return _wanted(recording.tiers, wanted, source)
-    found = _by_name(recording.tiers, PHONE_NAMES) or _by_content(recording.tiers)
+        return _wanted(tiers, wanted, source)
+    found = _by_name(tiers, PHONE_NAMES) or _by_content(tiers)
     if len(found) > 1 and any(map(_labels, found)):
         found = [tier for tier in found if _labels(tier)]
+    if not found and _by_name(tiers, WORD_NAMES):
+        raise source.error("has words but no phones; align the recording with a tool that writes phones")
     if not found:
         raise source.error(f"has no phone tier among {_listing(recording.tiers)}; name it with --tier")
     if len(found) > 1:
-        raise source.error(f"has several phone tiers, {_listing(found)}; choose one with --tier")
+        raise source.error(f"has several phone tiers, {_listing(found)}; choose one with {_choices(found)}")
     return found[0]
 
 
 def word_tier(recording: Recording, phones: Tier) -> Tier | None:
     """The tier of words that goes with a phone tier: of the same speaker, if tiers name speakers."""
-    speaker = _speaker(phones.name)
-    rest = [t for t in recording.tiers if t is not phones and _speaker(t.name) == speaker and _labels(t)]
+    speaker = who(phones)
+    rest = [tier for tier in recording.tiers if tier is not phones and who(tier) == speaker and _labels(tier)]
     found = _by_name(rest, WORD_NAMES)
     return found[0] if found else None
+
+
+def who(tier: Tier) -> str:
+    """Who speaks in a tier, by the format or by a name such as "SPEAKER - phones"; else empty."""
+    return tier.speaker or _split(tier.name)[0]
+
+
+def _spoken_by(tiers: Iterable[Tier], speaker: str, source: Source) -> tuple[Tier, ...]:
+    speakers = list(dict.fromkeys(name for tier in tiers if (name := who(tier))))
+    wanted = next((name for name in speakers if name == speaker), None)
+    wanted = wanted or next((name for name in speakers if name.lower() == speaker.strip().lower()), None)
+    if wanted is None:
+        names = ", ".join(f'"{brief(name)}"' for name in speakers) or "none is named"
+        raise source.error(f'has no speaker "{brief(speaker)}"; speakers: {names}')
+    return tuple(tier for tier in tiers if who(tier) == wanted)
+
+
+def _choices(tiers: Iterable[Tier]) -> str:
+    """The options that tell tiers apart."""
+    speakers = [who(tier) for tier in tiers]
+    names = ", ".join(f'"{brief(name)}"' for name in speakers)
+    return (
+        f"--speaker ({names}) or --tier"
+        if all(speakers) and len(set(speakers)) == len(speakers)
+        else "--tier"
+    )
 
 
 def _wanted(tiers: Iterable[Tier], wanted: str, source: Source) -> Tier:
@@ -55,10 +88,12 @@ def _wanted(tiers: Iterable[Tier], wanted: str, source: Source) -> Tier:
 
 
 def _by_name(tiers: Iterable[Tier], names: tuple[str, ...]) -> list[Tier]:
-    """The tiers that bear the best of the names that occurs."""
-    ranked = [(names.index(_kind(tier.name)), tier) for tier in tiers if _kind(tier.name) in names]
-    best = min((rank for rank, _ in ranked), default=0)
-    return [tier for rank, tier in ranked if rank == best]
+    """For each speaker the tiers that bear the best of the names that occur."""
+    named = [tier for tier in tiers if _kind(tier.name) in names]
+    best: dict[str, int] = {}
+    for tier in named:
+        best[who(tier)] = min(names.index(_kind(tier.name)), best.get(who(tier), len(names)))
+    return [tier for tier in named if names.index(_kind(tier.name)) == best[who(tier)]]
 
 
 def _by_content(tiers: Iterable[Tier]) -> list[Tier]:
@@ -75,12 +110,16 @@ def _labels(tier: Tier) -> list[str]:
 
 
 def _kind(name: str) -> str:
-    """The part of "SPEAKER - phones" that says what the tier holds."""
-    return name.rpartition(" - ")[2].strip().strip('"').lower()
+    return _split(name)[1]
 
 
-def _speaker(name: str) -> str:
-    return name.rpartition(" - ")[0].strip()
+def _split(name: str) -> tuple[str, str]:
+    """Speaker and kind of a tier named "SPEAKER - phones", "SPEAKER_phones" or just "phones"."""
+    name = name.strip().strip('"')
+    speaker, _, kind = name.rpartition(" - ")
+    if not speaker and (parts := _JOINED.fullmatch(name)):
+        speaker, kind = parts.groups()
+    return speaker.strip(), kind.strip().lower()
 
 
 def _listing(tiers: Iterable[Tier]) -> str:

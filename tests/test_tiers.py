@@ -62,14 +62,35 @@ def test_a_name_goes_before_a_number(tmp_path: Path) -> None:
     assert read(tmp_path, [("2", BEAM), ("phones", BEAM)], "2").tier == "2"
 
 
+NAMED = ["Ann - phones", "Ann_phones", "Ann phone", "Ann:phones"]
+
+
+@pytest.mark.parametrize("name", NAMES[:1] + NAMED)
+@pytest.mark.parametrize("speaker", ["Ann", "ann ", None])
+def test_a_tier_is_chosen_by_its_speaker(tmp_path: Path, name: str, speaker: str | None) -> None:
+    others = [("Bob - phones", [(0, 1, "AA")])] if name in NAMED else []
+    path = save(tmp_path, long_text([*others, (name, BEAM)]))
+    if others and speaker is None:
+        with pytest.raises(AlignmentError, match=r'--speaker \("Bob", "Ann"\)'):
+            read_alignment(path)
+    elif not others and speaker:
+        with pytest.raises(
+            AlignmentError, match=r'a.TextGrid: has no speaker "ann ?"; speakers: none is named'
+        ):
+            read_alignment(path, speaker=speaker.lower())
+    else:
+        assert read_alignment(path, speaker=speaker).tier == name
+
+
 FAULTS = [
-    ([("words", WORDS)], None, r'has no phone tier among 1 "words"; name it with --tier'),
+    ([("notes", WORDS)], None, r'has no phone tier among 1 "notes"; name it with --tier'),
     ([("words", WORDS)], "phones", r'has no interval tier "phones"; there are 1 "words"'),
     ([("a", BEAM), ("a", BEAM)], "a", r'has 2 tiers "a"; choose by number: 1 "a", 2 "a"'),
     (
         [("X - phones", BEAM), ("Y - phones", BEAM)],
         None,
-        r'has several phone tiers, 1 "X - phones", 2 "Y - phones"; choose one with --tier',
+        r'has several phone tiers, 1 "X - phones", 2 "Y - phones"; '
+        r'choose one with --speaker \("X", "Y"\) or --tier',
     ),
     ([("pauses", [(0, 1, "sil")])], None, r'has no phone tier among 1 "pauses"'),
 ]

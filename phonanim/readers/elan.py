@@ -1,0 +1,89 @@
+"""ELAN annotation files (.eaf)."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from xml.etree import ElementTree
+
+from phonanim.alignment import Interval, Recording, Tier
+from phonanim.readers import Source
+
+FORMAT = "ELAN"
+
+
+def recognizes(source: Source) -> bool:
+    """Whether it is XML of an annotation document."""
+    return "<ANNOTATION_DOCUMENT" in source.text[:4000]
+
+
+def read(source: Source) -> Recording:
+    """Every tier with annotations; those without times of their own share their parent's equally."""
+    try:
+        root = ElementTree.fromstring(source.text.strip())
+        document = _Document(root)
+        tiers = tuple(document.tier(element, number) for number, element in enumerate(root.iter("TIER"), 1))
+    except (ElementTree.ParseError, KeyError, ValueError, TypeError) as error:
+        raise source.error(f"is a damaged ELAN file ({error}); save it again") from error
+    end = max((interval.end for tier in tiers for interval in tier.intervals), default=0.0)
+    return Recording(tuple(tier for tier in tiers if tier.intervals), 0.0, end)
+
+
+class _Document:
+    """Time slots and annotations by their ids."""
+
+    def __init__(self, root: ElementTree.Element) -> None:
+        self.slots = _slots(root)
+        self.spans = {
+            element.attrib["ANNOTATION_ID"]: (
+                self.slots[element.attrib["TIME_SLOT_REF1"]],
+                self.slots[element.attrib["TIME_SLOT_REF2"]],
+            )
+            for element in root.iter("ALIGNABLE_ANNOTATION")
+        }
+        self.children: dict[tuple[str, str], list[str]] = defaultdict(list)
+        for tier in root.iter("TIER"):
+            for element in tier.iter("REF_ANNOTATION"):
+                key = (tier.attrib["TIER_ID"], element.attrib["ANNOTATION_REF"])
+                self.children[key].append(element.attrib["ANNOTATION_ID"])
+        self.parents = {child: key for key, children in self.children.items() for child in children}
+
+    def tier(self, element: ElementTree.Element, number: int) -> Tier:
+        """One tier, in time order."""
+        intervals = [
+            Interval(
+                (item.findtext("ANNOTATION_VALUE") or "").strip(), *self.span(item.attrib["ANNOTATION_ID"], 0)
+            )
+            for annotation in element.iter("ANNOTATION")
+            for item in annotation
+        ]
+        intervals.sort(key=lambda interval: interval.start)
+        return Tier(element.attrib["TIER_ID"], tuple(intervals), number, element.get("PARTICIPANT", ""))
+
+    def span(self, identity: str, depth: int) -> tuple[float, float]:
+        """Start and end in seconds; a child has its share of its parent."""
+        if identity in self.spans:
+            return self.spans[identity]
+        if depth > 20:
+            raise ValueError("annotations refer to each other in a circle")
+        key = self.parents[identity]
+        start, end = self.span(key[1], depth + 1)
+        siblings = self.children[key]
+        share = (end - start) / len(siblings)
+        place = siblings.index(identity)
+        return start + place * share, start + (place + 1) * share
+
+
+def _slots(root: ElementTree.Element) -> dict[str, float]:
+    """Seconds of each time slot; slots without a time lie evenly between their neighbours."""
+    names = [slot.attrib["TIME_SLOT_ID"] for slot in root.iter("TIME_SLOT")]
+    values = [slot.get("TIME_VALUE") for slot in root.iter("TIME_SLOT")]
+    known = [(n, int(value) / 1000) for n, value in enumerate(values) if value is not None]
+    if not known:
+        return {}
+    seconds: dict[str, float] = {}
+    for n, name in enumerate(names):
+        before = max((pair for pair in known if pair[0] <= n), default=known[0])
+        after = min((pair for pair in known if pair[0] >= n), default=known[-1])
+        share = (n - before[0]) / (after[0] - before[0]) if after[0] > before[0] else 0.0
+        seconds[name] = before[1] + share * (after[1] - before[1])
+    return seconds

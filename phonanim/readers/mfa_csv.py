@@ -1,0 +1,37 @@
+"""CSV of the Montreal Forced Aligner: Begin, End, Label, Type, Speaker."""
+
+from __future__ import annotations
+
+import csv
+
+from phonanim.alignment import Interval, Recording, Tier
+from phonanim.readers import Source
+
+FORMAT = "MFA CSV"
+COLUMNS = ("begin", "end", "label", "type", "speaker")
+
+
+def recognizes(source: Source) -> bool:
+    """Whether the first line names these columns."""
+    header = source.text.split("\n", 1)[0].lower().replace('"', "")
+    return [name.strip() for name in header.split(",")] == list(COLUMNS)
+
+
+def read(source: Source) -> Recording:
+    """A tier for each type (words, phones) and speaker."""
+    tracks: dict[tuple[str, str], list[Interval]] = {}
+    for number, row in enumerate(csv.reader(source.text.splitlines()[1:]), 2):
+        if not row:
+            continue
+        try:
+            start, end, label, kind, speaker = row
+            interval = Interval(label.strip(), float(start), float(end))
+        except ValueError as error:
+            raise source.error(f"row {number} is damaged ({error}); export it again") from error
+        tracks.setdefault((kind, speaker), []).append(interval)
+    tiers = [
+        Tier(kind, tuple(sorted(track, key=lambda interval: interval.start)), n, speaker)
+        for n, ((kind, speaker), track) in enumerate(tracks.items(), 1)
+    ]
+    last = max((interval.end for tier in tiers for interval in tier.intervals), default=0.0)
+    return Recording(tuple(tiers), 0.0, last)

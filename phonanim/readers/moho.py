@@ -1,0 +1,36 @@
+"""Switch data of Moho (.dat), as Papagayo and Rhubarb export it: frame and mouth shape."""
+
+from __future__ import annotations
+
+import re
+
+from phonanim.alignment import Recording, Tier
+from phonanim.readers import Source
+from phonanim.rows import from_starts, lines, split
+
+FORMAT = "Moho switch data"
+FPS = 24.0
+"""Frames in a second: the file does not say; this is what Papagayo, Rhubarb and Moho start with."""
+
+_ROW = re.compile(r"(\d+)\s+(\S+)")
+
+
+def recognizes(source: Source) -> bool:
+    """Whether the first line says so."""
+    return source.text.lstrip().startswith("MohoSwitch1")
+
+
+def read(source: Source) -> Recording:
+    """The shapes as phones of the language `preston_blair`."""
+    rows = split(source, _ROW, lines(source)[1:])
+    if not rows:
+        raise source.error("has no frames; export it again")
+    starts = [((int(row[1]) - 1) / FPS, row[2]) for row in rows]
+    intervals = from_starts(starts, starts[-1][0] + 1 / FPS)
+    notes = (
+        f"switch data has no frame rate; {FPS:g} fps assumed",
+        "mouth shapes stand for phones: the shapes alone are known, not the sounds",
+    )
+    return Recording(
+        (Tier("phones", intervals),), 0.0, intervals[-1].end, notes=notes, language="preston_blair"
+    )

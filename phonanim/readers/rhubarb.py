@@ -1,0 +1,46 @@
+"""Mouth cues of Rhubarb Lip Sync: TSV, XML or JSON, shapes A to H and X."""
+
+from __future__ import annotations
+
+import re
+from xml.etree import ElementTree
+
+from phonanim.alignment import Interval, Recording, Tier
+from phonanim.readers import Source
+from phonanim.rows import all_match, from_starts, split
+
+FORMAT = "Rhubarb mouth cues"
+
+_ROW = re.compile(r"(\d+(?:\.\d+)?)\t([A-HX])")
+
+
+def recognizes(source: Source) -> bool:
+    """Whether it is JSON or XML with mouth cues, or rows of a time and a shape."""
+    if isinstance(source.json, dict):
+        return isinstance(source.json.get("mouthCues"), list)
+    return "<rhubarbResult" in source.text[:500] or bool(all_match(source, _ROW))
+
+
+def read(source: Source) -> Recording:
+    """The cues, in the language `rhubarb`, where a shape stands for the sounds that it was drawn for."""
+    try:
+        cues = _cues(source)
+    except (KeyError, TypeError, ValueError, ElementTree.ParseError) as error:
+        raise source.error(f"has a damaged cue ({error!r}); export it again") from error
+    notes = ("mouth shapes stand for phones: the shapes alone are known, not the sounds",)
+    end = max((cue.end for cue in cues), default=0.0)
+    return Recording((Tier("phones", tuple(cues)),), 0.0, end, notes=notes, language="rhubarb")
+
+
+def _cues(source: Source) -> tuple[Interval, ...]:
+    if source.json is not None:
+        cues = source.json["mouthCues"]
+        return tuple(Interval(str(cue["value"]), float(cue["start"]), float(cue["end"])) for cue in cues)
+    if source.text.lstrip().startswith("<"):
+        found = ElementTree.fromstring(source.text.strip()).iter("mouthCue")
+        return tuple(
+            Interval(cue.text or "", float(cue.attrib["start"]), float(cue.attrib["end"])) for cue in found
+        )
+    starts = [(float(match[1]), match[2]) for match in split(source, _ROW)]
+    # The last row says where the recording's mouth comes to rest, not how long it stays so.
+    return from_starts(starts, starts[-1][0] + 0.1)

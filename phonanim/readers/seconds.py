@@ -1,0 +1,28 @@
+"""Rows of start, end and label in seconds: Audacity label tracks, Julius segmentation, and their like."""
+
+from __future__ import annotations
+
+import re
+
+from phonanim.alignment import Interval, Recording, Tier
+from phonanim.readers import Source
+from phonanim.rows import all_match, split
+
+FORMAT = "label track in seconds"
+
+_NUMBER = r"-?\d+\.\d*"
+_ROW = re.compile(rf"({_NUMBER})[\s,;]+({_NUMBER})[\s,;]*(.*)")
+
+
+def recognizes(source: Source) -> bool:
+    """Whether all rows are two numbers with a decimal point and a label."""
+    rows = all_match(source, _ROW)
+    # Lines that begin with a backslash hold the frequencies of an Audacity selection.
+    return bool(rows)
+
+
+def read(source: Source) -> Recording:
+    """The one tier of the file."""
+    matches = split(source, _ROW)
+    intervals = tuple(Interval(match[3].strip("\"' "), float(match[1]), float(match[2])) for match in matches)
+    return Recording((Tier("labels", intervals),), 0.0, max(interval.end for interval in intervals))

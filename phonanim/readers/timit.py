@@ -1,0 +1,28 @@
+"""TIMIT phone and word files (.PHN, .WRD): first and last sample at 16 kHz, and a label."""
+
+from __future__ import annotations
+
+import re
+
+from phonanim.alignment import Interval, Recording, Tier
+from phonanim.readers import Source
+from phonanim.rows import FEWEST_TICKS, all_match, mean_span, split
+
+FORMAT = "TIMIT labels"
+RATE = 16_000.0
+"""Samples in a second, in all of TIMIT."""
+
+_ROW = re.compile(r"(\d+)\s+(\d+)\s+(\S+)")
+
+
+def recognizes(source: Source) -> bool:
+    """Whether all rows are two whole numbers and a label, too near each other to count 100 ns."""
+    rows = all_match(source, _ROW)
+    return bool(rows) and mean_span(rows) < FEWEST_TICKS
+
+
+def read(source: Source) -> Recording:
+    """The one tier of the file."""
+    matches = split(source, _ROW)
+    intervals = tuple(Interval(match[3], int(match[1]) / RATE, int(match[2]) / RATE) for match in matches)
+    return Recording((Tier("labels", intervals),), 0.0, intervals[-1].end)

@@ -1,0 +1,33 @@
+"""Label files of xwaves, ESPS, Festival and EMU: a header, a line "#", then end time, colour and label."""
+
+from __future__ import annotations
+
+import re
+
+from phonanim.alignment import Recording, Tier
+from phonanim.readers import Source
+from phonanim.rows import from_ends, lines, split
+
+FORMAT = "xwaves labels"
+
+_ROW = re.compile(r"(\d+(?:\.\d*)?)\s+(-?\d+)\s*(.*)")
+
+
+def recognizes(source: Source) -> bool:
+    """Whether a line "#" ends a header, and the first row after it has a time, a colour and a label."""
+    rows = lines(source)
+    if "#" not in rows[:40]:
+        return False
+    after = rows[rows.index("#") + 1 :]
+    return bool(after and _ROW.fullmatch(after[0]))
+
+
+def read(source: Source) -> Recording:
+    """The one tier of the file, named by its header where that says what it is."""
+    rows = lines(source)
+    first = rows.index("#")
+    separator = next((row.split()[1] for row in rows[:first] if re.match(r"separator\s+\S", row)), ";")
+    matches = split(source, _ROW, rows[first + 1 :])
+    labels = [(float(match[1]), match[3].split(separator)[0].strip()) for match in matches]
+    intervals = from_ends(labels)
+    return Recording((Tier("labels", intervals),), 0.0, intervals[-1].end)

@@ -1,0 +1,55 @@
+"""Rows: text files with one label a line, as many aligners write them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from phonanim.alignment import Interval
+from phonanim.readers import Source, brief
+
+ROWS_LOOKED_AT = 50
+"""A file is known by its first rows; a damaged one further down is the reader's to report."""
+
+FEWEST_TICKS = 40_000
+"""Mean ticks of 100 ns in a label (4 ms), and more samples than in one: tells HTK times from samples."""
+
+
+def lines(source: Source) -> list[str]:
+    """The lines that are not empty, without blanks around them."""
+    return [line.strip() for line in source.text.splitlines() if line.strip()]
+
+
+def all_match(source: Source, pattern: re.Pattern[str]) -> list[re.Match[str]]:
+    """The matches of the first rows, none at all if one of them does not match."""
+    found = [pattern.fullmatch(line) for line in lines(source)[:ROWS_LOOKED_AT]]
+    matches = [match for match in found if match]
+    return matches if len(matches) == len(found) else []
+
+
+def split(source: Source, pattern: re.Pattern[str], text: list[str] | None = None) -> list[re.Match[str]]:
+    """The matches of all rows. Raises AlignmentError naming the first that does not match."""
+    matches = []
+    for number, line in enumerate(lines(source) if text is None else text, 1):
+        match = pattern.fullmatch(line)
+        if not match:
+            raise source.error(f'row {number} "{brief(line)}" is damaged; correct it')
+        matches.append(match)
+    return matches
+
+
+def mean_span(matches: Sequence[re.Match[str]]) -> float:
+    """Mean difference of the first two columns."""
+    return sum(int(match[2]) - int(match[1]) for match in matches) / len(matches)
+
+
+def from_ends(ends: Sequence[tuple[float, str]]) -> tuple[Interval, ...]:
+    """Intervals of which only the ends are known: each begins where the one before it ended."""
+    starts = [0.0, *(end for end, _ in ends)]
+    return tuple(Interval(label, start, end) for start, (end, label) in zip(starts, ends, strict=False))
+
+
+def from_starts(starts: Sequence[tuple[float, str]], end: float) -> tuple[Interval, ...]:
+    """Intervals of which only the starts are known: each ends where the next one begins."""
+    ends = [*(start for start, _ in starts[1:]), end]
+    return tuple(Interval(label, start, last) for (start, label), last in zip(starts, ends, strict=True))
