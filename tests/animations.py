@@ -44,3 +44,10 @@ def only(animation: Animation, **weights: float) -> Animation:
     for name, weight in weights.items():
         values[:, animation.channels.index(name)] = weight
     return replace(animation, values=values)
+
+
+def metahuman(**options: float) -> Animation:
+    """The same line under MetaHuman's names."""
+    animation = line(**options)
+    names = tuple(f"CTRL_expressions_{name}" for name in animation.channels)
+    return replace(animation, channels=names, rig="metahuman")

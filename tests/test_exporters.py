@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from animations import line
+from animations import line, metahuman
 
 from phonanim import exporters
 from phonanim.errors import OutputError
@@ -14,6 +14,10 @@ from phonanim.head import SHIPPED
 
 OPTIONS = {".vrm": {"character": SHIPPED}}  # what a format cannot do without
 FOLDER = Path(exporters.__file__).parent
+
+
+def line_for(suffix, **options):
+    return metahuman(**options) if suffix == ".metahuman.csv" else line(**options)
 
 
 def test_the_folder_is_the_registry():
@@ -38,17 +42,17 @@ def test_the_longest_suffix_wins_in_any_case():
 
 READABLE = [suffix for suffix in suffixes() if hasattr(find_exporter(Path("a" + suffix)), "read")]
 # What a value may lose on the way: CSV has ten decimals, JSON six, a track is keyed; the others lose nothing.
-DIGITS = {".csv": 1e-9, ".json": 1e-6, ".track.json": 0.004}
+DIGITS = {".csv": 1e-9, ".metahuman.csv": 1e-6, ".json": 1e-6, ".track.json": 0.004}
 
 
 @pytest.mark.parametrize("suffix", READABLE)
 def test_what_is_written_is_read_back(tmp_path, suffix):
-    animation = line(fps=30000 / 1001)
+    animation = line_for(suffix, fps=30000 / 1001)
     path = tmp_path / f"a{suffix}"
     save(animation, path, **OPTIONS.get(suffix, {}))
     again = load(path)
     assert set(animation.channels) <= set(again.channels)
-    assert again.fps == pytest.approx(animation.fps)
+    assert again.fps == pytest.approx(animation.fps, rel=1e-5)
     values = np.stack([again.channel(name) for name in animation.channels], axis=1)
     np.testing.assert_allclose(values, animation.values, rtol=0, atol=DIGITS.get(suffix, 0))
 
@@ -73,7 +77,7 @@ def test_the_same_animation_gives_the_same_bytes(tmp_path, suffix, written):
 def written(tmp_path):
     def write(suffix):
         path = tmp_path / f"hello{suffix}"
-        save(line(), path, **OPTIONS.get(suffix, {}))
+        save(line_for(suffix), path, **OPTIONS.get(suffix, {}))
         return path
 
     return write
@@ -82,10 +86,10 @@ def written(tmp_path):
 @pytest.mark.parametrize("suffix", suffixes())
 def test_destinations_that_cannot_be_written(tmp_path, suffix):
     with pytest.raises(OutputError, match=r"the folder .*nowhere does not exist; make it first"):
-        save(line(), tmp_path / "nowhere" / f"a{suffix}", **OPTIONS.get(suffix, {}))
+        save(line_for(suffix), tmp_path / "nowhere" / f"a{suffix}", **OPTIONS.get(suffix, {}))
     (tmp_path / f"a{suffix}").mkdir()
     with pytest.raises(OutputError, match=r"is a folder; name a file in it"):
-        save(line(), tmp_path / f"a{suffix}", **OPTIONS.get(suffix, {}))
+        save(line_for(suffix), tmp_path / f"a{suffix}", **OPTIONS.get(suffix, {}))
     assert [path.name for path in tmp_path.iterdir()] == [f"a{suffix}"]
 
 
@@ -103,7 +107,7 @@ def test_a_full_disk_leaves_the_old_file(tmp_path, suffix, monkeypatch):
 
     monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(OutputError, match=r"cannot be written: No space left on device"):
-        save(line(), path, **OPTIONS.get(suffix, {}))
+        save(line_for(suffix), path, **OPTIONS.get(suffix, {}))
     assert path.read_bytes() == b"old"
     assert len(list(tmp_path.iterdir())) == 1
 

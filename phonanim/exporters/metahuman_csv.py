@@ -1,0 +1,56 @@
+"""MetaHuman curves as a Curve Table of Unreal Engine: one row per CTRL_expressions curve."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+
+import numpy as np
+
+from phonanim.animation import Animation
+from phonanim.errors import OutputError
+from phonanim.files import write_text
+
+SUMMARY = "MetaHuman CTRL_expressions curves, to import into Unreal as a linear Curve Table"
+PREFIX = "CTRL_expressions_"
+
+
+def write(animation: Animation, path: Path) -> None:
+    """Write the times in the first row and a curve in each further row.
+
+    Raises OutputError when the rig has no MetaHuman curve, or the destination cannot be written.
+    """
+    if not any(name.startswith(PREFIX) for name in animation.channels):
+        raise OutputError(f"{path}: the rig {animation.rig} has no {PREFIX} curve; choose --rig metahuman")
+    stream = io.StringIO()
+    table = csv.writer(stream, lineterminator="\n")
+    table.writerow(["---", *(f"{time:.6f}" for time in animation.times)])
+    for name, curve in zip(animation.channels, np.asarray(animation.values).T.tolist(), strict=True):
+        table.writerow([name, *(f"{value:.6f}" for value in curve)])
+    write_text(path, stream.getvalue())
+
+
+def read(path: Path) -> Animation:
+    """Read a Curve Table with evenly spaced times. Raises OutputError when it is none."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            head, *rows = csv.reader(file)
+        times = np.array(head[1:], float)
+        values = np.array([row[1:] for row in rows], np.float32).reshape(-1, len(times)).T
+        step = float(np.diff(times).mean())
+        if not (np.isfinite(values).all() and step > 0 and np.ptp(np.diff(times)) < step / 2):
+            raise ValueError("its times are not evenly spaced, or a value is not finite")
+    except (OSError, ValueError, IndexError) as error:
+        raise OutputError(
+            f"{path}: is no Curve Table with a row of times and rows of values: {error}"
+        ) from error
+    fps = (len(times) - 1) / float(times[-1] - times[0])
+    return Animation(
+        values,
+        tuple(row[0] for row in rows),
+        fps,
+        "metahuman",
+        float(times[0]),
+        provenance={"input": path.name},
+    )
