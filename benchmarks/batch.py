@@ -1,0 +1,111 @@
+"""What `phonanim batch` costs on many lines, and what 30 kills do to it.
+
+    python benchmarks/batch.py FOLDER_OF_TEXTGRIDS [KILLS]
+
+Prints seconds, lines and frames per second, the same for each tenth of the run, and the most memory that all
+processes together held (shared pages count once). Then runs the first 300 lines undisturbed, and again
+with a SIGKILL to the whole process group at random moments, and compares every byte.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+FEW = 300
+
+
+def start(source: Path, out: Path) -> subprocess.Popen[str]:
+    command = [sys.executable, str(ROOT / "cli.py"), "batch", str(source), "-o", str(out), "--json"]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
+
+
+def memory(session: int) -> float:
+    """Megabytes that the processes of a session hold."""
+    total = 0
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if os.getsid(int(folder.name)) == session:
+                rows = (folder / "smaps_rollup").read_text().splitlines()
+                total += next(int(row.split()[1]) for row in rows if row.startswith("Pss:"))
+        except (OSError, StopIteration):
+            continue
+    return total / 1024
+
+
+def watch(process: subprocess.Popen[str], peak: list[float]) -> None:
+    while process.poll() is None:
+        peak[0] = max(peak[0], memory(process.pid))
+        time.sleep(0.2)
+
+
+def timed(source: Path, out: Path) -> None:
+    """Run all lines and print what it cost."""
+    peak = [0.0]
+    began = time.perf_counter()
+    process = start(source, out)
+    watcher = threading.Thread(target=watch, args=(process, peak))
+    watcher.start()
+    times, totals = [], {}
+    assert process.stdout
+    for line in process.stdout:
+        event = json.loads(line)
+        times.append(time.perf_counter() - began)
+        totals = event
+    watcher.join()
+    wall = time.perf_counter() - began
+    lines, frames, hours = totals["lines"], totals["frames"], totals["seconds"] / 3600
+    print(f"{lines} lines, {hours:.2f} h of speech: {wall:.1f} s, {peak[0]:.0f} MB at most")
+    print(f"{lines / wall:.0f} lines/s, {frames / wall:.0f} frames/s, {totals['failed']} failed")
+    tenth = len(times) // 10
+    laps = [times[(n + 1) * tenth - 1] - times[n * tenth] for n in range(10)]
+    print("seconds for each tenth of the lines:", " ".join(f"{lap:.1f}" for lap in laps))
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def killed(source: Path, folder: Path, kills: int) -> None:
+    """Compare an undisturbed run with one that was killed again and again."""
+    few = folder / "few"
+    few.mkdir()
+    for path in sorted(source.rglob("*.TextGrid"))[:FEW]:
+        shutil.copy(path, few)
+    began = time.perf_counter()
+    start(few, folder / "calm").communicate()
+    wall = time.perf_counter() - began
+    rng = random.Random(0)
+    ran = 0
+    for _ in range(kills):
+        process = start(few, folder / "out")
+        time.sleep(rng.uniform(0.1, 0.7 * wall))
+        if process.poll() is None:
+            ran += 1
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+        if rng.random() < 0.3:  # otherwise the lines would soon be done, and the kills hit nothing
+            shutil.rmtree(folder / "out", ignore_errors=True)
+    start(few, folder / "out").communicate()
+    verdict = "the same bytes" if contents(folder / "out") == contents(folder / "calm") else "OTHER BYTES"
+    print(f"{kills} kills ({ran} of them while it ran) of a run of {wall:.1f} s: {verdict}")
+
+
+def main(source: Path, kills: int) -> None:
+    with tempfile.TemporaryDirectory() as name:
+        timed(source, Path(name) / "all")
+        killed(source, Path(name), kills)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 30)
