@@ -78,17 +78,24 @@ class Alignment:
     language: str = ""
 
 
-def read_alignment(path: Path, tier: str | None = None, speaker: str | None = None) -> Alignment:
+def read_alignment(
+    path: Path, tier: str | None = None, speaker: str | None = None, lexicon: Path | None = None
+) -> Alignment:
     """The phones of an alignment file, in any format of `phonanim.readers`.
 
     The phone tier is found by its name, else by its labels; `tier` chooses it by name or by number
-    (from 1), `speaker` by who speaks. Raises AlignmentError with one line when the file cannot be read,
+    (from 1), `speaker` by who speaks. Where a file has words alone, `lexicon` is a pronunciation
+    dictionary that spells them out. Raises AlignmentError with one line when the file cannot be read,
     no tier has phones, or times make no sense.
     """
     from phonanim.tiers import phone_tier, word_tier
 
     source = open_source(Path(path))
     recording = find_reader(source).read(source)
+    if lexicon is not None:
+        from phonanim.pronunciations import spell_out
+
+        recording = spell_out(recording, lexicon, source)
     phones = phone_tier(recording, tier, speaker, source)
     words = word_tier(recording, phones)
     offset = _offset(recording, source)

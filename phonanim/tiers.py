@@ -29,11 +29,13 @@ def phone_tier(recording: Recording, wanted: str | None, speaker: str | None, so
     tiers = recording.tiers if speaker is None else _spoken_by(recording.tiers, speaker, source)
     if wanted is not None:
         return _wanted(tiers, wanted, source)
-    found = _by_name(tiers, PHONE_NAMES) or _by_content(tiers)
+    found = by_name(tiers, PHONE_NAMES) or _by_content(tiers)
     if len(found) > 1 and any(map(_labels, found)):
         found = [tier for tier in found if _labels(tier)]
-    if not found and _by_name(tiers, WORD_NAMES):
-        raise source.error("has words but no phones; align the recording with a tool that writes phones")
+    if not found and by_name(tiers, WORD_NAMES):
+        raise source.error(
+            "has words but no phones; give a pronunciation dictionary (--lexicon), or align to phones"
+        )
     if not found:
         raise source.error(f"has no phone tier among {_listing(recording.tiers)}; name it with --tier")
     if len(found) > 1:
@@ -45,7 +47,7 @@ def word_tier(recording: Recording, phones: Tier) -> Tier | None:
     """The tier of words that goes with a phone tier: of the same speaker, if tiers name speakers."""
     speaker = who(phones)
     rest = [tier for tier in recording.tiers if tier is not phones and who(tier) == speaker and _labels(tier)]
-    found = _by_name(rest, WORD_NAMES)
+    found = by_name(rest, WORD_NAMES)
     return found[0] if found else None
 
 
@@ -87,8 +89,8 @@ def _wanted(tiers: Iterable[Tier], wanted: str, source: Source) -> Tier:
     return found[0]
 
 
-def _by_name(tiers: Iterable[Tier], names: tuple[str, ...]) -> list[Tier]:
-    """For each speaker the tiers that bear the best of the names that occur."""
+def by_name(tiers: Iterable[Tier], names: tuple[str, ...]) -> list[Tier]:
+    """Of each speaker the tiers that bear the best of the names that occur."""
     named = [tier for tier in tiers if _kind(tier.name) in names]
     best: dict[str, int] = {}
     for tier in named:

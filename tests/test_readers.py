@@ -81,7 +81,7 @@ def test_samples_close_and_open_the_lips(tmp_path: Path, name: str, sample: Samp
 
 @pytest.mark.parametrize("sample", WORD_LISTS)
 def test_words_alone_are_refused(tmp_path: Path, sample: Sample) -> None:
-    message = r"x.json: has words but no phones; align the recording with a tool that writes phones"
+    message = r"x.json: has words but no phones; give a pronunciation dictionary \(--lexicon\), or"
     with pytest.raises(AlignmentError, match=message):
         read_alignment(written(tmp_path, sample.data, "x.json"))
 

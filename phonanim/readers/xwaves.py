@@ -29,5 +29,8 @@ def read(source: Source) -> Recording:
     separator = next((row.split()[1] for row in rows[:first] if re.match(r"separator\s+\S", row)), ";")
     matches = split(source, _ROW, rows[first + 1 :])
     labels = [(float(match[1]), match[3].split(separator)[0].strip()) for match in matches]
-    intervals = from_ends(labels)
+    # A label at 0 marks the beginning of the file.
+    intervals = from_ends([(time, label) for time, label in labels if time > 0])
+    if not intervals:
+        raise source.error("has no labels; align the recording again")
     return Recording((Tier("labels", intervals),), 0.0, intervals[-1].end)

@@ -1,0 +1,78 @@
+"""Pronunciation dictionaries: words with times become phones, where no aligner has told the phones."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+from phonanim.alignment import Interval, Recording, Tier
+from phonanim.errors import AlignmentError
+from phonanim.labels import is_silent
+from phonanim.readers import Source, brief
+from phonanim.tiers import PHONE_NAMES, WORD_NAMES, by_name, who
+
+NOTE = "the phones come from a dictionary and share the time of each word equally"
+
+# Dictionaries of the Montreal Forced Aligner have probabilities between the word and its phones.
+_PROBABILITY = re.compile(r"\d+\.\d+")
+_VARIANT = re.compile(r"\(\d+\)$")
+
+
+def load_pronunciations(path: Path) -> dict[str, tuple[str, ...]]:
+    """The first pronunciation of each word: lines of a word and its phones, as CMU and MFA write them.
+
+    Raises AlignmentError when the file cannot be read or holds none.
+    """
+    try:
+        text = path.read_text("utf-8-sig")
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "is not UTF-8 text"
+        raise AlignmentError(f"{path}: cannot be read: {reason}") from error
+    words: dict[str, tuple[str, ...]] = {}
+    for line in text.splitlines():
+        word, *phones = line.split() or [""]
+        spoken = tuple(phone for phone in phones if not _PROBABILITY.fullmatch(phone))
+        if spoken and not word.startswith(";;;"):
+            words.setdefault(_VARIANT.sub("", word).lower(), spoken)
+    if not words:
+        raise AlignmentError(f"{path}: has no line of a word and its phones; name a pronunciation dictionary")
+    return words
+
+
+def spell_out(recording: Recording, path: Path, source: Source) -> Recording:
+    """The recording with a phone tier beside each tier of words, if it has no phone tier yet.
+
+    Raises AlignmentError for a word that the dictionary lacks, with its time.
+    """
+    word_tiers = by_name(recording.tiers, WORD_NAMES)
+    if by_name(recording.tiers, PHONE_NAMES) or not word_tiers:
+        return recording
+    words = load_pronunciations(path)
+    spelled = [
+        Tier("phones", _spelled(tier, words, path, source), len(recording.tiers) + n, who(tier))
+        for n, tier in enumerate(word_tiers, 1)
+    ]
+    return replace(recording, tiers=(*recording.tiers, *spelled), notes=(*recording.notes, NOTE))
+
+
+def _spelled(
+    tier: Tier, words: dict[str, tuple[str, ...]], path: Path, source: Source
+) -> tuple[Interval, ...]:
+    phones: list[Interval] = []
+    for interval in tier.intervals:
+        word = interval.label.lower().strip('.,;:!?"()[]«»“”¿¡')
+        if is_silent(interval.label):
+            phones.append(interval)
+        elif word in words:
+            phones += _shared(interval, words[word])
+        else:
+            place = f'word "{brief(interval.label)}" at {interval.start:.2f} s'
+            raise source.error(f"{place} is not in {path}; add it there")
+    return tuple(phones)
+
+
+def _shared(interval: Interval, phones: tuple[str, ...]) -> list[Interval]:
+    step = (interval.end - interval.start) / len(phones)
+    bounds = [interval.start + step * n for n in range(len(phones))] + [interval.end]
+    return [Interval(phone, bounds[n], bounds[n + 1]) for n, phone in enumerate(phones)]
