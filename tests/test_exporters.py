@@ -1,6 +1,7 @@
 import json
 import os
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -8,12 +9,28 @@ import pytest
 from animations import line, metahuman
 
 from phonanim import exporters
-from phonanim.errors import OutputError
+from phonanim.errors import MissingExtraError, OutputError
 from phonanim.exporters import find_exporter, formats, load, options_of, save, suffixes
 from phonanim.head import SHIPPED
 
 OPTIONS = {".vrm": {"character": SHIPPED}}  # what a format cannot do without
 FOLDER = Path(exporters.__file__).parent
+
+
+# Packages without which a suffix cannot be written, or read.
+WRITING = {".usdc": "pxr"}
+READING = {".usda": "pxr", ".usdc": "pxr"}
+
+
+def marked(needed, found):
+    """The suffixes as parameters; those whose package is absent are skipped visibly."""
+    for suffix in found:
+        absent = suffix in needed and find_spec(needed[suffix]) is None
+        skip = pytest.mark.skipif(absent, reason=f"{suffix} needs the package {needed.get(suffix)}")
+        yield pytest.param(suffix, marks=skip)
+
+
+WRITABLE = list(marked(WRITING, suffixes()))
 
 
 def line_for(suffix, **options):
@@ -45,7 +62,7 @@ READABLE = [suffix for suffix in suffixes() if hasattr(find_exporter(Path("a" + 
 DIGITS = {".csv": 1e-9, ".metahuman.csv": 1e-6, ".json": 1e-6, ".track.json": 0.004}
 
 
-@pytest.mark.parametrize("suffix", READABLE)
+@pytest.mark.parametrize("suffix", list(marked(READING, READABLE)))
 def test_what_is_written_is_read_back(tmp_path, suffix):
     animation = line_for(suffix, fps=30000 / 1001)
     path = tmp_path / f"a{suffix}"
@@ -66,7 +83,7 @@ def test_labels_and_provenance_are_kept(tmp_path, suffix):
         assert getattr(again, name) == getattr(animation, name), name
 
 
-@pytest.mark.parametrize("suffix", suffixes())
+@pytest.mark.parametrize("suffix", WRITABLE)
 def test_the_same_animation_gives_the_same_bytes(tmp_path, suffix, written):
     first = written(suffix).read_bytes()
     assert written(suffix).read_bytes() == first
@@ -83,7 +100,7 @@ def written(tmp_path):
     return write
 
 
-@pytest.mark.parametrize("suffix", suffixes())
+@pytest.mark.parametrize("suffix", WRITABLE)
 def test_destinations_that_cannot_be_written(tmp_path, suffix):
     with pytest.raises(OutputError, match=r"the folder .*nowhere does not exist; make it first"):
         save(line_for(suffix), tmp_path / "nowhere" / f"a{suffix}", **OPTIONS.get(suffix, {}))
@@ -96,7 +113,7 @@ def test_destinations_that_cannot_be_written(tmp_path, suffix):
 @pytest.mark.skipif(
     not Path("/dev/full").exists() or os.name != "posix", reason="needs a device that is full"
 )
-@pytest.mark.parametrize("suffix", suffixes())
+@pytest.mark.parametrize("suffix", WRITABLE)
 def test_a_full_disk_leaves_the_old_file(tmp_path, suffix, monkeypatch):
     path = tmp_path / f"a{suffix}"
     path.write_bytes(b"old")
@@ -121,6 +138,15 @@ def test_animations_that_are_not_written(tmp_path):
         save(animation.with_values(values), tmp_path / "a.csv")
     with pytest.raises(OutputError, match=r"the animation has no frames or no channels"):
         save(animation.with_values(values[:0]), tmp_path / "a.csv")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(find_spec("pxr") is not None, reason="the extra usd is installed")
+def test_a_missing_extra_is_named(tmp_path):
+    with pytest.raises(
+        MissingExtraError, match=r"binary USD needs the USD library: pip install 'phonanim\[usd\]'"
+    ):
+        save(line(), tmp_path / "a.usdc")
     assert not list(tmp_path.iterdir())
 
 

@@ -1,0 +1,72 @@
+"""What needs the USD library: binary stages, and reading."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import MissingExtraError, OutputError
+from phonanim.files import atomic_path
+
+Weights = tuple[NDArray[np.float64], tuple[str, ...], float, float, dict[str, Any]]
+
+
+def library() -> Any:
+    """The `pxr` package. Raises MissingExtraError."""
+    try:
+        import pxr.Sdf
+        import pxr.Usd
+        import pxr.UsdSkel
+    except ImportError as error:
+        raise MissingExtraError("binary USD needs the USD library: pip install 'phonanim[usd]'") from error
+    return pxr
+
+
+def write_binary(text: str, path: Path) -> None:
+    """Write a stage given as text in the binary form. Raises OutputError, MissingExtraError."""
+    pxr = library()
+    layer = pxr.Sdf.Layer.CreateAnonymous(".usda")
+    layer.ImportFromString(text)
+    with tempfile.TemporaryDirectory() as folder, atomic_path(path) as partial:
+        made = Path(folder) / "stage.usdc"
+        try:
+            layer.Export(str(made))
+        except pxr.Tf.ErrorException as error:
+            message = f"{path}: the USD library cannot write to {folder}; free space there, or set TMPDIR"
+            raise OutputError(message) from error
+        partial.write_bytes(made.read_bytes())
+
+
+def read_weights(path: Path) -> Weights:
+    """Weights (frames, targets), names, start in seconds, frames per second, and what phonanim left there."""
+    pxr = library()
+    try:
+        stage = pxr.Usd.Stage.Open(str(path))
+    except pxr.Tf.ErrorException as error:
+        raise OutputError(f"{path}: is no USD stage that can be read") from error
+    for prim in stage.Traverse():
+        animation = pxr.UsdSkel.Animation(prim)
+        if animation and animation.GetBlendShapeWeightsAttr().GetNumTimeSamples():
+            return _sampled(stage, animation, path)
+    raise OutputError(f"{path}: has no SkelAnimation of blend shape weights; export it with its shape keys")
+
+
+def _sampled(stage: Any, animation: Any, path: Path) -> Weights:
+    """The weights at every whole time code between the first and the last sample."""
+    names = tuple(map(str, animation.GetBlendShapesAttr().Get() or ()))
+    attribute = animation.GetBlendShapeWeightsAttr()
+    times = attribute.GetTimeSamples()
+    codes = np.arange(round(times[-1] - times[0]) + 1) + times[0]
+    values = np.array([attribute.Get(code) for code in codes], float)
+    if values.shape != (len(codes), len(names)):
+        raise OutputError(
+            f"{path}: {len(names)} blend shapes have {values.shape[-1]} weights; export it again"
+        )
+    rate = float(stage.GetTimeCodesPerSecond())
+    note = animation.GetPrim().GetCustomDataByKey("phonanim")
+    return values, names, float(codes[0]) / rate, rate, json.loads(note) if note else {}

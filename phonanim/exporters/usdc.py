@@ -1,0 +1,19 @@
+"""Universal Scene Description in binary form; the same stage as `.usda`, smaller."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from phonanim.animation import Animation
+from phonanim.exporters.usda import read as read
+from phonanim.exporters.usda import stage_text
+from phonanim.head import SHIPPED
+
+SUMMARY = "USD in binary form (needs the extra usd)"
+
+
+def write(animation: Animation, path: Path, character: Path = SHIPPED) -> None:
+    """Write a stage as `usda.write` does. Raises MissingExtraError without the extra `usd`."""
+    from phonanim.exporters._usd import write_binary
+
+    write_binary(stage_text(animation, character), path)

@@ -1,0 +1,115 @@
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from animations import line
+
+from phonanim.errors import OutputError, RigError
+from phonanim.exporters import load, save
+from phonanim.exporters.usda import stage_text
+from phonanim.head import load_head
+
+Usd = pytest.importorskip("pxr.Usd", reason="needs the extra usd")
+UsdSkel = pytest.importorskip("pxr.UsdSkel", reason="needs the extra usd")
+
+
+@pytest.fixture(scope="module", params=[".usda", ".usdc"])
+def stage(request, tmp_path_factory):
+    path = tmp_path_factory.mktemp("usd") / f"hello{request.param}"
+    save(line(), path)
+    return Usd.Stage.Open(str(path))
+
+
+def test_the_validator_finds_nothing(stage):
+    validation = pytest.importorskip("pxr.UsdValidation", reason="needs usd-core 24.11 or newer")
+    validators = validation.ValidationRegistry().GetOrLoadAllValidators()
+    assert len(validators) > 10
+    found = validation.ValidationContext(validators).Validate(stage)
+    assert [error.GetMessage() for error in found] == []
+
+
+def test_the_points_are_those_of_the_head(stage):
+    """Blend shapes applied by UsdSkel's own query, on the skin at one frame, against Head.shape."""
+    head = load_head()
+    frame = 17
+    weights = head.weights(line().values, line().channels)[frame]
+    skin = stage.GetPrimAtPath("/head/skin")
+    query = UsdSkel.BlendShapeQuery(UsdSkel.BindingAPI(skin))
+    names = UsdSkel.BindingAPI(skin).GetBlendShapesAttr().Get()
+    by_name = dict(zip(head.targets, weights.tolist(), strict=True))
+    subs = query.ComputeSubShapeWeights([by_name[str(name)] for name in names])
+    points = np.array(skin.GetAttribute("points").Get(), np.float32)
+    moved = points.copy()
+    offsets = query.ComputeSubShapePointOffsets()
+    rows = query.ComputeBlendShapePointIndices()
+    for weight, shape, sub in zip(*subs[:3], strict=True):
+        moved[np.array(rows[shape])] += weight * np.array(offsets[sub])
+    np.testing.assert_allclose(moved, head.shape(weights)[head.parts["skin"]], atol=2e-5)
+
+
+def test_weights_are_sampled_at_every_frame(stage):
+    attribute = UsdSkel.Animation(stage.GetPrimAtPath("/head/speech")).GetBlendShapeWeightsAttr()
+    assert attribute.GetTimeSamples() == list(range(61))
+    assert stage.GetTimeCodesPerSecond() == 60
+    np.testing.assert_allclose(attribute.Get(30), line().values[30], atol=1e-7)
+
+
+def test_a_start_offset(tmp_path):
+    save(replace(line(), start=2.0), tmp_path / "a.usda")
+    stage = Usd.Stage.Open(str(tmp_path / "a.usda"))
+    assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (120, 180)
+    assert load(tmp_path / "a.usda").start == 2.0
+
+
+def test_the_same_text_twice():
+    assert stage_text(line()) == stage_text(line())
+
+
+def test_stages_that_hold_no_animation(tmp_path):
+    path = tmp_path / "a.usda"
+    path.write_text("#usda 1.0\n")
+    with pytest.raises(OutputError, match=r"a\.usda: has no SkelAnimation of blend shape weights; export it"):
+        load(path)
+    path = tmp_path / "b.usda"
+    path.write_text("no stage")
+    with pytest.raises(OutputError, match=r"b\.usda: is no USD stage that can be read"):
+        load(path)
+    path = tmp_path / "c.usda"
+    path.write_text(
+        '#usda 1.0\ndef SkelAnimation "a" { uniform token[] blendShapes = ["a", "b"]\n'
+        "float[] blendShapeWeights.timeSamples = { 0: [1], 1: [1] } }"
+    )
+    with pytest.raises(OutputError, match=r"c\.usda: 2 blend shapes have 1 weights; export it again"):
+        load(path)
+
+
+def test_rigs_that_the_head_does_not_know(tmp_path):
+    with pytest.raises(RigError, match=r"the head has none of the channels x0, x1, x2, x3"):
+        save(replace(line(), channels=tuple(f"x{i}" for i in range(52))), tmp_path / "a.usda")
+
+
+LIMITED = """
+import resource, signal, sys
+sys.path[:0] = [{tests!r}, {root!r}]
+from pathlib import Path
+from animations import line
+from phonanim.exporters import save
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
+try:
+    save(line(), Path({path!r}))
+except Exception as error:
+    print(type(error).__name__, error)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs limits on the size of files")
+def test_a_full_temporary_folder(tmp_path, root):
+    code = LIMITED.format(tests=str(root / "tests"), root=str(root), path=str(tmp_path / "a.usdc"))
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout
+    assert re.match(r"OutputError .*a\.usdc: the USD library cannot write to .*; free space there", said)
+    assert not list(tmp_path.iterdir())
