@@ -80,8 +80,8 @@ def test_stages_that_hold_no_animation(tmp_path):
         load(path)
     path = tmp_path / "c.usda"
     path.write_text(
-        '#usda 1.0\ndef SkelAnimation "a" { uniform token[] blendShapes = ["a", "b"]\n'
-        "float[] blendShapeWeights.timeSamples = { 0: [1], 1: [1] } }"
+        '#usda 1.0\ndef SkelAnimation "a"\n{\n    uniform token[] blendShapes = ["a", "b"]\n'
+        "    float[] blendShapeWeights.timeSamples = {\n        0: [1],\n        1: [1],\n    }\n}\n"
     )
     with pytest.raises(OutputError, match=r"c\.usda: 2 blend shapes have 1 weights; export it again"):
         load(path)
