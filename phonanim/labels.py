@@ -77,6 +77,7 @@ class Language:
                 return Sound(_codes(self.closures[spelling]), "closure")
         return None
 
+    @lru_cache(maxsize=4096)  # noqa: B019 - as above
     def nearest(self, label: str, n: int = 3) -> list[str]:
         """The known labels most like `label` in spelling, best first."""
         from difflib import get_close_matches

@@ -40,7 +40,7 @@ def split(source: Source, pattern: re.Pattern[str], text: list[str] | None = Non
 
 def mean_span(matches: Sequence[re.Match[str]]) -> float:
     """Mean difference of the first two columns."""
-    return sum(int(match[2]) - int(match[1]) for match in matches) / len(matches)
+    return sum(float(match[2]) - float(match[1]) for match in matches) / len(matches)
 
 
 def from_ends(ends: Sequence[tuple[float, str]]) -> tuple[Interval, ...]:

@@ -25,6 +25,10 @@ MAX_QUOTE = 40
 """Most characters that a message quotes from a file."""
 
 
+DAMAGE = (KeyError, IndexError, TypeError, AttributeError, ValueError, ArithmeticError)
+"""What taking the wrong shape or number out of parsed data raises."""
+
+
 class Reader(Protocol):
     """What a module of this folder offers."""
 
@@ -62,14 +66,18 @@ class Source:
             return None
 
     def error(self, what: str) -> AlignmentError:
-        """An error that names this file."""
-        return AlignmentError(f"{self.name}: {what}")
+        """An error that names this file, in one line whatever the file put into it."""
+        return AlignmentError(f"{self.name}: {_printable(what)}")
 
 
 def brief(text: str) -> str:
     """What a file says, fit to be quoted in one line: short and printable."""
-    flat = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    flat = _printable(text)
     return flat if len(flat) <= MAX_QUOTE else flat[: MAX_QUOTE - 1] + "…"
+
+
+def _printable(text: str) -> str:
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 
 def open_source(path: Path) -> Source:

@@ -21,7 +21,7 @@ def recognizes(source: Source) -> bool:
 def read(source: Source) -> Recording:
     """The tier MAU, and the words (ORT) with the times that the phones of each give them."""
     rate = re.search(r"^SAM:\s*(\d+)", source.text, re.MULTILINE)
-    if not rate or int(rate[1]) == 0:
+    if not rate or float(rate[1]) == 0:
         raise source.error("has no sampling rate (SAM); export it again")
     rows = [match for line in lines(source) if (match := _ROW.fullmatch(line)) and match[1] == "MAU"]
     phones = [_interval(row, float(rate[1])) for row in rows]
@@ -38,5 +38,5 @@ def read(source: Source) -> Recording:
 
 def _interval(row: re.Match[str], rate: float) -> Interval:
     # The duration counts the samples after the first, so that neighbours leave a gap of one sample.
-    start, length = int(row[2]), int(row[3]) + 1
+    start, length = float(row[2]), float(row[3]) + 1
     return Interval(row[5].strip(), start / rate, (start + length) / rate)

@@ -6,7 +6,7 @@ from collections import defaultdict
 from xml.etree import ElementTree
 
 from phonanim.alignment import Interval, Recording, Tier
-from phonanim.readers import Source
+from phonanim.readers import DAMAGE, Source
 
 FORMAT = "ELAN"
 
@@ -22,7 +22,7 @@ def read(source: Source) -> Recording:
         root = ElementTree.fromstring(source.text.strip())
         document = _Document(root)
         tiers = tuple(document.tier(element, number) for number, element in enumerate(root.iter("TIER"), 1))
-    except (ElementTree.ParseError, KeyError, ValueError, TypeError) as error:
+    except (*DAMAGE, ElementTree.ParseError) as error:
         raise source.error(f"is a damaged ELAN file ({error}); save it again") from error
     end = max((interval.end for tier in tiers for interval in tier.intervals), default=0.0)
     return Recording(tuple(tier for tier in tiers if tier.intervals), 0.0, end)
@@ -77,7 +77,7 @@ def _slots(root: ElementTree.Element) -> dict[str, float]:
     """Seconds of each time slot; slots without a time lie evenly between their neighbours."""
     names = [slot.attrib["TIME_SLOT_ID"] for slot in root.iter("TIME_SLOT")]
     values = [slot.get("TIME_VALUE") for slot in root.iter("TIME_SLOT")]
-    known = [(n, int(value) / 1000) for n, value in enumerate(values) if value is not None]
+    known = [(n, float(value) / 1000) for n, value in enumerate(values) if value is not None]
     if not known:
         return {}
     seconds: dict[str, float] = {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from phonanim.alignment import Interval, Recording, Tier
-from phonanim.readers import Source
+from phonanim.readers import DAMAGE, Source
 
 FORMAT = "EMU annotation JSON"
 
@@ -23,7 +23,7 @@ def read(source: Source) -> Recording:
         rate = float(annotation["sampleRate"])
         levels = [level for level in annotation["levels"] if level["type"] == "SEGMENT"]
         tiers = tuple(_tier(level, rate, number) for number, level in enumerate(levels, 1))
-    except (KeyError, TypeError, ValueError, IndexError, ZeroDivisionError, AttributeError) as error:
+    except DAMAGE as error:
         raise source.error(f"is a damaged EMU annotation ({error!r}); export it again") from error
     return Recording(tiers, 0.0, max((i.end for tier in tiers for i in tier.intervals), default=0.0))
 

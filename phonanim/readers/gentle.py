@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from phonanim.alignment import Interval, Recording, Tier
-from phonanim.readers import Source
+from phonanim.readers import DAMAGE, Source
 
 FORMAT = "Gentle JSON"
 
@@ -23,7 +23,7 @@ def read(source: Source) -> Recording:
         lost = [str(word["word"]) for word in source.json["words"] if "start" not in word]
         phones = tuple(phone for word in found for phone in _phones(word))
         words = tuple(Interval(word["word"], float(word["start"]), float(word["end"])) for word in found)
-    except (KeyError, TypeError, ValueError) as error:
+    except DAMAGE as error:
         raise source.error(f"is damaged Gentle output ({error!r}); align again") from error
     notes = [f"the aligner did not find {len(lost)} words: {', '.join(lost[:5])}"] if lost else []
     end = max((interval.end for interval in (*phones, *words)), default=0.0)

@@ -55,10 +55,10 @@ def _phones(matches: list[re.Match[str]]) -> tuple[Interval, ...]:
     context = ""
     for match in matches:
         same = _STATE.search(match[3]) and _STATE.sub("", match[3]) == context
-        start = merged.pop().start if same and merged else int(match[1]) / TICKS
+        start = merged.pop().start if same and merged else float(match[1]) / TICKS
         context = _STATE.sub("", match[3])
         found = _CENTRE.match(context)
-        merged.append(Interval(found[1] if found else context, start, int(match[2]) / TICKS))
+        merged.append(Interval(found[1] if found else context, start, float(match[2]) / TICKS))
     return tuple(merged)
 
 
@@ -66,6 +66,6 @@ def _words(matches: list[re.Match[str]]) -> tuple[Interval, ...]:
     starts = [n for n, match in enumerate(matches) if match[4]]
     ends = [*(n - 1 for n in starts[1:]), len(matches) - 1]
     return tuple(
-        Interval(matches[start][4], int(matches[start][1]) / TICKS, int(matches[end][2]) / TICKS)
+        Interval(matches[start][4], float(matches[start][1]) / TICKS, float(matches[end][2]) / TICKS)
         for start, end in zip(starts, ends, strict=True)
     )

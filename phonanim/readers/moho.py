@@ -25,7 +25,7 @@ def read(source: Source) -> Recording:
     rows = split(source, _ROW, lines(source)[1:])
     if not rows:
         raise source.error("has no frames; export it again")
-    starts = [((int(row[1]) - 1) / FPS, row[2]) for row in rows]
+    starts = [((float(row[1]) - 1) / FPS, row[2]) for row in rows]
     intervals = from_starts(starts, starts[-1][0] + 1 / FPS)
     notes = (
         f"switch data has no frame rate; {FPS:g} fps assumed",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from phonanim.alignment import Interval, Recording, Tier
-from phonanim.readers import Source
+from phonanim.readers import DAMAGE, Source
 from phonanim.rows import from_starts
 
 FORMAT = "Papagayo project"
@@ -23,7 +23,7 @@ def read(source: Source) -> Recording:
         fps, frames, voices = float(next(rows)), int(next(rows)), int(next(rows))
         tiers = [tier for number in range(voices) for tier in _voice(rows, fps, 2 * number + 1)]
         end = frames / fps
-    except (StopIteration, ValueError, IndexError, ZeroDivisionError) as error:
+    except (*DAMAGE, StopIteration) as error:
         raise source.error("is cut short or damaged; save it again") from error
     notes = ("mouth shapes stand for phones: the shapes alone are known, not the sounds",)
     return Recording(tuple(tiers), 0.0, end, notes=notes, language="preston_blair")

@@ -6,7 +6,7 @@ import re
 from xml.etree import ElementTree
 
 from phonanim.alignment import Interval, Recording, Tier
-from phonanim.readers import Source
+from phonanim.readers import DAMAGE, Source
 from phonanim.rows import all_match, from_starts, split
 
 FORMAT = "Rhubarb mouth cues"
@@ -25,7 +25,7 @@ def read(source: Source) -> Recording:
     """The cues, in the language `rhubarb`, where a shape stands for the sounds that it was drawn for."""
     try:
         cues = _cues(source)
-    except (KeyError, TypeError, ValueError, ElementTree.ParseError) as error:
+    except (*DAMAGE, ElementTree.ParseError) as error:
         raise source.error(f"has a damaged cue ({error!r}); export it again") from error
     notes = ("mouth shapes stand for phones: the shapes alone are known, not the sounds",)
     end = max((cue.end for cue in cues), default=0.0)

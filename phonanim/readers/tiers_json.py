@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from phonanim.alignment import Interval, Recording, Tier
-from phonanim.readers import Source
+from phonanim.readers import DAMAGE, Source
 
 FORMAT = "TextGrid as JSON (MFA, praatio)"
 
@@ -28,7 +28,7 @@ def read(source: Source) -> Recording:
         found = [_tier(str(name), tier, number) for number, (name, tier) in enumerate(named, 1)]
         start = float(content.get("start", content.get("xmin", 0.0)))
         end = float(content.get("end", content.get("xmax", 0.0)))
-    except (KeyError, TypeError, ValueError) as error:
+    except DAMAGE as error:
         raise source.error(f"has a damaged tier ({error!r}); export it again") from error
     return Recording(tuple(tier for tier in found if tier), start, end)
 

@@ -24,5 +24,5 @@ def recognizes(source: Source) -> bool:
 def read(source: Source) -> Recording:
     """The one tier of the file."""
     matches = split(source, _ROW)
-    intervals = tuple(Interval(match[3], int(match[1]) / RATE, int(match[2]) / RATE) for match in matches)
+    intervals = tuple(Interval(match[3], float(match[1]) / RATE, float(match[2]) / RATE) for match in matches)
     return Recording((Tier("labels", intervals),), 0.0, intervals[-1].end)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from phonanim.alignment import Interval, Recording, Tier
-from phonanim.readers import Source
+from phonanim.readers import DAMAGE, Source
 
 FORMAT = "word times of WhisperX, Whisper or Vosk (JSON)"
 
@@ -28,7 +28,7 @@ def read(source: Source) -> Recording:
                 timed.setdefault(str(word.get("speaker", "")), []).append(interval)
             else:
                 lost.append(text)
-    except (KeyError, TypeError, ValueError) as error:
+    except DAMAGE as error:
         raise source.error(f"is a damaged list of words ({error!r}); recognize again") from error
     tiers = [Tier("words", tuple(words), n, speaker) for n, (speaker, words) in enumerate(timed.items(), 1)]
     notes = [f"{len(lost)} words have no time: {', '.join(lost[:5])}"] if lost else []
