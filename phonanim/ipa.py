@@ -101,4 +101,4 @@ def _marked(sound: Articulation, effect: str, value: str) -> tuple[Articulation,
 
 def _rows(name: str) -> list[dict[str, str]]:
     with (LEXICON / name).open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file, quoting=csv.QUOTE_NONE))
+        return list(csv.DictReader(file))

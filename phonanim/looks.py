@@ -69,16 +69,16 @@ def _vowel_distance(sound: Articulation, phone: Phone, at_end: bool) -> float:
     height = phone.end_height if at_end else phone.height
     backness = phone.end_backness if at_end else phone.backness
     rounding = phone.end_rounding if at_end else phone.rounding
-    spread = _spread(height, backness, rounding)
+    drawn = spread(height, backness, rounding)
     return (
         ROUNDING * abs(sound.rounding - rounding)
         + HEIGHT * abs(sound.height - height)
-        + SPREAD * abs(_spread(sound.height, sound.backness, sound.rounding) - spread)
+        + SPREAD * abs(spread(sound.height, sound.backness, sound.rounding) - drawn)
         + BACKNESS * abs(sound.backness - backness)
     )
 
 
-def _spread(height: float, backness: float, rounding: float) -> float:
+def spread(height: float, backness: float, rounding: float) -> float:
     """How far the corners of the mouth are drawn apart: most in [i]; not in open, back or rounded vowels."""
     return height * (1 - backness) * (rounding == 0)
 
@@ -86,9 +86,9 @@ def _spread(height: float, backness: float, rounding: float) -> float:
 def _consonant_distance(sound: Articulation, phone: Phone) -> float:
     other = _articulation(phone)
     return (
-        LIPS * abs(_lips(sound) - _lips(other))
+        LIPS * abs(lips(sound) - lips(other))
         + ROUNDING * abs(sound.rounding - other.rounding)
-        + CONTACT * abs(_contact(sound) - _contact(other))
+        + CONTACT * abs(contact(sound) - contact(other))
         + PLACE * abs(PLACES[sound.place] - PLACES[other.place])
         + HISS * ((sound.manner == "sibilant") != (other.manner == "sibilant"))
         + SPREAD * ((sound.place == "palatal") != (other.place == "palatal"))
@@ -97,16 +97,16 @@ def _consonant_distance(sound: Articulation, phone: Phone) -> float:
     )
 
 
-def _lips(sound: Articulation) -> float:
+def lips(sound: Articulation) -> float:
     """How far the lips close: 1 shut, 0.6 teeth on the lip, 0.5 nearly shut, 0 open."""
     if sound.place == "labiodental":
         return 0.6
     if sound.place != "bilabial":
         return 0.0
-    return 1.0 if _contact(sound) == 1.0 else 0.5
+    return 1.0 if contact(sound) == 1.0 else 0.5
 
 
-def _contact(sound: Articulation) -> float:
+def contact(sound: Articulation) -> float:
     """How far tongue or lips close the way: 1 in stops and nasals, 0.5 in laterals, 0 in the rest.
 
     Teeth leave a way beside the lip, so [ɱ] is as open as a lateral.
@@ -142,9 +142,9 @@ def _consonants(sounds: tuple[Articulation, ...]) -> tuple[str, ...]:
     if not sounds:
         return ()
     first, rest = sounds[0], sounds[1:]
-    if rest and _contact(first) == _contact(rest[0]) == 1.0 and _family(first) == _family(rest[0]):
+    if rest and contact(first) == contact(rest[0]) == 1.0 and _family(first) == _family(rest[0]):
         # Made at once, as in [k͡p]: the lips hide the tongue.
-        return _consonants((max(first, rest[0], key=_lips), *rest[1:]))
+        return _consonants((max(first, rest[0], key=lips), *rest[1:]))
     if rest and first.manner in STOPS and rest[0].manner == "sibilant":
         affricate, far = _nearest(replace(rest[0], manner="affricate"), "affricate")
         if far <= AFFRICATE_NEAR:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import runpy
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -188,6 +190,14 @@ def test_every_aligner_can_close_and_round_the_lips(name: str) -> None:
 def test_labels_listed_as_no_ipa_are_refused() -> None:
     with pytest.raises(ValueError, match="not IPA: beam"):
         Language("x", "x", "", ipa={"q": "beam"}).resolve("q")
+
+
+def test_the_page_has_the_tables_of_today(root: Path) -> None:
+    script = runpy.run_path(str(root / "scripts" / "write_language_tables.py"))
+    page = (root / "docs" / "languages.md").read_text("utf-8")
+    assert page.endswith(script["tables"]()), "run scripts/write_language_tables.py"
+    for heading in ("## Languages", "| ʘ | bilabial click | p | lips shut |", "| ɥ |"):
+        assert heading in page
 
 
 LABELS = st.lists(
