@@ -18,7 +18,7 @@ from phonanim.options import Options
 from phonanim.rates import parse_rate
 
 # Taken from a folder; a pattern or a table may name files of any suffix, since readers go by content.
-ALIGNMENTS = (".textgrid", ".phn", ".lab", ".ctm", ".eaf")
+ALIGNMENTS = (".textgrid", ".phn", ".lab", ".ctm", ".eaf", ".par", ".pgo")
 WILD = re.compile(r"[*?[]")
 TEXTS = ("rig", "model", "language", "tier", "unknown")
 
