@@ -1,0 +1,42 @@
+"""How much of the landmarks' motion follows the head's pose from clip to clip, before and after its removal.
+
+python benchmarks/pose_leak.py ../shared/data/grid_s1
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.corpus import _read_clips, _read_landmarks, remove_pose_leak, stabilize
+from phonanim.face import SUBNASALE
+
+
+def facts(shapes: NDArray[np.float64], frames: NDArray[np.int64], train: NDArray[np.bool_]) -> str:
+    """Error of the mean pose on the test clips, and the share of variance that lies between clips."""
+    moved = shapes - shapes[train].mean(axis=0)
+    starts = np.concatenate([[0], np.cumsum(frames)[:-1]])
+    means = np.add.reduceat(moved, starts, axis=0) / frames[:, None, None]
+    error = np.linalg.norm(moved[~train], axis=2).mean()
+    return f"mean pose {error:.3f} mm on the test clips; {(means**2).sum(-1).mean() / (moved**2).sum(-1).mean():.1%} between clips"
+
+
+@click.command(help=__doc__)
+@click.argument("recordings", type=click.Path(exists=True, path_type=Path))
+def main(recordings: Path) -> None:
+    """Stabilize, then remove the leak; moving landmarks only."""
+    rows = _read_clips(recordings)
+    points, indices, _ = _read_landmarks(recordings, rows)
+    frames = np.array([int(row["frames"]) for row in rows])
+    train = np.repeat([row["split"] == "train" for row in rows], frames)
+    shapes, pose = stabilize(points, indices, train)
+    moving = shapes[train].mean(axis=0)[:, 1] < shapes[train].mean(axis=0)[indices == SUBNASALE, 1]
+    print("stabilized:      ", facts(shapes[:, moving], frames, train))
+    print("leak removed too:", facts(remove_pose_leak(shapes, pose, frames, train)[:, moving], frames, train))
+
+
+if __name__ == "__main__":
+    main()
