@@ -53,7 +53,8 @@ def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) 
     modes = model.predict(track, options.fps, frame_count(track.duration, options.fps))
     if options.contacts:
         modes = contacts.close(modes, track, model.face, options.fps)
-    values = retarget(modes, model.face, rig, options.retarget)
+    times = np.arange(len(modes)) / options.fps
+    values = retarget(modes, model.face, rig, options.retarget, track, times)
     values = dial(values, rig, options.intensity, options.jaw, options.lips)
     animation = Animation(
         values=values,

@@ -19,9 +19,14 @@ def dial(
 ) -> NDArray[np.float32]:
     """Scale the distance of each control from rest, (frames, controls); 1 changes nothing, 0 holds still.
 
-    `jaw` and `lips` scale the controls that are named after them, `intensity` all; limits are kept.
+    `jaw` and `lips` scale the controls that are named after them, `intensity` all; limits are kept. Drawn
+    mouths have no more or less, and a share of another control (MetaHuman's Lips Together) is none.
     """
+    if rig.visemes is not None and rig.visemes.stepped:
+        return values
     gains = intensity * np.array([_gain(name, jaw, lips) for name in rig.controls])
+    if rig.through is not None:
+        gains[[own for own, _, _ in rig.through.shares]] = 1.0
     if np.all(gains == 1.0):
         return values
     scaled = rig.rest + gains * (values - rig.rest)

@@ -1,79 +1,157 @@
-"""Fit the ARKit preset to the reference face's motion, on the shipped head.
+"""Fit the shipped presets to the reference face's motion, on the shipped head.
 
     phonanim corpus build RECORDINGS -o work/corpus
     python scripts/fit_rig.py work/corpus [--model NAME]
 
-writes lexicon/rigs/motion.csv (a sample of the training clips' motion), arkit.toml (controls, limits,
-mean, eight poses) and arkit.direct.csv (the direct map). Run it again when the reference face or the head
-changes; benchmarks/retarget.py gives the figures.
+writes into lexicon/rigs: motion.csv (a sample of the training clips' motion); arkit and vrm (controls,
+limits, mean, eight poses, direct map); oculus15.shapes.csv (where each viseme takes the face); and face, the
+reference face's own landmarks as a rig. Run it again when the reference face or the head changes;
+benchmarks/retarget.py gives the figures.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
+import re
+from collections import defaultdict
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from phonanim.animate import load_model
-from phonanim.corpus import load_corpus
-from phonanim.face import fit_face
+from phonanim.corpus import Corpus, load_corpus
+from phonanim.face import FaceModel, fit_face
+from phonanim.files import write_text
 from phonanim.head import load_head
 from phonanim.inventory import LEXICON
-from phonanim.rig.fit import fit_rig
+from phonanim.rig import HingeMap, Rig
+from phonanim.rig.fit import closed_face, fit_rig
 from phonanim.rig.landmarks import read_landmarks
 from phonanim.rig.motion import SHIPPED, sample_motion, write_motion
-from phonanim.rig.puppet import make_puppet
-from phonanim.rig.rig import Rig
+from phonanim.rig.puppet import Puppet, make_puppet
+from phonanim.rig.tables import write_shapes
 from phonanim.rig.write import write_rig
 
 RIGS = LEXICON / "rigs"
 FRAMES = 1000  # more change no figure in its second digit
 # Sideways jaw and mouth are no speech; cheeks, nose and tongue do not show in the landmarks.
 STILL = ("jawLeft", "jawRight", "mouthLeft", "mouthRight")
-SOURCE = (
-    "Control names: Apple ARKit, ARFaceAnchor.BlendShapeLocation. Poses and direct map: bounded least "
-    "squares of the shipped head's motion (MakeHuman, CC0) against speaker s1 of the GRID corpus (Cooke, "
-    "Barker, Cunningham, Shao 2006, CC BY 4.0), 888 training clips; scripts/fit_rig.py."
+VRM = {"aa": "aa", "ih": "I", "ou": "U", "ee": "E", "oh": "O"}
+FITTED = (
+    "bounded least squares of the shipped head's motion (MakeHuman, CC0) against speaker s1 of the GRID "
+    "corpus (Cooke, Barker, Cunningham, Shao 2006, CC BY 4.0), 888 training clips; scripts/fit_rig.py."
 )
 
 
 def main() -> None:
-    """Sample the motion, fit the rig, write both."""
+    """Sample the motion, fit every preset, write them."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     options.add_argument("corpus", type=Path)
     options.add_argument("--model", help="take the reference face of this model, not a new one")
     options.add_argument("--seed", type=int, default=1)
     chosen = options.parse_args()
     corpus = load_corpus(chosen.corpus)
-    rows = corpus.rows(corpus.clips_of("train"))
-    fitted = fit_face(corpus.landmarks[rows], corpus.indices)
-    face = load_model(chosen.model).face if chosen.model else fitted
-    rng = np.random.default_rng(chosen.seed)
-    motion = sample_motion(face.project(corpus.landmarks[rows]), face, FRAMES, rng)
+    face = load_model(chosen.model).face if chosen.model else train_face(corpus)
+    shapes = corpus.landmarks[corpus.rows(corpus.clips_of("train"))]
+    motion = sample_motion(face.project(shapes), face, FRAMES, np.random.default_rng(chosen.seed))
     write_motion(SHIPPED, motion)
-    head = load_head()
-    puppet = make_puppet(head, read_landmarks(RIGS / "arkit.landmarks.csv"), face)
-    write_rig(RIGS / "arkit.toml", fit_rig(arkit(head.targets), puppet, face, motion.modes(face)))
+    modes = motion.modes(face)
+    puppet = make_puppet(load_head(), read_landmarks(RIGS / "arkit.landmarks.csv"), face)
+    write_rig(RIGS / "arkit.toml", fit_rig(arkit(puppet.controls), puppet, face, modes))
+    visemes = viseme_puppet(puppet)
+    write_rig(RIGS / "vrm.toml", fit_rig(vrm(), vrm_puppet(visemes), face, modes))
+    write_oculus(visemes, face, closed_face(face, modes))
+    write_rig(RIGS / "face.toml", identity(face, closed_face(face, modes)))
+
+
+def train_face(corpus: Corpus) -> FaceModel:
+    """The shape model of the training clips."""
+    return fit_face(corpus.landmarks[corpus.rows(corpus.clips_of("train"))], corpus.indices)
+
+
+def blank(name: str, title: str, source: str, controls: tuple[str, ...]) -> Rig:
+    """Controls from 0 to 1 that rest at 0."""
+    zeros, ones = np.zeros(len(controls)), np.ones(len(controls))
+    empty = np.zeros((0, len(controls)))
+    return Rig(name, title, source, controls, zeros, ones, zeros, zeros, empty, speech=controls)
 
 
 def arkit(controls: tuple[str, ...]) -> Rig:
     """The ARKit controls, not yet fitted."""
-    count = len(controls)
-    return Rig(
-        name="arkit",
-        title="Apple ARKit, 52 blendshapes",
-        source=SOURCE,
-        controls=controls,
-        minimum=np.zeros(count),
-        maximum=np.ones(count),
-        rest=np.zeros(count),
-        mean=np.zeros(count),
-        poses=np.zeros((0, count)),
+    source = f"Control names: Apple ARKit, ARFaceAnchor.BlendShapeLocation. Poses and direct map: {FITTED}"
+    return replace(
+        blank("arkit", "Apple ARKit, 52 blendshapes", source, controls),
         speech=tuple(name for name in controls if name.startswith(("jaw", "mouth")) and name not in STILL),
         at_most=((controls.index("mouthClose"), controls.index("jawOpen")),),
         head=RIGS / "head.glb",
         landmarks=RIGS / "arkit.landmarks.csv",
+    )
+
+
+def vrm() -> Rig:
+    """The VRM mouth expressions, not yet fitted."""
+    source = (
+        "Control names: VRM 1.0 expression presets. Shapes: viseme_shapes.csv on the shipped head. "
+        f"Poses and direct map: {FITTED}"
+    )
+    return blank("vrm", "VRM, five mouth expressions", source, tuple(VRM))
+
+
+def viseme_puppet(puppet: Puppet) -> Puppet:
+    """The shipped head with visemes for controls, as viseme_shapes.csv mixes them of ARKit controls."""
+    mixtures: dict[str, NDArray[np.float64]] = defaultdict(lambda: np.zeros(len(puppet.controls)))
+    with (RIGS / "viseme_shapes.csv").open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            mixtures[row["viseme"]][puppet.controls.index(row["control"])] = float(row["weight"])
+    mixed = np.tensordot(np.array(list(mixtures.values())), puppet.shapes, axes=1)
+    return Puppet(tuple(mixtures), puppet.rest, mixed)
+
+
+def vrm_puppet(visemes: Puppet) -> Puppet:
+    """The five VRM expressions as the visemes that they stand for."""
+    return replace(visemes.take(tuple(VRM.values())), controls=tuple(VRM))
+
+
+def write_oculus(visemes: Puppet, face: FaceModel, closed: NDArray[np.float64]) -> None:
+    """Say where each Oculus viseme takes the face; silence is the face with its lips closed."""
+    path = RIGS / "oculus15.toml"
+    text = re.sub(r'(?m)^face = ".*"$', f'face = "{face.id}"', path.read_text(encoding="utf-8"))
+    write_text(path, text)
+    controls = tuple(re.findall(r"(?m)^(viseme_\w+) =", text))
+    moved = [
+        visemes.shapes[visemes.controls.index(name)] if name in visemes.controls else np.zeros_like(closed)
+        for name in (control.removeprefix("viseme_") for control in controls)
+    ]
+    write_shapes(path.with_suffix(".shapes.csv"), face.project(closed + np.array(moved)) / face.std, controls)
+
+
+def identity(face: FaceModel, closed: NDArray[np.float64]) -> Rig:
+    """The reference face itself: three controls per landmark, in millimetres."""
+    controls = tuple(f"landmark{number}_{axis}" for number in face.indices for axis in "xyz")
+    halves = np.eye(len(face.std))
+    slopes = (face.modes * face.std[:, None, None]).reshape(len(halves), -1)
+    names = tuple(f"mode{k + 1}{sign}" for sign in "+-" for k in range(len(halves)))
+    direct = HingeMap(
+        names,
+        np.concatenate([halves, -halves]),
+        np.zeros(len(names)),
+        np.concatenate([slopes, -slopes]),
+        face.mean.ravel(),
+    )
+    source = (
+        "The landmarks are MediaPipe's face mesh numbers, in millimetres; the map is the shape model itself."
+    )
+    reach = np.full(len(controls), 300.0)
+    return replace(
+        blank("face", "The reference face's own landmarks", source, controls),
+        minimum=-reach,
+        maximum=reach,
+        rest=closed.ravel(),
+        direct=direct,
+        face=face.id,
     )
 
 

@@ -103,7 +103,7 @@ MISTAKES = {
         "[at_most] names the control 'jae', which is not in [controls]; did you mean 'jaw'?",
     ),
     "speech unknown": ("speech = ['juw']\n" + CONTROLS + POSED, "[speech] names the control 'juw'"),
-    "nothing to move it": (CONTROLS, "needs [poses.*], a direct map or a rig to go through"),
+    "nothing to move it": (CONTROLS, "needs [poses.*], a direct map, visemes, or a rig to go through"),
     "not TOML": ("[controls", "is not TOML"),
     "through without table": ("through = 'arkit'\n" + CONTROLS, "goes through 'arkit' and so needs a table"),
 }

@@ -47,3 +47,17 @@ def test_what_one_control_allows_another_stays_allowed(rig, values, options):
     changed = dial(values, rig, **options)
     for one, other in rig.at_most:
         assert (changed[:, one] <= changed[:, other] + 1e-6).all()
+
+
+def test_a_share_of_the_jaw_is_not_scaled():
+    rig = load_rig("metahuman")
+    together = rig.controls.index("CTRL_expressions_mouthLipsTogetherUL")
+    changed = dial(np.ones((1, len(rig.controls)), np.float32), rig, intensity=0.5, jaw=0.5)
+    assert changed[0, together] == 1.0
+    assert changed[0, rig.controls.index("CTRL_expressions_jawOpen")] == 0.25
+
+
+def test_drawn_mouths_are_not_scaled():
+    rig = load_rig("rhubarb")
+    values = np.eye(9, dtype=np.float32)
+    assert dial(values, rig, intensity=0.5, lips=2.0) is values

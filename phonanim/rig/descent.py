@@ -17,8 +17,8 @@ PIVOT = 1e-9  # keeps an unknown that moves nothing where it is
 class Problem:
     """min over v of Σ_t ½ v_t·gram·v_t − pull_t·v_t + ½ sparse |v_t| + ½ smooth |v_t − v_t−1|², bounded.
 
-    `gram` (n, n), `pull` (frames, n), `minimum` and `maximum` (n,), `sparse` (n,); `ends` are the frames
-    before which a chain of tied frames ends.
+    `gram` (n, n), `pull` (frames, n), `minimum` and `maximum` (n,) or (frames, n), `sparse` (n,); `ends` are
+    the frames before which a chain of tied frames ends.
     """
 
     gram: Array
@@ -39,7 +39,8 @@ def descend(problem: Problem, start: Array, sweeps: int = 200) -> Array:
     frames = np.arange(len(start))
     after = ~np.isin(frames + 1, problem.ends)
     before = np.roll(after, 1)
-    values = np.clip(start, problem.minimum, problem.maximum)
+    low, high = (np.broadcast_to(limit, start.shape) for limit in (problem.minimum, problem.maximum))
+    values = np.clip(start, low, high)
     for _ in range(sweeps):
         moved = 0.0
         for half in (frames[::2], frames[1::2]):
@@ -47,9 +48,8 @@ def descend(problem: Problem, start: Array, sweeps: int = 200) -> Array:
                 before[half, None] * values[half - 1] + after[half, None] * values[(half + 1) % len(frames)]
             )
             ties = before[half].astype(float) + after[half]
-            new = _sweep(
-                problem, values[half], problem.pull[half], problem.smooth * tied, problem.smooth * ties
-            )
+            pull = problem.pull[half] + problem.smooth * tied
+            new = _sweep(problem, values[half], pull, problem.smooth * ties, low[half], high[half])
             moved = max(moved, float(np.abs(new - values[half]).max(initial=0.0)))
             values[half] = new
         if moved < SETTLED:
@@ -57,12 +57,11 @@ def descend(problem: Problem, start: Array, sweeps: int = 200) -> Array:
     return values
 
 
-def _sweep(problem: Problem, values: Array, pull: Array, tied: Array, ties: Array) -> Array:
+def _sweep(problem: Problem, values: Array, pull: Array, ties: Array, low: Array, high: Array) -> Array:
     """Give each unknown its best value in turn, (frames, n) -> (frames, n)."""
     values, gram = values.copy(), problem.gram
     for j in range(len(gram)):
-        slope = pull[:, j] + tied[:, j] - values @ gram[:, j] + gram[j, j] * values[:, j]
+        slope = pull[:, j] - values @ gram[:, j] + gram[j, j] * values[:, j]
         slope = np.sign(slope) * np.maximum(np.abs(slope) - problem.sparse[j] / 2, 0.0)
-        best = slope / (gram[j, j] + ties + PIVOT)
-        values[:, j] = np.clip(best, problem.minimum[j], problem.maximum[j])
+        values[:, j] = np.clip(slope / (gram[j, j] + ties + PIVOT), low[:, j], high[:, j])
     return values

@@ -13,18 +13,20 @@ import numpy as np
 
 from phonanim.errors import RigError
 from phonanim.inventory import LEXICON
-from phonanim.rig.rig import MEAN, POSES, Array, Rig, Through
-from phonanim.rig.tables import read_hinges, read_mixture
+from phonanim.rig.rig import MEAN, POSES, Array, Rig, Through, Visemes
+from phonanim.rig.tables import read_hinges, read_mixture, read_shapes, read_visemes
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
 
+FILES = ("direct", "head", "landmarks", "visemes", "shapes")
 FOLDER = LEXICON / "rigs"
 KEYS = (
-    *("name", "title", "source", "face", "head", "landmarks", "direct", "through", "table"),
-    *("speech", "controls", "at_most", "poses"),
+    *("name", "title", "source", "face", "head", "landmarks", "direct", "speech"),
+    *("through", "table", "visemes", "shapes", "stepped"),
+    *("controls", "at_most", "shares", "poses"),
 )
 
 
@@ -99,6 +101,7 @@ def _reference_problems(document: dict[str, Any], controls: dict[str, Any]) -> l
     """Controls that other tables name but that do not exist."""
     pairs = document.get("at_most", {})
     named = [("at_most", name) for name in (*pairs, *pairs.values())]
+    named += [("shares", name) for name in document.get("shares", {})]
     named += [("speech", name) for name in document.get("speech", [])]
     return [_unknown_control(place, name, controls) for place, name in named if name not in controls]
 
@@ -110,11 +113,8 @@ def _unknown_control(place: str, name: str, controls: Iterable[str]) -> str:
 def _pose_problems(document: dict[str, Any], controls: dict[str, Any]) -> list[str]:
     poses = document.get("poses", {})
     if not poses:
-        return (
-            []
-            if {"direct", "through"} & set(document)
-            else ["needs [poses.*], a direct map or a rig to go through"]
-        )
+        moved = {"direct", "through", "visemes"} & set(document)
+        return [] if moved else ["needs [poses.*], a direct map, visemes, or a rig to go through"]
     names = (MEAN, *POSES)
     found = [f"[poses.{key}] is no pose{_hint(key, names)}" for key in poses if key not in names]
     found += [f"[poses.{key}] is missing: {looks}" for key, looks in POSES.items() if key not in poses]
@@ -143,7 +143,7 @@ def _build(document: dict[str, Any], path: Path) -> Rig:
     controls = tuple(document["controls"])
     minimum, rest, maximum = np.array(list(document["controls"].values()), np.float64).T
     mean, poses = _poses(document, controls, rest)
-    files = {key: path.parent / document[key] for key in ("direct", "head", "landmarks") if key in document}
+    files = {key: path.parent / document[key] for key in FILES if key in document}
     return Rig(
         name=str(document.get("name", path.stem)),
         title=str(document.get("title", "")),
@@ -159,6 +159,7 @@ def _build(document: dict[str, Any], path: Path) -> Rig:
         at_most=tuple((controls.index(a), controls.index(b)) for a, b in document.get("at_most", {}).items()),
         direct=read_hinges(files["direct"], controls) if "direct" in files else None,
         through=_through(document, path, controls),
+        visemes=_visemes(document, files, controls),
         head=files.get("head"),
         landmarks=files.get("landmarks"),
     )
@@ -182,4 +183,28 @@ def _through(document: dict[str, Any], path: Path, controls: tuple[str, ...]) ->
     if "table" not in document:
         raise RigError(f'{path}: goes through {document["through"]!r} and so needs a table = "FILE.csv"')
     rig = load_rig(document["through"])
-    return Through(rig, read_mixture(path.parent / document["table"], rig.controls, controls))
+    table = read_mixture(path.parent / document["table"], rig.controls, controls)
+    shares = document.get("shares", {})
+    parts = [(controls.index(own), *_share(path, own, share, rig.controls)) for own, share in shares.items()]
+    return Through(rig, table, tuple(parts))
+
+
+def _share(path: Path, own: str, share: str, others: tuple[str, ...]) -> tuple[int, int]:
+    part, _, whole = (name.strip() for name in str(share).partition("/"))
+    for name in (part, whole):
+        if name not in others:
+            raise RigError(
+                f"{path}: [shares] {own} = {share!r}: the rig it goes through has no {name!r}"
+                f'{_hint(name, others)}; write "a / b"'
+            )
+    return others.index(part), others.index(whole)
+
+
+def _visemes(document: dict[str, Any], files: dict[str, Path], controls: tuple[str, ...]) -> Visemes | None:
+    if "visemes" not in files:
+        return None
+    stepped = bool(document.get("stepped", False))
+    if not stepped and "shapes" not in files:
+        raise RigError(f'{files["visemes"]}: its rig needs shapes = "FILE.csv", or stepped = true')
+    shapes = np.zeros((len(controls), 0)) if stepped else read_shapes(files["shapes"], controls)
+    return Visemes(read_visemes(files["visemes"], controls), stepped, shapes)

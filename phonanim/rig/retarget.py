@@ -9,24 +9,35 @@ from numpy.typing import NDArray
 
 from phonanim.errors import RigError
 from phonanim.face import FaceModel
-from phonanim.rig.rig import POSED_MODES, SIGMAS, HingeMap, Rig
+from phonanim.phones import PhoneTrack
+from phonanim.rig.rig import POSED_MODES, SIGMAS, HingeMap, Rig, Through
+from phonanim.rig.visemes import show
 
 How = Literal["auto", "poses", "direct"]
+LEAST = 0.01  # a share of less than this of a control is a share of nothing
 BLOCK = 4096  # frames at a time, so that what they need stays in the cache
 
 
 def retarget(
-    modes: NDArray[np.floating], face: FaceModel, rig: Rig, how: How = "auto"
+    modes: NDArray[np.floating],
+    face: FaceModel,
+    rig: Rig,
+    how: How = "auto",
+    track: PhoneTrack | None = None,
+    times: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float32]:
     """Shape parameters of the reference face -> control values, (frames, m) -> (frames, controls).
 
     "poses" is Taylor 2017, equations 2 and 3; "direct" the rig's own finer map; "auto" the finer one where
-    the rig has it. Values keep the rig's limits. Raises RigError when the rig lacks the map or was made
+    the rig has it. Rigs of mouth shapes choose them by the phones of `track` at `times` (frames,) seconds.
+    Values keep the rig's limits. Raises RigError when the rig lacks the map or was made
     for another face.
     """
     _check_face(face, rig)
+    if rig.visemes is not None:
+        return _limit(show(modes, face, rig, track, times), rig)
     if rig.through is not None:
-        return _limit(retarget(modes, face, rig.through.rig, how) @ rig.through.table.astype(np.float32), rig)
+        return _limit(_through(retarget(modes, face, rig.through.rig, how, track, times), rig.through), rig)
     mapping = _mapping(rig, how)
     standardized = (np.asarray(modes) / face.std).astype(np.float32)[:, : mapping.loads.shape[1]]
     values = np.empty((len(standardized), len(rig.controls)), np.float32)
@@ -44,6 +55,14 @@ def pose_map(rig: Rig) -> HingeMap:
     loads = np.repeat(np.eye(POSED_MODES), 2, axis=0) * np.tile([-1.0, 1.0], POSED_MODES)[:, None] / SIGMAS
     names = tuple(f"mode{k + 1}{sign}" for k in range(POSED_MODES) for sign in "-+")
     return HingeMap(names, loads, np.zeros(len(loads)), rig.poses - rig.mean, rig.mean)
+
+
+def _through(values: NDArray[np.float32], through: Through) -> NDArray[np.float32]:
+    """Another rig's controls as one's own, (frames, other's) -> (frames, own)."""
+    own: NDArray[np.float32] = values @ through.table.astype(np.float32)
+    for control, part, whole in through.shares:
+        own[:, control] = values[:, part] / np.maximum(values[:, whole], LEAST)
+    return own
 
 
 def _mapping(rig: Rig, how: How) -> HingeMap:

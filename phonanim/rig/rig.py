@@ -52,10 +52,28 @@ class HingeMap:
 
 @dataclass(frozen=True)
 class Through:
-    """A rig that another rig moves: its controls are the other's times `table` (other's, own)."""
+    """A rig that another rig moves: its controls are the other's times `table` (other's, own).
+
+    `shares` (own, a, b) are controls that take the share a / b of two of the other's.
+    """
 
     rig: Rig
     table: Array
+    shares: tuple[tuple[int, int, int], ...] = ()
+
+
+@dataclass(frozen=True)
+class Visemes:
+    """A rig whose controls are mouth shapes, chosen by phones.
+
+    `of` (41, 2) is the control for the first and the second half of each phone of the inventory. When
+    `stepped`, one shape shows at a time; else they blend, and `shapes` (controls, modes) says where each
+    takes the reference face, in standard deviations; silence is the face with its lips closed.
+    """
+
+    of: NDArray[np.int64]
+    stepped: bool
+    shapes: Array
 
 
 @dataclass(frozen=True)
@@ -65,9 +83,10 @@ class Rig:
     `minimum`, `maximum` and `rest` (closed lips, nothing moves) are (controls,). `mean` (controls,) is
     the character at the reference face's mean and `poses` (8, controls) at -3 and +3 standard
     deviations of modes 1 to 4, in the order of POSES: r_0 and R of Taylor 2017, equation 3. `direct` is
-    a finer map, `through` another rig in front. `at_most` pairs (a, b) keep control a no larger than b.
-    `speech` names the controls that speech moves. `face` is the id of the reference face that the numbers
-    were made for, "" for any. `head` and `landmarks` are the files of its mesh, where it has one.
+    a finer map, `through` another rig in front, `visemes` the choice by phones. `at_most` pairs (a, b)
+    keep control a no larger than b. `speech` names the controls that speech moves. `face` is the id of the
+    reference face that the numbers were made for, "" for any. `head` and `landmarks` are the files of its
+    mesh, where it has one.
     """
 
     name: str
@@ -84,6 +103,7 @@ class Rig:
     at_most: tuple[tuple[int, int], ...] = ()
     direct: HingeMap | None = None
     through: Through | None = None
+    visemes: Visemes | None = None
     head: Path | None = None
     landmarks: Path | None = None
 

@@ -6,9 +6,11 @@ import csv
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from phonanim.errors import RigError
 from phonanim.files import write_text
+from phonanim.inventory import INVENTORY
 from phonanim.rig.rig import Array, HingeMap
 
 BASE = "base"  # the row of a hinge table that holds the constant part
@@ -51,6 +53,39 @@ def read_mixture(path: Path, source: tuple[str, ...], controls: tuple[str, ...])
     origins = _columns(path, [row[0] for row in rows[1:]], source)
     table[origins, _columns(path, [row[1] for row in rows[1:]], controls)] = weights
     return table
+
+
+def read_visemes(path: Path, controls: tuple[str, ...]) -> NDArray[np.int64]:
+    """Read a table phone, viseme, end: the control of each half of each phone, (41, 2). Raises RigError.
+
+    `end` is the shape of the second half, nothing when it is the same.
+    """
+    rows = _rows(path)
+    if rows[0] != ["phone", "viseme", "end"]:
+        raise RigError(f"{path}: needs the columns phone, viseme, end")
+    written = {row[0]: (row[1], row[2] or row[1]) for row in rows[1:]}
+    missing = [phone for phone in INVENTORY.phones if phone not in written]
+    if missing:
+        raise RigError(f"{path}: has no row for the phone {missing[0]!r}; every phone needs a viseme")
+    halves = [written[phone] for phone in INVENTORY.phones]
+    return np.array([_columns(path, list(pair), controls) for pair in halves])
+
+
+def read_shapes(path: Path, controls: tuple[str, ...]) -> Array:
+    """Read where each control takes the face: viseme, mode1 ..., (controls, modes). Raises RigError."""
+    rows = _rows(path)
+    if rows[0][:2] != ["viseme", "mode1"]:
+        raise RigError(f"{path}: needs the columns viseme, mode1 ...")
+    shapes = np.zeros((len(controls), len(rows[0]) - 1))
+    shapes[_columns(path, [row[0] for row in rows[1:]], controls)] = _numbers(path, rows, first=1)
+    return shapes
+
+
+def write_shapes(path: Path, shapes: Array, controls: tuple[str, ...]) -> None:
+    """Write where each control takes the face, whole or not at all."""
+    header = ["viseme", *(f"mode{k + 1}" for k in range(shapes.shape[1]))]
+    rows = [[name, *_digits(values)] for name, values in zip(controls, shapes, strict=True)]
+    write_text(path, "\n".join(",".join(row) for row in [header, *rows]) + "\n")
 
 
 def _rows(path: Path) -> list[list[str]]:
