@@ -37,8 +37,9 @@ class Head:
 
     def shape(self, weights: NDArray[Any]) -> NDArray[np.float64]:
         """Vertices under control weights, (..., targets) -> (..., n, 3) metres."""
-        flat = self.deltas.reshape(len(self.targets), -1)
-        moved = np.asarray(weights, float) @ flat
+        weights = np.asarray(weights, float)
+        used = np.flatnonzero(weights.reshape(-1, len(self.targets)).any(axis=0))
+        moved = weights[..., used] @ self.deltas.reshape(len(self.targets), -1)[used]
         return self.vertices + moved.reshape(*moved.shape[:-1], *self.vertices.shape)
 
     def weights(self, values: NDArray[Any], channels: tuple[str, ...]) -> NDArray[np.float64]:

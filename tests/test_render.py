@@ -110,7 +110,7 @@ def test_pictures_are_drawn_fast(head):
 
 
 def test_small_steps():
-    assert srgb(np.array([0.0, 0.2140, 5.0])).tolist() == [0, 127, 255]
+    assert srgb(np.array([0.0, 0.2159, 5.0])).tolist() == [0, 128, 255]
     np.testing.assert_array_equal(
         averaged(np.arange(12, dtype=np.float32).reshape(2, 2, 3), 2), [[[4.5, 5.5, 6.5]]]
     )

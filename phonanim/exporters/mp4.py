@@ -1,0 +1,132 @@
+"""A film of the head speaking, with the sound; a preview to look at and to send."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from phonanim.alignment import Interval
+from phonanim.animation import Animation
+from phonanim.errors import AudioError, MissingExtraError, OutputError
+from phonanim.files import atomic_path
+from phonanim.head import SHIPPED, Head, load_head
+from phonanim.labels import is_silent
+from phonanim.pixels import Image, draw_text
+from phonanim.render import render, whole_head
+
+SUMMARY = "film of the head speaking, H.264 with the sound (needs the extra video)"
+FASTEST = 30.0  # frames per second of the film; an animation with more is sampled
+THREADS = 2  # a fixed number, so that the bytes do not depend on the machine
+SOUND_RATE = 48000  # hertz
+INK, FAINT = (236, 238, 242), (170, 176, 186)
+
+
+def write(
+    animation: Animation,
+    path: Path,
+    character: Path = SHIPPED,
+    size: int = 512,
+    samples: int = 1,
+    yaw: float = -12.0,
+) -> None:
+    """Film the head at `size` x `size` pixels, with words and phones beneath, and mux the recording.
+
+    `samples` 2 is finer and four times as slow; `yaw` in degrees turns the head. Raises RigError when the
+    head has none of the channels, AudioError when the recording cannot be decoded, OutputError when the
+    destination cannot be written, MissingExtraError without the extra `video`.
+    """
+    av = library()
+    if size < 64 or size % 2:
+        raise OutputError(f"{path}: a film of {size} pixels cannot be made; choose an even size from 64")
+    head = load_head(None if character == SHIPPED else character)
+    rate = _film_rate(animation.fps)
+    with atomic_path(path) as partial:
+        try:
+            with av.open(str(partial), "w") as film:
+                _mux(av, film, animation, _pictures(animation, head, rate, size, samples, yaw), rate, size)
+        except av.error.FFmpegError as error:
+            raise OSError(error.errno, error.strerror) from error
+
+
+def library() -> Any:
+    """The `av` package. Raises MissingExtraError."""
+    try:
+        import av
+    except ImportError as error:
+        raise MissingExtraError("film needs the video library: pip install 'phonanim[video]'") from error
+    return av
+
+
+def _film_rate(fps: float) -> Fraction:
+    """The animation's own rate, or a whole fraction of it when it is fast."""
+    rate = Fraction(fps).limit_denominator(1001)
+    return rate / max(1, -(-round(rate) // round(FASTEST)))
+
+
+def _pictures(
+    animation: Animation, head: Head, rate: Fraction, size: int, samples: int, yaw: float
+) -> Iterator[Image]:
+    """One picture per film frame, from time zero to the end of the animation."""
+    last = float(animation.times[-1])
+    times = np.arange(int(last * rate + 1e-6) + 1) / float(rate)
+    weights = head.weights(animation.values, animation.channels)
+    view = replace(whole_head(head, size, size, yaw), samples=samples)
+    for time in times:
+        now = np.array([np.interp(time, animation.times, curve) for curve in weights.T])
+        picture = render(head.shape(now), head, view)
+        _caption(picture, animation, float(time))
+        yield picture
+
+
+def _caption(picture: Image, animation: Animation, time: float) -> None:
+    height, width = picture.shape[:2]
+    for intervals, y, color, face in (
+        (animation.words, height - 52, INK, "large"),
+        (animation.phones, height - 26, FAINT, "small"),
+    ):
+        draw_text(picture, _label(intervals, time), width / 2, y, color, face, align=0.5)
+
+
+def _label(intervals: tuple[Interval, ...], time: float) -> str:
+    label = next((i.label for i in intervals if i.start <= time < i.end), "")
+    return "" if is_silent(label) else label
+
+
+def _mux(
+    av: Any,
+    film: Any,
+    animation: Animation,
+    pictures: Iterator[Image],
+    rate: Fraction,
+    size: int,
+) -> None:
+    """Encode pictures and sound into an open film."""
+    stream = film.add_stream("libx264", rate=rate, options={"crf": "18", "preset": "veryfast"})
+    stream.width = stream.height = size
+    stream.pix_fmt = "yuv420p"
+    stream.codec_context.thread_count = THREADS
+    sound = film.add_stream("aac", rate=SOUND_RATE, layout="mono") if animation.audio else None
+    for picture in pictures:
+        film.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+    film.mux(stream.encode(None))
+    if sound and animation.audio:
+        for frame in _sound(av, animation.audio):
+            film.mux(sound.encode(frame))
+        film.mux(sound.encode(None))
+
+
+def _sound(av: Any, path: Path) -> Iterator[Any]:
+    """Frames of a recording, resampled for the film."""
+    resampler = av.AudioResampler(format="fltp", layout="mono", rate=SOUND_RATE)
+    try:
+        with av.open(str(path)) as recording:
+            for frame in recording.decode(audio=0):
+                yield from resampler.resample(frame)
+            yield from resampler.resample(None)
+    except (av.error.FFmpegError, IndexError) as error:
+        raise AudioError(f"{path}: cannot be decoded: {error}") from error
