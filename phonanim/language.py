@@ -130,8 +130,10 @@ def _replaced(interval: Interval, language: Language, unknown: Unknown, notes: _
 
 
 def _segments(interval: Interval, sound: Sound) -> list[Segment]:
-    if sound.kind == "closure":
-        return [Segment(sound.codes[0], interval.start, interval.end, interval.label, sound.codes)]
+    """The phones of one label, each with an equal share of its time."""
+    if len(sound.codes) == 1 or sound.kind == "closure":
+        releases = sound.codes if sound.kind == "closure" else ()
+        return [Segment(sound.codes[0], interval.start, interval.end, interval.label, releases)]
     bounds = np.linspace(interval.start, interval.end, len(sound.codes) + 1).tolist()
     return [
         Segment(code, start, end, interval.label)

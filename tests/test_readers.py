@@ -122,6 +122,11 @@ def test_damage_is_told_with_its_place(name: str, old: str, new: str, message: s
         load_reader(name).read(source(content.replace(old, new, 1).encode()))
 
 
+def test_xwaves_with_a_beginning_alone() -> None:
+    with pytest.raises(AlignmentError, match=r"x: has no labels; align the recording again"):
+        load_reader("xwaves").read(source(b"signal x\n#\n0.0 125 H#\n"))
+
+
 def test_circular_annotations() -> None:
     content = SAMPLES["elan"][1].data.decode()
     with pytest.raises(AlignmentError, match=r"annotations refer to each other in a circle"):

@@ -43,9 +43,10 @@ def _read_tier(tokens: _Tokens, number: int) -> Tier | None:
     kind, name = tokens.string(), tokens.string()
     tokens.number(), tokens.number()
     count = tokens.count()
+    shown = brief(name)
     intervals = []
     for entry in range(1, count + 1):
-        tokens.place = f'tier {number} "{brief(name)}", entry {entry} of {count}'
+        tokens.place = f'tier {number} "{shown}", entry {entry} of {count}'
         start = tokens.number()
         end = tokens.number() if kind == "IntervalTier" else start
         intervals.append(Interval(tokens.string().strip(), start, end))
