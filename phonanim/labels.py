@@ -140,8 +140,10 @@ def _silences() -> dict[str, Sound]:
 
 
 def _bare(label: str) -> str:
-    """The label in lower case without brackets, unless it is itself known or nothing but a bracket."""
+    """The label as silences.toml may have it: in lower case, without brackets or place in the word."""
     label = label.strip().lower()
+    if label.upper().endswith(POSITIONS) and label[:-2] in _silences():
+        return label[:-2]
     return label if label in _silences() else label.strip(BRACKETS) or label
 
 

@@ -76,7 +76,23 @@ def test_closures_join_their_release(labels: str, expected: str) -> None:
 
 @pytest.mark.parametrize(
     "label",
-    ["", " ", "sil", "SIL", "sp", "pau", "<eps>", "[SIL]", "<p:>", "&p:", "h#", "#", "<s>", "{B_TRANS}"],
+    [
+        "",
+        " ",
+        "sil",
+        "SIL",
+        "sp",
+        "pau",
+        "<eps>",
+        "[SIL]",
+        "<p:>",
+        "&p:",
+        "h#",
+        "#",
+        "<s>",
+        "{B_TRANS}",
+        "SIL_S",
+    ],
 )
 @pytest.mark.parametrize("language", language_names())
 def test_silences_are_shared_and_run_together(label: str, language: str) -> None:
