@@ -79,7 +79,7 @@ class Alignment:
 
 
 def read_alignment(
-    path: Path, tier: str | None = None, speaker: str | None = None, lexicon: Path | None = None
+    path: Path, tier: str | None = None, speaker: str | None = None, lexicon: Path | str | None = None
 ) -> Alignment:
     """The phones of an alignment file, in any format of `phonanim.readers`.
 
@@ -95,7 +95,7 @@ def read_alignment(
     if lexicon is not None:
         from phonanim.pronunciations import spell_out
 
-        recording = spell_out(recording, lexicon, source)
+        recording = spell_out(recording, Path(lexicon), source)
     phones = phone_tier(recording, tier, speaker, source)
     words = word_tier(recording, phones)
     offset = _offset(recording, source)
