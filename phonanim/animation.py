@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from phonanim.alignment import Interval
 
 
+ROUNDING = 1e-6  # frames: an instant this little beyond the end is at the end
+
+
 @dataclass(frozen=True)
 class Animation:
     """Control curves: `values[n]` holds every channel at the instant `start + n / fps` seconds.
@@ -41,6 +44,17 @@ class Animation:
         if name not in self.channels:
             raise KeyError(name)
         return self.values[:, self.channels.index(name)]
+
+    def at_rate(self, fps: float) -> Animation:
+        """The same motion at another frame rate, straight between frames, from the same start."""
+        count = int((len(self.values) - 1) * fps / self.fps + ROUNDING) + 1
+        places = np.minimum(np.arange(count) * (self.fps / fps), len(self.values) - 1)
+        first = np.minimum(places.astype(np.int64), max(len(self.values) - 2, 0))
+        share = (places - first)[:, None]
+        values = (1 - share) * self.values[first] + share * self.values[
+            np.minimum(first + 1, len(self.values) - 1)
+        ]
+        return replace(self, values=values.astype(np.float32), fps=fps)
 
     def with_values(self, values: NDArray[np.float32]) -> Animation:
         """The same animation with other curves, (frames, channels)."""

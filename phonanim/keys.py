@@ -86,15 +86,21 @@ def _largest(differences: NDArray[np.float64]) -> float:
 
 
 def describe(keys: dict[str, Keys], animation: Animation) -> str:
-    """Keys per second and the largest error, in one line for people."""
-    seconds = len(animation.values) / animation.fps
-    count = sum(len(item.frames) for item in keys.values() if len(item.frames) > 1)
-    moving = sum(len(item.frames) > 1 for item in keys.values())
+    """Keys per second and the largest error of curves that have keys of their own, for people."""
+    moving = [item for item in keys.values() if len(item.frames) > 1]
+    count = sum(len(item.frames) for item in moving)
+    rate = count / max(len(moving), 1) / (len(animation.values) / animation.fps)
     error = max((item.error for item in keys.values()), default=0.0)
-    rate = count / seconds / max(moving, 1)
     return (
-        f"{count} keys in {moving} moving curves, {rate:.1f} per second and curve, largest error {error:.4f}"
+        f"{count} keys in {len(moving)} moving curves, {rate:.1f} per second each, largest error {error:.4f}"
     )
+
+
+def describe_shared(keys: Keys, animation: Animation) -> str:
+    """The same of curves that share their keys."""
+    rate = len(keys.frames) / (len(animation.values) / animation.fps)
+    count = len(keys.frames)
+    return f"{count} keys that all curves share, {rate:.1f} per second, largest error {keys.error:.4f}"
 
 
 def _slopes(dense: NDArray[np.float64]) -> NDArray[np.float64]:

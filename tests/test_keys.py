@@ -4,7 +4,7 @@ from animations import line, only
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from phonanim.keys import describe, hermite, reduce_channels, reduce_curve, reduce_curves
+from phonanim.keys import describe, describe_shared, hermite, reduce_channels, reduce_curve, reduce_curves
 
 
 @settings(max_examples=60, deadline=None)
@@ -73,4 +73,6 @@ def test_the_report_counts_moving_curves():
     values[:, animation.channels.index("mouthFunnel")] = np.linspace(0, 1, 61)
     moved = animation.with_values(values)
     text = describe(reduce_channels(moved, 0.01), moved)
-    assert text == "2 keys in 1 moving curves, 2.0 per second and curve, largest error 0.0000"
+    assert text == "2 keys in 1 moving curves, 2.0 per second each, largest error 0.0000"
+    text = describe_shared(reduce_curves(moved.values, 0.01), moved)
+    assert text == "2 keys that all curves share, 2.0 per second, largest error 0.0000"

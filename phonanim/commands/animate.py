@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from phonanim.commands import Talk, talk_options
+from phonanim.commands._export import export_options, key_notes, save_each
 from phonanim.commands._options import animation_options
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ OUTPUT = click.Path(dir_okay=False, path_type=Path)
 @click.option("--text", help="What a recording says, when ALIGNMENT is one; needs phonanim[align].")
 @click.option("--audio", type=FILE, help="The recording; found beside the alignment otherwise.")
 @click.option("--sheet", type=OUTPUT, help="Also draw a contact sheet of the face, as PNG.")
+@export_options
 @talk_options
 def command(
     alignment: Path,
@@ -36,6 +38,7 @@ def command(
     text: str | None,
     audio: Path | None,
     sheet: Path | None,
+    exports: dict[str, object],
     talk: Talk,
 ) -> None:
     """Animate a rig from a phone alignment.
@@ -48,6 +51,7 @@ def command(
       phonanim animate line.TextGrid
       phonanim animate line.TextGrid -o line.csv --rig arkit --fps 25
       phonanim animate line.TextGrid -o line.glb -o line.npz --sheet line.png
+      phonanim animate line.TextGrid -o line.glb --character mine.glb --keys 0.01
       phonanim animate speech.wav --text "What is said."
     """
     from phonanim.animate import animate
@@ -58,9 +62,9 @@ def command(
     outputs = outputs or (alignment.with_suffix(".glb"),)
     check_outputs([*outputs, *filter(None, [sheet])], [alignment, *filter(None, [audio])])
     animation = animate(alignment, options, audio or find_audio(alignment))
-    written = write(animation, outputs, sheet)
+    written = write(animation, outputs, sheet, exports)
     facts = describe(animation, alignment, options, written)
-    for line in sentences(facts):
+    for line in (*sentences(facts), *key_notes(animation, outputs, exports)):
         talk.say(line)
     talk.result(facts)
 
@@ -90,9 +94,11 @@ def check_outputs(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:
         taken.add(path.resolve())
 
 
-def write(animation: Animation, outputs: Sequence[Path], sheet: Path | None) -> list[Path]:
+def write(
+    animation: Animation, outputs: Sequence[Path], sheet: Path | None, exports: dict[str, object]
+) -> list[Path]:
     """Write every output, once it is sure that each has a known format; return the paths."""
-    from phonanim.exporters import find_exporter, save
+    from phonanim.exporters import find_exporter
 
     for path in outputs:
         find_exporter(path)
@@ -100,8 +106,7 @@ def write(animation: Animation, outputs: Sequence[Path], sheet: Path | None) -> 
         from phonanim.sheet import save_sheet
 
         save_sheet(animation, sheet)
-    for path in outputs:
-        save(animation, path)
+    save_each(animation, outputs, exports)
     return [*outputs, *filter(None, [sheet])]
 
 

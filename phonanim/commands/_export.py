@@ -1,0 +1,74 @@
+"""The options of output formats, which `animate` and `convert` share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from phonanim.errors import OptionError
+
+if TYPE_CHECKING:
+    from phonanim.animation import Animation
+
+FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
+SHARED_KEYS = (".glb", ".vrm")
+
+OPTIONS = {
+    "character": click.option("--character", type=FILE, help="Your own GLB or VRM, to animate or to show."),
+    "keys": click.option(
+        "--keys",
+        metavar="ERROR",
+        type=click.FloatRange(min=0),
+        help="Few keys that miss no frame by more than this, such as 0.01.",
+    ),
+    "timecode": click.option(
+        "--timecode", help="Timecode of time zero in a .csv; 01:00:00;00 counts drop-frame."
+    ),
+}
+
+
+def export_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Hand the options of formats that were given to a command, as `exports`."""
+
+    @wraps(function)
+    def wrapped(*args: Any, **kwargs: Any) -> Any:
+        given = {name: kwargs.pop(name) for name in OPTIONS}
+        return function(*args, exports={k: v for k, v in given.items() if v is not None}, **kwargs)
+
+    for add in reversed(OPTIONS.values()):
+        wrapped = add(wrapped)
+    return wrapped
+
+
+def save_each(animation: Animation, outputs: Sequence[Path], exports: dict[str, object]) -> None:
+    """Write every output with those options that its format has.
+
+    Raises OptionError for an option that none of them has, and what the exporters raise.
+    """
+    from phonanim.exporters import options_of, save
+
+    taken = {path: [name for name in exports if name in options_of(path)] for path in outputs}
+    idle = [name for name in exports if not any(name in names for names in taken.values())]
+    if idle:
+        raise OptionError(f"--{idle[0]} does nothing for {', '.join(map(str, outputs))}; leave it out")
+    for path, names in taken.items():
+        save(animation, path, **{name: exports[name] for name in names})
+
+
+def key_notes(animation: Animation, outputs: Sequence[Path], exports: dict[str, object]) -> Iterator[str]:
+    """A line per output that was reduced to keys: how many, and how far they miss."""
+    from phonanim.exporters import options_of
+    from phonanim.keys import describe, describe_shared, reduce_channels, reduce_curves
+
+    error = exports.get("keys")
+    if not isinstance(error, float):
+        return
+    for path in outputs:
+        if path.suffix.lower() in SHARED_KEYS:
+            yield f"{path}: {describe_shared(reduce_curves(animation.values, error), animation)}"
+        elif "keys" in options_of(path):
+            yield f"{path}: {describe(reduce_channels(animation, error, straight=True), animation)}"

@@ -1,0 +1,117 @@
+"""`phonanim convert`: an animation file to other formats."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from phonanim.commands import Talk, talk_options
+from phonanim.commands._export import FILE, export_options, key_notes, save_each
+from phonanim.commands.animate import OUTPUT, check_outputs, size
+
+if TYPE_CHECKING:
+    from phonanim.animation import Animation
+
+
+@click.command()
+@click.argument("source", type=FILE)
+@click.option(
+    "-o", "--output", "outputs", type=OUTPUT, multiple=True, help="File to write; more than one is fine."
+)
+@click.option("--fps", metavar="RATE", help="Another frame rate: 25, 29.97, ...")
+@click.option("--start", type=float, help="Seconds at which the first frame lies.")
+@click.option("--alignment", type=FILE, help="Phones and words, for timelines and cues.")
+@click.option("--audio", type=FILE, help="The recording.")
+@click.option("--rig", help="Name of the rig that the channels belong to, where the file does not say.")
+@click.option("--sheet", type=OUTPUT, help="Also draw a contact sheet of the face, as PNG.")
+@export_options
+@talk_options
+def command(
+    source: Path,
+    outputs: tuple[Path, ...],
+    fps: str | None,
+    start: float | None,
+    alignment: Path | None,
+    audio: Path | None,
+    rig: str | None,
+    sheet: Path | None,
+    exports: dict[str, object],
+    talk: Talk,
+) -> None:
+    """Convert an animation to other formats: a capture, a take, another tool's output.
+
+    The suffixes choose the formats; `phonanim info` lists them, docs/output.md says which can be read.
+
+    \b
+    Examples:
+      phonanim convert capture.csv -o capture.npz
+      phonanim convert take.glb -o take.anim --keys 0.01
+      phonanim convert capture.csv -o capture.html --alignment line.TextGrid --audio line.wav
+      phonanim convert take.npz -o take.csv --fps 29.97 --timecode "01:00:00;00"
+    """
+    from phonanim.exporters import find_exporter, load
+
+    if not outputs and not sheet:
+        raise click.UsageError("nothing to write: name a file with -o, or a picture with --sheet")
+    check_outputs([*outputs, *filter(None, [sheet])], [source, *filter(None, [alignment, audio])])
+    for path in outputs:
+        find_exporter(path)
+    animation = adapted(load(source), fps, start, alignment, audio, rig)
+    save_each(animation, outputs, exports)
+    if sheet:
+        from phonanim.sheet import save_sheet
+
+        save_sheet(animation, sheet)
+    facts = describe(animation, source, [*outputs, *filter(None, [sheet])])
+    for line in (*sentences(facts), *key_notes(animation, outputs, exports)):
+        talk.say(line)
+    talk.result(facts)
+
+
+def adapted(
+    animation: Animation,
+    fps: str | None,
+    start: float | None,
+    alignment: Path | None,
+    audio: Path | None,
+    rig: str | None,
+) -> Animation:
+    """The animation with what was given in place of what the file says."""
+    if fps is not None:
+        from phonanim.rates import parse_rate
+
+        animation = animation.at_rate(parse_rate(fps))
+    if alignment is not None:
+        from phonanim.alignment import read_alignment
+
+        read = read_alignment(alignment)
+        animation = replace(animation, phones=read.intervals, words=read.words)
+    given = {"start": start, "audio": audio, "rig": rig}
+    return replace(animation, **{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
+
+
+def describe(animation: Animation, source: Path, written: list[Path]) -> dict[str, Any]:
+    """What was done, for scripts."""
+    frames, channels = animation.values.shape
+    return {
+        "source": str(source),
+        "frames": frames,
+        "fps": animation.fps,
+        "seconds": round((frames - 1) / animation.fps, 6),
+        "channels": channels,
+        "rig": animation.rig,
+        "outputs": [{"path": str(path), "bytes": path.stat().st_size} for path in written],
+    }
+
+
+def sentences(facts: dict[str, Any]) -> list[str]:
+    """The same for people."""
+    files = ", ".join(f"{output['path']} ({size(output['bytes'])})" for output in facts["outputs"])
+    return [
+        f"read {facts['source']}: {facts['frames']} frames at {facts['fps']:g} fps, "
+        f"{facts['channels']} channels",
+        f"wrote {files}",
+    ]

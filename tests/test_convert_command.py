@@ -1,0 +1,103 @@
+"""`phonanim convert` as it is used, and the options of formats on every command that has them."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from animations import line, only
+
+from phonanim.__main__ import run
+from phonanim.exporters import load, save
+from phonanim.glb import read_glb
+from phonanim.head import SHIPPED
+
+
+@pytest.fixture
+def take(tmp_path, monkeypatch):
+    """A take in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    save(line(), tmp_path / "take.npz")
+    return tmp_path
+
+
+def test_one_take_to_several_formats(take, capsys):
+    outputs = ("take.csv", "take.glb", "take.html", "take.anim", "take.tsv")
+    arguments = [part for name in outputs for part in ("-o", name)]
+    assert run(["convert", "take.npz", *arguments, "--sheet", "take.png", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["frames"], facts["fps"], facts["channels"]) == (61, 60.0, 52)
+    assert [output["path"] for output in facts["outputs"]] == [*outputs, "take.png"]
+    np.testing.assert_array_equal(load(take / "take.glb").values, line().values)
+
+
+def test_another_rate_start_and_timecode(take):
+    options = ["--fps", "29.97", "--start", "2", "--timecode", "01:00:00;00"]
+    assert run(["convert", "take.npz", "-o", "a.npz", "-o", "a.csv", *options, "-q"]) == 0
+    animation = load(take / "a.npz")
+    assert animation.fps == 30000 / 1001
+    assert animation.start == 2.0
+    assert len(animation.values) == 30
+    assert (take / "a.csv").read_text().splitlines()[1].startswith("01:00:01;59.880")
+
+
+def test_labels_for_a_capture(take, root):
+    save(replace(line(), phones=(), words=()), take / "capture.csv")
+    grid = str(root / "examples" / "line.TextGrid")
+    assert run(["convert", "capture.csv", "-o", "a.npz", "--alignment", grid, "--rig", "mine", "-q"]) == 0
+    animation = load(take / "a.npz")
+    assert len(animation.phones) > 20
+    assert len(animation.words) > 5
+    assert animation.rig == "mine"
+
+
+def test_keys_are_reported(take, capsys):
+    assert run(["convert", "take.npz", "-o", "a.glb", "-o", "a.anim", "--keys", "0.05"]) == 0
+    said = capsys.readouterr().err.splitlines()
+    assert said[0] == "read take.npz: 61 frames at 60 fps, 52 channels"
+    assert said[2].startswith("a.glb: ")
+    assert "keys that all curves share" in said[2]
+    assert "moving curves" in said[3]
+    tree = read_glb(take / "a.glb").tree
+    assert tree["animations"][0]["samplers"][0]["interpolation"] == "CUBICSPLINE"
+
+
+def test_a_character_of_ones_own(take):
+    save(only(line(), jawOpen=0.5), take / "mine.glb", character=SHIPPED)
+    assert run(["convert", "take.npz", "-o", "a.glb", "--character", "mine.glb", "-q"]) == 0
+    assert [a["name"] for a in read_glb(take / "a.glb").tree["animations"]] == ["mine", "a"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["take.npz"], "nothing to write: name a file with -o, or a picture with --sheet"),
+        (["take.npz", "-o", "take.npz"], "take.npz: is named twice, as input or output"),
+        (["take.npz", "-o", "a.xyz"], "a.xyz: no format has this suffix"),
+        (["take.npz", "-o", "a.csv", "--keys", "0.1"], "--keys does nothing for a.csv; leave it out"),
+        (["take.npz", "-o", "a.glb", "--keys", "-1"], "-1"),
+        (["take.npz", "-o", "a.csv", "--timecode", "1h"], "'1h' is no timecode of 60 frames per second"),
+        (["take.npz", "-o", "a.csv", "--fps", "0"], "frames per second"),
+        (["none.npz", "-o", "a.csv"], "none.npz"),
+        (["a.tsv", "-o", "a.csv"], "a.tsv: this format can only be written; those that can be read are .csv"),
+        (["broken.glb", "-o", "a.csv"], "broken.glb: is no binary glTF 2.0 file"),
+    ],
+)
+def test_what_cannot_be_converted(take, capsys, arguments, message):
+    (take / "a.tsv").write_text("0.00\tX\n")
+    (take / "broken.glb").write_bytes(b"glTF")
+    before = sorted(path.name for path in take.iterdir())
+    assert run(["convert", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert message in err
+    assert err.count("\n") == 1
+    assert sorted(path.name for path in take.iterdir()) == before
+
+
+def test_animate_takes_the_options_of_formats(take, root):
+    grid = str(root / "examples" / "line.TextGrid")
+    assert run(["animate", grid, "-o", "a.glb", "--character", str(SHIPPED), "--keys", "0.02", "-q"]) == 0
+    keyed = load(take / "a.glb")
+    assert run(["animate", grid, "-o", "b.glb", "-q"]) == 0
+    np.testing.assert_allclose(keyed.values, load(take / "b.glb").values, atol=0.02 + 1e-5)
