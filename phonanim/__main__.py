@@ -13,7 +13,6 @@ from click.exceptions import NoArgsIsHelpError
 
 from phonanim import __version__
 from phonanim.errors import PhonanimError
-from phonanim.threads import one_thread
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -50,7 +49,6 @@ def commands() -> None:
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code: 0 good, 1 some lines failed, 2 bad input or usage."""
-    one_thread()
     try:
         return int(commands.main(arguments, prog_name="phonanim", standalone_mode=False) or 0)
     except NoArgsIsHelpError as error:

@@ -8,10 +8,10 @@ VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECL
 
 
 def one_thread() -> None:
-    """Ask for one thread, unless the environment says otherwise; call it before NumPy is imported.
+    """Make NumPy use one thread in this process and those it starts; call it before NumPy is imported.
 
-    Sums over several threads round otherwise than over one, so this is what makes the same input give the
-    same bytes on every machine; it also starts faster, and many lines are better made side by side.
+    Several threads share the rows of a product differently and so round differently: with one, the same
+    input gives the same bytes on any number of cores. It also starts faster, and the matrices of a line
+    are small: many lines are better made side by side.
     """
-    for name in VARIABLES:
-        os.environ.setdefault(name, "1")
+    os.environ.update(dict.fromkeys(VARIABLES, "1"))

@@ -7,6 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from phonanim.threads import one_thread
+
+one_thread()  # before NumPy is imported, as the commands do it
+
 ROOT = Path(__file__).resolve().parent.parent
 
 

@@ -13,6 +13,7 @@ import click
 from phonanim.errors import OptionError
 from phonanim.options import DEFAULTS, Options
 from phonanim.rates import parse_rate
+from phonanim.threads import one_thread
 
 
 def rate(ctx: click.Context, param: click.Parameter, value: str) -> float:
@@ -76,6 +77,7 @@ def animation_options(function: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(function)
     def wrapped(*args: Any, **given: Any) -> Any:
+        one_thread()
         options = Options(**{field.name: given.pop(field.name) for field in fields(Options)})
         return function(*args, options=options, **given)
 
