@@ -201,11 +201,11 @@ def remove_pose_leak(
 
 def save_corpus(corpus: Corpus, folder: Path) -> None:
     """Write corpus.json and landmarks.safetensors into a folder, the index last."""
-    from safetensors.numpy import save_file
+    from safetensors.numpy import save
 
     folder.mkdir(parents=True, exist_ok=True)
     with atomic_path(folder / "landmarks.safetensors") as path:
-        save_file({"landmarks": corpus.landmarks, "indices": corpus.indices}, path)
+        path.write_bytes(save({"landmarks": corpus.landmarks, "indices": corpus.indices}))
     clips = [
         {
             "clip": name,

@@ -119,14 +119,16 @@ def make_config(kind: str, values: dict[str, Any], where: str) -> Any:
 
 def save(model: Model, folder: Path) -> None:
     """Write a model folder: weights.safetensors, face.safetensors, and model.json last."""
-    from safetensors.numpy import save_file
+    from safetensors.numpy import save as serialized
 
     folder.mkdir(parents=True, exist_ok=True)
     face = {"mean": model.face.mean, "modes": model.face.modes, "std": model.face.std}
     with atomic_path(folder / "face.safetensors") as path:
-        save_file({**{k: v.astype(np.float32) for k, v in face.items()}, "indices": model.face.indices}, path)
+        shape: Tensors = {name: part.astype(np.float32) for name, part in face.items()}
+        path.write_bytes(serialized(shape | {"indices": model.face.indices}))
     with atomic_path(folder / "weights.safetensors") as path:
-        save_file({name: np.ascontiguousarray(t) for name, t in model.regressor.tensors().items()}, path)
+        learned = model.regressor.tensors()
+        path.write_bytes(serialized({name: np.ascontiguousarray(t) for name, t in learned.items()}))
     card = {
         "format": FORMAT,
         "kind": type(model.regressor).__module__.rpartition(".")[2],
