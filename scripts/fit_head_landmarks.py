@@ -12,7 +12,7 @@ of its own:
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,38 +21,17 @@ from numpy.typing import NDArray
 from phonanim.face import INNER_LIP_PAIRS, INNER_LIPS, MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT, OUTER_LIPS
 from phonanim.head import Head, load_head
 from phonanim.inventory import LEXICON
-from phonanim.raster import Picture, rasterize
 from phonanim.rig.landmarks import MeshLandmarks, write_landmarks
+from phonanim.rig.register import normals
+from phonanim.rig.rims import View, hit, put_on_rims
 
 Array = NDArray[np.float64]
 
 TABLE = LEXICON / "rigs" / "arkit.landmarks.csv"
 PUPILS = {468: "eye_r", 473: "eye_l"}
 IRISES = (469, 470, 471, 472, 474, 475, 476, 477)
-UPPER_INNER = (191, 80, 81, 82, 13, 312, 311, 310, 415)
-LOWER_INNER = (95, 88, 178, 87, 14, 317, 402, 318, 324)
-RIM_DEPTH = 0.006  # metres behind the front of the lips: deeper than this lies the slit of the mouth
-RIM_REACH = 60  # pixels of LIPS, 3 mm: the tracker finds the crease of closed lips within that
-
-
-@dataclass(frozen=True)
-class View:
-    """An orthographic view from the front: pixels per metre, and the pixel where the eyes' middle falls."""
-
-    scale: float
-    centre: tuple[float, float]
-    height: int
-    width: int
-
-    def pixels(self, points: Array, head: Head) -> Array:
-        """Column, row and nearness of points on the head, (n, 3) metres -> (n, 3)."""
-        moved = (points - between_eyes(head)) * self.scale
-        return np.asarray(moved * (1, -1, 1) + (*self.centre, 0))
-
-
-# Chin to crown fill the first; the second shows the lips alone, twenty pixels to the millimetre.
-FACE = View(3200.0, (512.0, 400.0), 1024, 1024)
-LIPS = View(20000.0, (800.0, -900.0), 800, 1600)
+SIZE = 1024  # pixels, square
+CENTRE = (512.0, 400.0)  # the pixel where the point between the eyes falls
 
 
 def main() -> None:
@@ -65,38 +44,27 @@ def main() -> None:
     picture = draw(head)
     seen = track(picture)
     seen = (seen + mirror(seen)[partners(head)]) / 2
-    landmarks = put_on_rims(head, cast(head, seen))
+    landmarks = put_on_rims(head.vertices, triangles_of(head, ("skin",)), cast(head, seen))
     write_landmarks(chosen.output, landmarks)
     report(head, landmarks)
     if chosen.picture:
-        mark(picture, FACE.pixels(landmarks.of(head.vertices), head), chosen.picture)
+        mark(picture, view_of(head).pixels(landmarks.of(head.vertices)), chosen.picture)
 
 
-def between_eyes(head: Head) -> Array:
-    """The point between the eyeballs, (3,) metres."""
+def view_of(head: Head) -> View:
+    """Chin to crown fill the picture."""
     eyes = [head.vertices[head.parts[part]].mean(axis=0) for part in PUPILS.values()]
-    return np.asarray(np.mean(eyes, axis=0))
+    return View(3200.0, np.asarray(np.mean(eyes, axis=0)), CENTRE, SIZE, SIZE)
 
 
 def draw(head: Head) -> NDArray[np.uint8]:
     """A picture of the head as a camera sees it, (height, width, 3)."""
-    seen = rasterize(
-        FACE.pixels(head.vertices, head).astype(np.float32), head.triangles, FACE.height, FACE.width
-    )
-    light = np.clip(normals(head) @ (0.2, 0.4, 0.9), 0, 1)[:, None] * 0.5 + 0.5
+    seen = view_of(head).show(head.vertices, head.triangles)
+    light = np.clip(normals(head.vertices, head.triangles) @ (0.2, 0.4, 0.9), 0, 1)[:, None] * 0.5 + 0.5
     pixels = seen.covered()
-    image = np.full((FACE.height * FACE.width, 3), 0.85)
+    image = np.full((SIZE * SIZE, 3), 0.85)
     image[pixels] = seen.at(pixels, (head.colors ** (1 / 2.2) * light).astype(np.float32))
-    return (image.reshape(FACE.height, FACE.width, 3).clip(0, 1) * 255).astype(np.uint8)
-
-
-def normals(head: Head) -> Array:
-    """Outward directions at the vertices, (n, 3)."""
-    a, b, c = (head.vertices[head.triangles[:, k]] for k in range(3))
-    summed = np.zeros_like(head.vertices)
-    for corner in range(3):
-        np.add.at(summed, head.triangles[:, corner], np.cross(b - a, c - a))
-    return np.asarray(summed / np.linalg.norm(summed, axis=1, keepdims=True).clip(1e-12))
+    return (image.reshape(SIZE, SIZE, 3).clip(0, 1) * 255).astype(np.uint8)
 
 
 def track(picture: NDArray[np.uint8]) -> Array:
@@ -107,7 +75,7 @@ def track(picture: NDArray[np.uint8]) -> Array:
         faces = mesh.process(picture).multi_face_landmarks
     if not faces:
         raise SystemExit("MediaPipe sees no face in the picture of the head")
-    return np.array([(p.x * FACE.width, p.y * FACE.height) for p in faces[0].landmark])
+    return np.array([(p.x * SIZE, p.y * SIZE) for p in faces[0].landmark])
 
 
 def partners(head: Head) -> NDArray[np.int64]:
@@ -122,58 +90,24 @@ def partners(head: Head) -> NDArray[np.int64]:
 
 def mirror(seen: Array) -> Array:
     """Points of the picture on the other side of the nose, (landmarks, 2) pixels."""
-    return np.asarray(seen * (-1, 1) + (2 * FACE.centre[0], 0))
+    return np.asarray(seen * (-1, 1) + (2 * CENTRE[0], 0))
 
 
 def cast(head: Head, seen: Array) -> MeshLandmarks:
     """Points of the picture put on the mesh: pupils on the eyeballs, all else on the skin."""
-    numbers = np.arange(len(seen))
-    eyes = np.isin(numbers, [*PUPILS, *IRISES])
-    skin = hit(head, ("skin",), FACE, seen)
-    ball = hit(head, ("eye_l", "eye_r"), FACE, seen)
-    corners = np.where(eyes[:, None], ball[0], skin[0])
-    return MeshLandmarks(numbers, corners, np.where(eyes[:, None], ball[1], skin[1]))
+    numbers, view = np.arange(len(seen)), view_of(head)
+    eyes = np.isin(numbers, [*PUPILS, *IRISES])[:, None]
+    skin, balls = (
+        hit(view, view.show(head.vertices, triangles_of(head, parts)), seen)
+        for parts in (("skin",), ("eye_l", "eye_r"))
+    )
+    return MeshLandmarks(numbers, np.where(eyes, balls[0], skin[0]), np.where(eyes, balls[1], skin[1]))
 
 
-def hit(head: Head, parts: tuple[str, ...], view: View, seen: Array) -> tuple[NDArray[np.int64], Array]:
-    """The first surface of some parts behind each pixel, or behind the nearest pixel that has one."""
-    picture = show(head, parts, view)
-    covered = np.column_stack(np.divmod(picture.covered(), view.width))[:, ::-1]
-    place = np.array([covered[((covered - point) ** 2).sum(axis=1).argmin()] for point in seen])
-    face = picture.face[place[:, 1], place[:, 0]]
-    inside = np.linalg.norm(place - seen, axis=1) < 1
-    spot = np.column_stack([np.where(inside[:, None], seen, place), np.ones(len(seen))])
-    weights = np.einsum("ncj,nj->nc", picture.planes[face].astype(float), spot).clip(0)
-    return picture.corners[face], weights / weights.sum(axis=1, keepdims=True)
-
-
-def show(head: Head, parts: tuple[str, ...], view: View) -> Picture:
-    """Some parts of the head alone."""
-    kept = np.concatenate([np.arange(len(head.vertices))[head.parts[part]] for part in parts])
-    triangles = head.triangles[np.isin(head.triangles, kept).all(axis=1)]
-    return rasterize(view.pixels(head.vertices, head).astype(np.float32), triangles, view.height, view.width)
-
-
-def put_on_rims(head: Head, landmarks: MeshLandmarks) -> MeshLandmarks:
-    """Move the inner-lip landmarks to the rims of the lips above and below the slit of the mouth."""
-    depth = show(head, ("skin",), LIPS).depth / LIPS.scale
-    rows = np.flatnonzero(np.isin(landmarks.numbers, UPPER_INNER + LOWER_INNER))
-    seen = LIPS.pixels(landmarks.of(head.vertices)[rows], head)[:, :2]
-    upper = np.isin(landmarks.numbers[rows], UPPER_INNER)
-    seen[:, 1] = [rim(depth[:, round(x)], round(y), above) for (x, y), above in zip(seen, upper, strict=True)]
-    corners, weights = landmarks.corners.copy(), landmarks.weights.copy()
-    corners[rows], weights[rows] = hit(head, ("skin",), LIPS, seen)
-    return MeshLandmarks(landmarks.numbers, corners, weights)
-
-
-def rim(depth: Array, start: int, above: bool) -> int:
-    """The row of a pixel column where a lip ends: at the slit, or at the crease where there is none."""
-    near = np.arange(start - RIM_REACH, start + RIM_REACH)
-    lips = np.max(depth[near])
-    slit = near[depth[near] < lips - RIM_DEPTH]
-    if len(slit) == 0:
-        return int(near[depth[near].argmin()])
-    return int(slit[0] - 1 if above else slit[-1] + 1)
+def triangles_of(head: Head, parts: tuple[str, ...]) -> NDArray[np.int64]:
+    """The triangles of some parts."""
+    rows = np.concatenate([np.arange(len(head.vertices))[head.parts[part]] for part in parts])
+    return head.triangles[np.isin(head.triangles, rows).all(axis=1)]
 
 
 def report(head: Head, landmarks: MeshLandmarks) -> None:
@@ -188,7 +122,7 @@ def mark(picture: NDArray[np.uint8], seen: Array, path: Path) -> None:
     """Write the picture with a dot per landmark: inner lips red, outer lips blue, others green."""
     from PIL import Image, ImageDraw
 
-    image = Image.fromarray(picture).resize((FACE.width * 2, FACE.height * 2))
+    image = Image.fromarray(picture).resize((SIZE * 2, SIZE * 2))
     pen = ImageDraw.Draw(image)
     for number, (x, y) in enumerate(seen[:, :2] * 2):
         colour = "red" if number in INNER_LIPS else "blue" if number in OUTER_LIPS else "lime"

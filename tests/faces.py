@@ -26,8 +26,8 @@ def head_puppet() -> Puppet:
     """The shipped head's landmarks in the axes and size of a reference face."""
     head, spots = load_head(), read_landmarks(load_rig("arkit").landmarks)
     rest = spots.of(head.vertices)
-    scale = 63.0 / np.linalg.norm(rest[473] - rest[468])
-    return Puppet(head.targets, (rest - (rest[468] + rest[473]) / 2) * scale, spots.of(head.deltas) * scale)
+    eyes = rest[[33, 133, 362, 263]].mean(axis=0)
+    return Puppet(head.targets, (rest - eyes) * 1000, spots.of(head.deltas) * 1000)
 
 
 @cache

@@ -141,12 +141,11 @@ def test_a_slanted_head_is_said() -> None:
         make_puppet(moved, read_landmarks(load_rig("arkit").landmarks), head_face())
 
 
-def test_coinciding_pupils_are_said() -> None:
+def test_coinciding_eyes_are_said() -> None:
     spots = read_landmarks(load_rig("arkit").landmarks)
-    corners = spots.corners.copy()
-    corners[473], weights = corners[468], spots.weights.copy()
-    weights[473] = weights[468]
-    with pytest.raises(RigError, match=r"pupils \(468, 473\) coincide"):
+    corners, weights = spots.corners.copy(), spots.weights.copy()
+    corners[[362, 263]], weights[[362, 263]] = corners[[33, 133]], weights[[33, 133]]
+    with pytest.raises(RigError, match="landmarks of the two eyes .* coincide"):
         make_puppet(load_head(), replace(spots, corners=corners, weights=weights), head_face())
 
 

@@ -13,8 +13,7 @@ from phonanim.head import Head
 from phonanim.rig.landmarks import MeshLandmarks
 
 Array = NDArray[np.float64]
-PUPILS = (468, 473)  # right, left
-PUPIL_DISTANCE = 63.0  # mm, as in the reference face
+EYES = ((33, 133), (362, 263))  # the corners of the right and of the left eye
 SLANT = 35.0  # degrees that a head may lean: faces differ in how they look ahead
 ALIKE = 0.5  # two controls are partners when their mirrored motions differ by less than this fraction
 
@@ -24,7 +23,7 @@ class Puppet:
     """The landmarks of a head at rest and under each control at full weight.
 
     `controls` are names, `rest` (landmarks, 3) and `shapes` (controls, landmarks, 3) millimetres in the
-    axes and the size of the reference face (pupils 63 mm apart), rows as in `FaceModel.indices`.
+    axes and the size of the reference face (eyes as far apart), rows as in `FaceModel.indices`.
     """
 
     controls: tuple[str, ...]
@@ -52,12 +51,17 @@ def make_puppet(head: Head, landmarks: MeshLandmarks, face: FaceModel) -> Puppet
     rest, shapes = spots.of(head.vertices), spots.of(head.deltas)
     turn = _snap(_rotation(rest, face.mean))
     rest, shapes = rest @ turn, shapes @ turn
-    right, left = face.rows(PUPILS)
-    apart = float(np.linalg.norm(rest[left] - rest[right]))
+    centres, own = eye_centres(rest, face), eye_centres(face.mean, face)
+    apart = float(np.linalg.norm(centres[1] - centres[0]))
     if apart == 0:
-        raise RigError("the landmarks of the pupils (468, 473) coincide; mend the landmark table")
-    scale = PUPIL_DISTANCE / apart
-    return Puppet(head.targets, (rest - (rest[left] + rest[right]) / 2) * scale, shapes * scale)
+        raise RigError("the landmarks of the two eyes (33, 133; 362, 263) coincide; mend the landmark table")
+    scale = float(np.linalg.norm(own[1] - own[0])) / apart
+    return Puppet(head.targets, (rest - centres.mean(axis=0)) * scale, shapes * scale)
+
+
+def eye_centres(points: Array, face: FaceModel) -> Array:
+    """The middles of the right and the left eye, (landmarks, 3) -> (2, 3)."""
+    return np.array([points[face.rows(corners)].mean(axis=0) for corners in EYES])
 
 
 def _rotation(points: Array, target: Array) -> Array:

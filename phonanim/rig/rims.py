@@ -1,0 +1,79 @@
+"""Inner-lip landmarks put on the rims of the lips: what meets when the mouth is shut.
+
+Neither a tracker nor a warp can tell two rims apart in a closed mouth; a picture of the lips from the
+front can: the slit between them lies deep, or, where they touch, the crease is the deepest place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.raster import Picture, rasterize
+from phonanim.rig.landmarks import MeshLandmarks
+
+Array = NDArray[np.float64]
+
+UPPER_INNER = (191, 80, 81, 82, 13, 312, 311, 310, 415)
+LOWER_INNER = (95, 88, 178, 87, 14, 317, 402, 318, 324)
+DEPTH = 0.006  # metres behind the front of the lips: deeper than this lies the slit of the mouth
+REACH = 0.003  # metres up and down within which the rim is looked for
+
+
+@dataclass(frozen=True)
+class View:
+    """An orthographic view from the front: pixels per metre; the place (metres) and pixel of its middle."""
+
+    scale: float
+    middle: Array
+    centre: tuple[float, float]
+    height: int
+    width: int
+
+    def pixels(self, points: Array) -> Array:
+        """Column, row and nearness of points, (n, 3) metres -> (n, 3)."""
+        return np.asarray((points - self.middle) * self.scale * (1, -1, 1) + (*self.centre, 0))
+
+    def show(self, points: Array, triangles: NDArray[np.int64]) -> Picture:
+        """What is seen of a surface."""
+        return rasterize(self.pixels(points).astype(np.float32), triangles, self.height, self.width)
+
+
+def hit(view: View, picture: Picture, seen: Array) -> tuple[NDArray[np.int64], Array]:
+    """The surface behind each pixel, or behind the nearest that has one: corners and weights, (n, 3) each."""
+    covered = np.column_stack(np.divmod(picture.covered(), view.width))[:, ::-1]
+    place = np.array([covered[((covered - point) ** 2).sum(axis=1).argmin()] for point in seen])
+    face = picture.face[place[:, 1], place[:, 0]]
+    inside = np.linalg.norm(place - seen, axis=1) < 1
+    spot = np.column_stack([np.where(inside[:, None], seen, place), np.ones(len(seen))])
+    weights = np.einsum("ncj,nj->nc", picture.planes[face].astype(float), spot).clip(0)
+    return picture.corners[face], weights / weights.sum(axis=1, keepdims=True)
+
+
+def put_on_rims(points: Array, triangles: NDArray[np.int64], landmarks: MeshLandmarks) -> MeshLandmarks:
+    """Move the inner-lip landmarks to the rims, on a skin in metres that looks along z with y up."""
+    mouth = landmarks.take((61, 291)).of(points)
+    view = View(20_000.0, mouth.mean(axis=0), (800.0, 400.0), 800, 1600)  # twenty pixels to the millimetre
+    picture = view.show(points, triangles)
+    depth = picture.depth / view.scale
+    rows = np.flatnonzero(np.isin(landmarks.numbers, UPPER_INNER + LOWER_INNER))
+    seen = view.pixels(landmarks.of(points)[rows])[:, :2]
+    upper = np.isin(landmarks.numbers[rows], UPPER_INNER)
+    reach = round(REACH * view.scale)
+    seen[:, 1] = [
+        _rim(depth[:, round(x)], round(y), above, reach) for (x, y), above in zip(seen, upper, strict=True)
+    ]
+    corners, weights = landmarks.corners.copy(), landmarks.weights.copy()
+    corners[rows], weights[rows] = hit(view, picture, seen)
+    return MeshLandmarks(landmarks.numbers, corners, weights)
+
+
+def _rim(depth: Array, start: int, above: bool, reach: int) -> int:
+    """The row of a pixel column where a lip ends: at the slit, or at the crease where there is none."""
+    near = np.arange(start - reach, start + reach)
+    slit = near[depth[near] < np.max(depth[near]) - DEPTH]
+    if len(slit) == 0:
+        return int(near[depth[near].argmin()])
+    return int(slit[0] - 1 if above else slit[-1] + 1)
