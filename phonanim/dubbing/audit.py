@@ -117,7 +117,9 @@ def _faults(line: Line, path: Path) -> Iterator[tuple[str, str]]:
     """What is wrong with one file: (problem, text)."""
     try:
         animation = load(path)
-        alignment = read_alignment(line.alignment, line.options.tier)
+        alignment = read_alignment(
+            line.alignment, line.options.tier, line.options.speaker, line.options.lexicon
+        )
         seconds = duration(line.audio) if line.audio else alignment.duration
     except PhonanimError as error:
         yield "unreadable", str(error)

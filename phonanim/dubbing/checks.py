@@ -55,21 +55,19 @@ def replaced_labels(performance: Performance, audio: Path | None) -> Flag | None
 
 
 def missed_closures(performance: Performance, audio: Path | None) -> Flag | None:
-    """The p, b and m in which no frame shows closed lips."""
-    track, animation = performance.track, performance.animation
+    """The p, b and m that no frame in or next to them shows with closed lips."""
+    track, fps = performance.track, performance.animation.fps
     numbers = np.flatnonzero(np.isin(track.codes, INVENTORY.codes(["p", "b", "m"])))
     if len(numbers) == 0:
         return None
-    segments = track.segment_at(animation.times)
-    frames = np.flatnonzero(np.isin(segments, numbers))
-    gaps = np.full(len(track.codes), np.inf)
-    shapes = performance.face.instance(performance.modes[frames])
-    np.minimum.at(gaps, segments[frames], lip_aperture(shapes, performance.face))
-    missed = numbers[(gaps[numbers] > OPEN_MM)]
+    first = np.floor(track.bounds[numbers] * fps).astype(int)
+    last = np.minimum(np.ceil(track.bounds[numbers + 1] * fps).astype(int), len(performance.modes) - 1)
+    gaps = np.array([_least_gap(performance, *span) for span in zip(first, last, strict=True)])
+    missed = numbers[gaps > OPEN_MM]
     if len(missed) == 0:
         return None
-    first = track.bounds[missed[0]]
-    text = f"{len(missed)} of {len(numbers)} p b m show no closed lips, the first at {first:.2f} s"
+    when = track.bounds[missed[0]]
+    text = f"{len(missed)} of {len(numbers)} p b m show no closed lips, the first at {when:.2f} s"
     return Flag("closures", _severity(len(missed), len(numbers)), text)
 
 
@@ -128,6 +126,12 @@ CHECKS: tuple[Callable[[Performance, Path | None], Flag | None], ...] = (
     other_length,
     misplaced_silence,
 )
+
+
+def _least_gap(performance: Performance, first: int, last: int) -> float:
+    """Millimetres between the lips in the frame, from `first` to `last`, in which they are closest."""
+    face = performance.face
+    return float(lip_aperture(face.instance(performance.modes[first : last + 1]), face).min())
 
 
 def _severity(count: float, most: float) -> float:

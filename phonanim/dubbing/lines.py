@@ -20,7 +20,7 @@ from phonanim.rates import parse_rate
 # Taken from a folder; a pattern or a table may name files of any suffix, since readers go by content.
 ALIGNMENTS = (".textgrid", ".phn", ".lab", ".ctm", ".eaf", ".par", ".pgo")
 WILD = re.compile(r"[*?[]")
-TEXTS = ("rig", "model", "language", "tier", "unknown")
+TEXTS = ("rig", "model", "language", "tier", "speaker", "unknown")
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,13 +140,15 @@ def _line(id: str, row: Row, root: Path, options: Options) -> Line:
         place=row.place,
         alignment=alignment,
         audio=audio,
-        options=replace(options, **_overrides(row.cells)),
+        options=replace(options, **_overrides(row.cells, root)),
         output=safe_name(row.cells.get("output", id)),
     )
 
 
-def _overrides(cells: Mapping[str, str]) -> dict[str, Any]:
+def _overrides(cells: Mapping[str, str], root: Path) -> dict[str, Any]:
     chosen: dict[str, Any] = {name: cells[name] for name in TEXTS if name in cells}
+    if "lexicon" in cells:
+        chosen["lexicon"] = str((root / cells["lexicon"]).absolute())
     if chosen.get("unknown", "error") not in ("error", "nearest", "silence"):
         raise OptionError(f"unknown = {chosen['unknown']!r}; choose error, nearest or silence")
     for name in ("intensity", "jaw", "lips"):

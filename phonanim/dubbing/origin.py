@@ -25,6 +25,7 @@ def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
         "alignment": [line.alignment.name, content_hash(line.alignment)],
         "audio": [line.audio.name, content_hash(line.audio)] if line.audio else None,
         "options": asdict(line.options),
+        "lexicon": content_hash(Path(line.options.lexicon)) if line.options.lexicon else None,
         "model": model_hash(line.options.model),
         "rig": rig_hash(line.options.rig),
         "version": __version__,
