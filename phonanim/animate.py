@@ -48,7 +48,7 @@ def animate(path: Path, options: Options = DEFAULTS, audio: Path | None = None) 
 def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) -> Performance:
     """The same, with the steps in between: each is one module."""
     model, rig = load_model(options.model), load_cached_rig(options.rig)
-    alignment = read_alignment(path, options.tier)
+    alignment = read_alignment(path, options.tier, options.speaker, options.lexicon)
     track, notes = to_phones(alignment, options.language, options.unknown)
     modes = model.predict(track, options.fps, frame_count(track.duration, options.fps))
     if options.contacts:

@@ -12,7 +12,8 @@ from phonanim.catalog import DEFAULT_MODEL
 class Options:
     """How a line is animated; the defaults suit speech of any aligner on the shipped head.
 
-    `model` and `rig` are names or paths, `fps` is in hertz, `tier` is found when it is None.
+    `model` and `rig` are names or paths, `fps` is in hertz, `tier` is found when it is None,
+    `speaker` is needed where several people speak, `lexicon` (a dictionary's path) where a file has words alone.
     60 frames per second show a closure of 30 ms, which 24 or 30 may miss.
     """
 
@@ -21,6 +22,8 @@ class Options:
     fps: float = 60.0
     language: str = "auto"
     tier: str | None = None
+    speaker: str | None = None
+    lexicon: str | None = None
     unknown: Literal["error", "nearest", "silence"] = "error"
     contacts: bool = True
     retarget: Literal["auto", "poses", "direct"] = "auto"

@@ -49,6 +49,12 @@ OPTIONS = (
     ),
     click.option("--language", default=DEFAULTS.language, help="Label set of the phone tier."),
     click.option("--tier", help="Phone tier, by name; found by name and content otherwise."),
+    click.option("--speaker", help="Who is animated, in a file of several speakers."),
+    click.option(
+        "--lexicon",
+        type=click.Path(exists=True, dir_okay=False),
+        help="Pronunciation dictionary (CMU or MFA form) for a file of words alone.",
+    ),
     click.option(
         "--unknown",
         type=click.Choice(["error", "nearest", "silence"]),

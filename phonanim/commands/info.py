@@ -19,8 +19,17 @@ if TYPE_CHECKING:
 @click.argument("alignment", required=False, type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--language", help="Print what each label of a language becomes; with a file, read it by that.")
 @click.option("--tier", help="Phone tier of the file, by name or number.")
+@click.option("--speaker", help="Whose tiers to read, in a file of several speakers.")
+@click.option("--lexicon", type=click.Path(exists=True, dir_okay=False), help="Dictionary for words alone.")
 @talk_options
-def command(alignment: Path | None, language: str | None, tier: str | None, talk: Talk) -> None:
+def command(
+    alignment: Path | None,
+    language: str | None,
+    tier: str | None,
+    speaker: str | None,
+    lexicon: str | None,
+    talk: Talk,
+) -> None:
     """Tell what phonanim knows, or what it sees in an alignment.
 
     \b
@@ -31,7 +40,7 @@ def command(alignment: Path | None, language: str | None, tier: str | None, talk
       phonanim info line.TextGrid --tier phones --json
     """
     if alignment:
-        facts = seen(alignment, language or "auto", tier)
+        facts = seen(alignment, language or "auto", tier, speaker, lexicon)
     elif language:
         facts = covered(language)
     else:
@@ -80,7 +89,9 @@ def covered(name: str) -> dict[str, Any]:
     }
 
 
-def seen(path: Path, language_name: str, tier: str | None) -> dict[str, Any]:
+def seen(
+    path: Path, language_name: str, tier: str | None, speaker: str | None, lexicon: str | None
+) -> dict[str, Any]:
     """What an alignment holds: its tiers, the one that is read, the language, every label's share."""
     from phonanim.alignment import read_alignment
     from phonanim.language import choose_language, load_language
@@ -88,7 +99,7 @@ def seen(path: Path, language_name: str, tier: str | None) -> dict[str, Any]:
 
     source = open_source(path)
     reader = find_reader(source)
-    alignment = read_alignment(path, tier)
+    alignment = read_alignment(path, tier, speaker, lexicon)
     labels = [interval.label for interval in alignment.intervals]
     language = choose_language(labels) if language_name == "auto" else load_language(language_name)
     return {
