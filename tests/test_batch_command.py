@@ -248,7 +248,8 @@ def test_flags(lines, tmp_path, root):
 
 
 def test_closures_are_missed_without_contacts(lines, tmp_path):
-    short = [Interval("M", 0.5, 0.6), Interval("B", 0.6, 0.61), Interval("AA", 0.61, 1.0)]  # between two frames
+    # The b lies between two frames.
+    short = [Interval("M", 0.5, 0.6), Interval("B", 0.6, 0.61), Interval("AA", 0.61, 1.0)]
     write_textgrid(lines / "short.TextGrid", {"phones": short}, 1.5)
     batch("lines", "-o", "with", "-q", *FAST)
     batch("lines", "-o", "without", "-q", "--no-contacts", "--intensity", "1", *FAST)
