@@ -1,88 +1,66 @@
-"""Few keys for a curve, within a stated error: cubic spans with shared slopes, or straight ones."""
+"""Few keys for a curve, within a stated error: straight spans between frames of the curve itself.
+
+Straight, because every program draws straight lines alike: Blender drops the tangents of glTF's cubic keys
+on import, and cubic spans with the curve's own slopes needed no fewer keys on a real capture.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation import Animation
 
+FIRST_LOOK = 16  # frames; doubled until a key is found
+
 
 @dataclass(frozen=True)
 class Keys:
-    """Curves by keys: at `frames` (k,) they have `values` (k, curves) and `slopes` (k, curves) per frame.
+    """Curves by keys: at `frames` (k,) they have `values` (k, curves), and run straight between.
 
-    Between keys each curve is the cubic Hermite span, or straight where there are no slopes; `error` is the
-    largest distance to the dense curves at their frames.
+    `error` is the largest distance to the dense curves at their frames.
     """
 
     frames: NDArray[np.int64]
     values: NDArray[np.float64]
-    slopes: NDArray[np.float64] | None
     error: float
 
     def sample(self, frames: NDArray[np.float64]) -> NDArray[np.float64]:
         """The curves at frames, which may be fractions: (n,) -> (n, curves); the ends hold."""
-        if self.slopes is None:
-            return np.stack([np.interp(frames, self.frames, curve) for curve in self.values.T], axis=1)
-        places = np.clip(frames, self.frames[0], self.frames[-1])
-        first = np.clip(
-            np.searchsorted(self.frames, places, side="right") - 1, 0, max(len(self.frames) - 2, 0)
-        )
-        after = np.minimum(first + 1, len(self.frames) - 1)
-        ends = (self.values[first], self.slopes[first], self.values[after], self.slopes[after])
-        return hermite(
-            places - self.frames[first], (self.frames[after] - self.frames[first]).astype(float), *ends
-        )
+        return np.stack([np.interp(frames, self.frames, curve) for curve in self.values.T], axis=1)
 
 
-def hermite(
-    past: NDArray[np.float64],
-    length: NDArray[np.float64],
-    value: NDArray[np.float64],
-    slope: NDArray[np.float64],
-    next_value: NDArray[np.float64],
-    next_slope: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Cubic Hermite spans, `past` (n,) after their first key in spans `length` (n,) long: -> (n, curves)."""
-    length = np.where(length > 0, length, 1)[:, None]
-    t = np.clip(past[:, None] / length, 0, 1)
-    u = 1 - t
-    ends = value * (1 + 2 * t) * u**2 + next_value * (3 - 2 * t) * t**2
-    return np.asarray(ends + length * t * u * (slope * u - next_slope * t))
-
-
-def reduce_curves(curves: NDArray[np.floating], tolerance: float, straight: bool = False) -> Keys:
+def reduce_curves(curves: NDArray[np.floating], tolerance: float) -> Keys:
     """Keys that all curves share, (frames, curves), such that each is met within `tolerance` at every frame.
 
-    Spans are split at their largest error, then keys that proved needless are taken out again. Slopes are
-    those of the dense curves, so the keyed ones bend smoothly; `straight` spans have none.
+    Each key is the last frame that a straight line from the one before can reach. Raises ValueError when
+    there are no frames.
     """
     dense = np.asarray(curves, np.float64)
-    slopes = None if straight else _slopes(dense)
-    frames = _pruned(_split(dense, slopes, tolerance), dense, slopes, tolerance)
-    keys = Keys(frames, dense[frames], None if slopes is None else slopes[frames], 0.0)
-    return replace(keys, error=_largest(keys.sample(np.arange(len(dense), dtype=float)) - dense))
+    if len(dense) == 0:
+        raise ValueError("curves of no frames have no keys")
+    places = [0]
+    while places[-1] < len(dense) - 1:
+        places.append(_farthest(dense, places[-1], tolerance))
+    frames = np.array(places, np.int64)
+    keys = Keys(frames, dense[frames], 0.0)
+    return Keys(frames, keys.values, _largest(keys.sample(np.arange(len(dense), dtype=float)) - dense))
 
 
-def reduce_channels(animation: Animation, tolerance: float, straight: bool = False) -> dict[str, Keys]:
+def reduce_channels(animation: Animation, tolerance: float) -> dict[str, Keys]:
     """Keys of each channel on its own; one that stands still has one key."""
-    return {name: reduce_curve(animation.channel(name), tolerance, straight) for name in animation.channels}
+    return {name: reduce_curve(animation.channel(name), tolerance) for name in animation.channels}
 
 
-def reduce_curve(curve: NDArray[np.floating], tolerance: float, straight: bool = False) -> Keys:
+def reduce_curve(curve: NDArray[np.floating], tolerance: float) -> Keys:
     """Keys of one curve, (frames,); one key where it stays within `tolerance` of its first value."""
     dense = np.asarray(curve, np.float64)[:, None]
     error = _largest(dense - dense[0])
     if error <= tolerance:
-        return Keys(np.zeros(1, np.int64), dense[:1], None if straight else np.zeros((1, 1)), error)
-    return reduce_curves(dense, tolerance, straight)
-
-
-def _largest(differences: NDArray[np.float64]) -> float:
-    return float(np.abs(differences).max(initial=0.0))
+        return Keys(np.zeros(1, np.int64), dense[:1], error)
+    return reduce_curves(dense, tolerance)
 
 
 def describe(keys: dict[str, Keys], animation: Animation) -> str:
@@ -98,50 +76,33 @@ def describe(keys: dict[str, Keys], animation: Animation) -> str:
 
 def describe_shared(keys: Keys, animation: Animation) -> str:
     """The same of curves that share their keys."""
-    rate = len(keys.frames) / (len(animation.values) / animation.fps)
     count = len(keys.frames)
+    rate = count / (len(animation.values) / animation.fps)
     return f"{count} keys that all curves share, {rate:.1f} per second, largest error {keys.error:.4f}"
 
 
-def _slopes(dense: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Change per frame of curves, (frames, curves), by central differences."""
-    if len(dense) < 2:
-        return np.zeros_like(dense)
-    return np.asarray(np.gradient(dense, axis=0, edge_order=2 if len(dense) > 2 else 1))
+def _largest(differences: NDArray[np.float64]) -> float:
+    return float(np.abs(differences).max(initial=0.0))
 
 
-def _errors(
-    dense: NDArray[np.float64], slopes: NDArray[np.float64] | None, first: int, last: int
-) -> NDArray[np.float64]:
-    """The worst curve's error at the frames strictly inside a span, (last - first - 1,)."""
-    past = np.arange(1, last - first, dtype=float)
-    if slopes is None:
-        span = dense[first] + (past / (last - first))[:, None] * (dense[last] - dense[first])
-    else:
-        length = np.full(len(past), float(last - first))
-        span = hermite(past, length, dense[first], slopes[first], dense[last], slopes[last])
-    return np.asarray(np.abs(span - dense[first + 1 : last]).max(axis=1))
+def _farthest(dense: NDArray[np.float64], first: int, tolerance: float) -> int:
+    """The last frame to which straight lines from frame `first` stay within the tolerance of all curves.
 
-
-def _split(dense: NDArray[np.float64], slopes: NDArray[np.float64] | None, tolerance: float) -> list[int]:
-    kept, spans = {0, len(dense) - 1}, [(0, len(dense) - 1)]
-    while spans:
-        first, last = spans.pop()
-        if last - first < 2:
-            continue
-        errors = _errors(dense, slopes, first, last)
-        middle = first + 1 + int(errors.argmax())
-        if errors[middle - first - 1] > tolerance:
-            kept.add(middle)
-            spans += [(first, middle), (middle, last)]
-    return sorted(kept)
-
-
-def _pruned(
-    frames: list[int], dense: NDArray[np.float64], slopes: NDArray[np.float64] | None, tolerance: float
-) -> NDArray[np.int64]:
-    kept = frames[:1]
-    for place in range(1, len(frames) - 1):
-        if _errors(dense, slopes, kept[-1], frames[place + 1]).max() > tolerance:
-            kept.append(frames[place])
-    return np.array([*kept, *frames[1:][-1:]], np.int64)
+    Every frame on the way leaves a cone of slopes; a frame can be a key while its own slope lies within the
+    cones of all frames before it, and none can once they have nothing in common.
+    """
+    ahead = FIRST_LOOK
+    while True:
+        last = min(first + ahead, len(dense) - 1)
+        steps = np.arange(1, last - first + 1)[:, None]
+        rise = dense[first + 1 : last + 1] - dense[first]
+        low = np.maximum.accumulate((rise - tolerance) / steps)
+        high = np.minimum.accumulate((rise + tolerance) / steps)
+        closed = np.flatnonzero((low > high).any(axis=1))
+        if len(closed) or last == len(dense) - 1:
+            break
+        ahead *= 2
+    slopes = rise[1:] / steps[1:]
+    fits = ((slopes >= low[:-1]) & (slopes <= high[:-1])).all(axis=1)
+    reached = np.flatnonzero(fits[: closed[0]] if len(closed) else fits)
+    return first + 2 + int(reached[-1]) if len(reached) else first + 1

@@ -70,8 +70,8 @@ def lower_face(head: Head, size: int = 200, yaw: float = 16.0) -> View:
     teeth = head.vertices[head.parts["teeth_u"]]
     eyes = head.vertices[head.parts["eye_l"]]
     middle = (teeth.min(axis=0) + teeth.max(axis=0)) / 2
-    span = 1.72 * (eyes.mean(axis=0)[1] - middle[1])
-    centre = (0.0, float(middle[1] - 0.13 * span), float(teeth[:, 2].max()))
+    span = 1.45 * (eyes.mean(axis=0)[1] - middle[1])
+    centre = (0.0, float(middle[1] - 0.16 * span), float(teeth[:, 2].max()))
     return View(centre, float(span), size, size, yaw)
 
 

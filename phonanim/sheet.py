@@ -33,9 +33,9 @@ def save_sheet(
     animation: Animation,
     path: Path,
     head: Head | None = None,
-    pictures: int = 24,
-    columns: int = 6,
-    size: int = 200,
+    pictures: int = 40,
+    columns: int = 8,
+    size: int = 170,
 ) -> None:
     """Draw the lower face at the middle of each phone, `pictures` at most, and write a PNG.
 

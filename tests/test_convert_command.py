@@ -58,14 +58,19 @@ def test_keys_are_reported(take, capsys):
     assert said[2].startswith("a.glb: ")
     assert "keys that all curves share" in said[2]
     assert "moving curves" in said[3]
-    tree = read_glb(take / "a.glb").tree
-    assert tree["animations"][0]["samplers"][0]["interpolation"] == "CUBICSPLINE"
 
 
 def test_a_character_of_ones_own(take):
     save(only(line(), jawOpen=0.5), take / "mine.glb", character=SHIPPED)
     assert run(["convert", "take.npz", "-o", "a.glb", "--character", "mine.glb", "-q"]) == 0
     assert [a["name"] for a in read_glb(take / "a.glb").tree["animations"]] == ["mine", "a"]
+
+
+def test_two_takes_on_one_page(take):
+    save(only(line(), jawOpen=0.5), take / "second.npz")
+    assert run(["convert", "take.npz", "-o", "a.html", "--beside", "second.npz", "-q"]) == 0
+    page = (take / "a.html").read_text("utf-8")
+    assert page.count('"targets":') == 2
 
 
 @pytest.mark.parametrize(
@@ -75,6 +80,8 @@ def test_a_character_of_ones_own(take):
         (["take.npz", "-o", "take.npz"], "take.npz: is named twice, as input or output"),
         (["take.npz", "-o", "a.xyz"], "a.xyz: no format has this suffix"),
         (["take.npz", "-o", "a.csv", "--keys", "0.1"], "--keys does nothing for a.csv; leave it out"),
+        (["take.npz", "-o", "b.npz", "--beside", "b.npz"], "b.npz: is named twice, as input or output"),
+        (["take.npz", "-o", "a.csv", "--beside", "b.npz"], "--beside does nothing for a.csv; leave it out"),
         (["take.npz", "-o", "a.glb", "--keys", "-1"], "-1"),
         (["take.npz", "-o", "a.csv", "--timecode", "1h"], "'1h' is no timecode of 60 frames per second"),
         (["take.npz", "-o", "a.csv", "--fps", "0"], "frames per second"),
@@ -84,6 +91,7 @@ def test_a_character_of_ones_own(take):
     ],
 )
 def test_what_cannot_be_converted(take, capsys, arguments, message):
+    save(line(), take / "b.npz")
     (take / "a.tsv").write_text("0.00\tX\n")
     (take / "broken.glb").write_bytes(b"glTF")
     before = sorted(path.name for path in take.iterdir())

@@ -26,7 +26,7 @@ def data_of(path):
 def test_the_page_holds_everything(tmp_path):
     animation = replace(line(), audio=tmp_path / "a.wav")
     animation.audio.write_bytes(b"RIFF")
-    save(animation, tmp_path / "a.html", other=only(animation, jawOpen=0.5))
+    save(animation, tmp_path / "a.html", beside=only(animation, jawOpen=0.5))
     data = data_of(tmp_path / "a.html")
     first, second = data["takes"]
     curves = np.frombuffer(base64.b64decode(first["curves"]), "<f4").reshape(-1, len(first["channels"]))

@@ -83,7 +83,6 @@ def test_an_open_mouth_is_dark_inside(head):
     closed, opened = mouth(head), mouth(head, jawOpen=0.5)
     middle = (slice(40, 56), slice(44, 52))
     assert opened[middle].mean() < 0.75 * closed[middle].mean()
-    assert closed.min() > 0
 
 
 def test_a_head_that_faces_the_camera_is_as_wide_on_both_sides(head):

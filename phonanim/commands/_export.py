@@ -71,4 +71,4 @@ def key_notes(animation: Animation, outputs: Sequence[Path], exports: dict[str, 
         if path.suffix.lower() in SHARED_KEYS:
             yield f"{path}: {describe_shared(reduce_curves(animation.values, error), animation)}"
         elif "keys" in options_of(path):
-            yield f"{path}: {describe(reduce_channels(animation, error, straight=True), animation)}"
+            yield f"{path}: {describe(reduce_channels(animation, error), animation)}"

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 @click.option("--alignment", type=FILE, help="Phones and words, for timelines and cues.")
 @click.option("--audio", type=FILE, help="The recording.")
 @click.option("--rig", help="Name of the rig that the channels belong to, where the file does not say.")
+@click.option("--beside", type=FILE, help="A second take, shown next to the first in a .html.")
 @click.option("--sheet", type=OUTPUT, help="Also draw a contact sheet of the face, as PNG.")
 @export_options
 @talk_options
@@ -37,6 +38,7 @@ def command(
     alignment: Path | None,
     audio: Path | None,
     rig: str | None,
+    beside: Path | None,
     sheet: Path | None,
     exports: dict[str, object],
     talk: Talk,
@@ -50,17 +52,19 @@ def command(
       phonanim convert capture.csv -o capture.npz
       phonanim convert take.glb -o take.anim --keys 0.01
       phonanim convert capture.csv -o capture.html --alignment line.TextGrid --audio line.wav
+      phonanim convert take1.npz -o takes.html --beside take2.npz
       phonanim convert take.npz -o take.csv --fps 29.97 --timecode "01:00:00;00"
     """
     from phonanim.exporters import find_exporter, load
 
     if not outputs and not sheet:
         raise click.UsageError("nothing to write: name a file with -o, or a picture with --sheet")
-    check_outputs([*outputs, *filter(None, [sheet])], [source, *filter(None, [alignment, audio])])
+    check_outputs([*outputs, *filter(None, [sheet])], [source, *filter(None, [alignment, audio, beside])])
     for path in outputs:
         find_exporter(path)
     animation = adapted(load(source), fps, start, alignment, audio, rig)
-    save_each(animation, outputs, exports)
+    second = {"beside": load(beside)} if beside else {}
+    save_each(animation, outputs, exports | second)
     if sheet:
         from phonanim.sheet import save_sheet
 

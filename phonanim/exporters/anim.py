@@ -54,7 +54,7 @@ def write(animation: Animation, path: Path, node: str = "blendShape1", keys: flo
 
 def _keyed(animation: Animation, keys: float | None) -> dict[str, Keys]:
     if keys is not None:
-        return reduce_channels(animation, keys, straight=True)
+        return reduce_channels(animation, keys)
     every = np.arange(len(animation.values))
     values = np.asarray(animation.values, np.float64)
-    return {name: Keys(every, values[:, [i]], None, 0.0) for i, name in enumerate(animation.channels)}
+    return {name: Keys(every, values[:, [i]], 0.0) for i, name in enumerate(animation.channels)}

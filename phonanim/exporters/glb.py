@@ -15,7 +15,7 @@ from phonanim.exporters.json import intervals, spans
 from phonanim.files import atomic_path
 from phonanim.glb import Glb, glb_bytes, read_glb
 from phonanim.head import SHIPPED
-from phonanim.keys import hermite, reduce_curves
+from phonanim.keys import reduce_curves
 from phonanim.morphs import Morphs, find_morphs
 
 SUMMARY = "glTF binary: the shipped head, or your own character, speaking"
@@ -26,8 +26,8 @@ ROUNDING = 1e-6  # seconds: a key that is stored as float32 may lie this far aft
 def write(animation: Animation, path: Path, character: Path = SHIPPED, keys: float | None = None) -> None:
     """Add the animation to a GLB or VRM file; all else in it stays, byte for byte.
 
-    `character` has morph targets or VRM expressions with the names of the channels. With `keys` the frames
-    become fewer, cubic keys that miss no frame by more than that. Raises RigError when the character
+    `character` has morph targets or VRM expressions with the names of the channels. With `keys` frames
+    are left out that straight lines miss by no more than that. Raises RigError when the character
     cannot be used, OutputError when the destination cannot be written.
     """
     glb = read_glb(character)
@@ -63,19 +63,15 @@ def spliced(glb: Glb, animation: Animation, name: str, keys: float | None = None
 def _sampler(
     binary: Appended, animation: Animation, weights: NDArray[np.float64], keys: float | None
 ) -> dict[str, Any]:
-    """A track of weights, (frames, targets): every frame, or cubic keys with their slopes on both sides."""
+    """A track of weights, (frames, targets): every frame, or few keys."""
     times = animation.times - min(0.0, animation.start)  # glTF has no time before zero
-    if keys is None:
-        output, interpolation = weights, "LINEAR"
-    else:
+    if keys is not None:
         reduced = reduce_curves(weights, keys)
-        slopes = np.asarray(reduced.slopes) * animation.fps
-        times, interpolation = times[reduced.frames], "CUBICSPLINE"
-        output = np.stack([slopes, reduced.values, slopes], axis=1)
+        times, weights = times[reduced.frames], reduced.values
     return {
         "input": binary.accessor(times.astype("<f4"), bounds=True),
-        "output": binary.accessor(output.astype("<f4").ravel()),
-        "interpolation": interpolation,
+        "output": binary.accessor(weights.astype("<f4").ravel()),
+        "interpolation": "LINEAR",
     }
 
 
@@ -171,5 +167,21 @@ def _sampled(glb: Glb, sampler: dict[str, Any], count: int, grid: NDArray[np.flo
     if interpolation == "LINEAR":
         return np.array([np.interp(grid, keys, curve) for curve in values[:, 0].T])
     after = np.minimum(first + 1, len(keys) - 1)
-    ends = (values[first, 1], values[first, 2], values[after, 1], values[after, 0])
-    return np.asarray(hermite(grid - keys[first], keys[after] - keys[first], *ends).T)
+    return _cubic(grid - keys[first], keys[after] - keys[first], values[first], values[after]).T
+
+
+def _cubic(
+    past: NDArray[np.float64],
+    length: NDArray[np.float64],
+    left: NDArray[np.float64],
+    right: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Cubic Hermite spans (glTF 2.0, appendix C.5), `past` seconds after their first key: (n, targets).
+
+    `left` and `right` are (n, 3, targets): slope before, value and slope after the keys on both sides.
+    """
+    length = np.where(length > 0, length, 1)[:, None]
+    t = np.clip(past[:, None] / length, 0, 1)
+    u = 1 - t
+    values = left[:, 1] * (1 + 2 * t) * u**2 + right[:, 1] * (3 - 2 * t) * t**2
+    return np.asarray(values + length * t * u * (left[:, 2] * u - right[:, 0] * t))

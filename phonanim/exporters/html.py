@@ -26,15 +26,15 @@ AUDIO_TYPES = {".wav": "audio/wav", ".flac": "audio/flac", ".ogg": "audio/ogg", 
 
 
 def write(
-    animation: Animation, path: Path, other: Animation | None = None, character: Path = SHIPPED
+    animation: Animation, path: Path, beside: Animation | None = None, character: Path = SHIPPED
 ) -> None:
-    """Write the page; `other` is a second take, shown beside the first.
+    """Write the page; `beside` is a second take, shown next to the first.
 
     Raises RigError when the character has no target for any channel, OutputError when the sound cannot be
     read or the destination not be written.
     """
     glb = read_glb(character)
-    takes = [_take(take, glb) for take in (animation, other) if take]
+    takes = [_take(take, glb) for take in (animation, beside) if take]
     data = {
         "facts": _facts(animation),
         "takes": takes,

@@ -22,7 +22,7 @@ def write(animation: Animation, path: Path, keys: float = 0.002) -> None:
 
     Raises OutputError when the destination cannot be written.
     """
-    reduced = reduce_channels(animation, keys, straight=True)
+    reduced = reduce_channels(animation, keys)
     channels = [
         {"name": name, "keys": _pairs(found, animation)}
         for name, found in reduced.items()
