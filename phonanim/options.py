@@ -13,7 +13,8 @@ class Options:
     """How a line is animated; the defaults suit speech of any aligner on the shipped head.
 
     `model` and `rig` are names or paths, `fps` is in hertz, `tier` is found when it is None,
-    `speaker` is needed where several people speak, `lexicon` (a dictionary's path) where a file has words alone.
+    `speaker` is needed where several people speak, `lexicon` (a dictionary's path) where a file has
+    words alone.
     60 frames per second show a closure of 30 ms, which 24 or 30 may miss.
     """
 

@@ -25,6 +25,8 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "rig": ("character", "char", "rigname", "face", "head"),
     "model": ("modelname",),
     "tier": ("phonetier",),
+    "speaker": ("talker", "actor"),
+    "lexicon": ("dictionary", "dict"),
     "speaker": ("who", "talker"),
     "lexicon": ("dictionary", "pronunciations"),
     "fps": ("framerate", "rate", "framespersecond"),
