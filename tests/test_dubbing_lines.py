@@ -51,6 +51,12 @@ def test_a_table_overrides_the_options(folder):
     assert line.options == Options(language="english", fps=30000 / 1001, jaw=1.5, lips=2.0)
 
 
+def test_speakers_and_dictionaries_of_a_table(folder):
+    source = table(folder, "alignment,Actor,Dictionary\na.TextGrid,Ann,words.dict\n")
+    (line,) = read_lines(source, Options()).lines
+    assert line.options == Options(speaker="Ann", lexicon=str(folder / "words.dict"))
+
+
 @pytest.mark.parametrize("name", ["t.csv", "t.tsv", "t.jsonl", "semicolons.csv", "utf16.csv", "excel.csv"])
 def test_every_kind_of_table(folder, name):
     rows = [["id", "alignment", "language"], ["x", "a.TextGrid", "english"], ["y", "b.TextGrid", ""]]
