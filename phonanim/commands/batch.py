@@ -27,7 +27,13 @@ SOME_FAILED = 1
 @click.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path), help="Output folder."
 )
-@click.option("--format", "formats", multiple=True, default=["csv"], help="csv, glb, npz, json.")
+@click.option(
+    "--format",
+    "formats",
+    multiple=True,
+    default=["csv"],
+    help="Suffix of the outputs, more than one is fine; `phonanim info` lists them.",
+)
 @animation_options
 @click.option(
     "--workers", type=click.IntRange(1, 512), help="Processes; as many as there are cores otherwise."
