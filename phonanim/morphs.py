@@ -110,6 +110,18 @@ def target_names(mesh: dict[str, Any]) -> tuple[str, ...]:
     return (*map(str, listed), *[""] * len(first["targets"]))[: len(first["targets"])]
 
 
+def moving_morphs(glb: Glb, channels: tuple[str, ...]) -> list[Morphs]:
+    """Those that some channel moves. Raises RigError when there are none."""
+    found = [morphs for morphs in find_morphs(glb) if morphs.moved(channels)]
+    if not found:
+        shown = ", ".join(channels[:3])
+        raise RigError(
+            f"{glb.source}: has no morph target named like {shown} ...; "
+            "name a --character that has them, or choose another --rig"
+        )
+    return found
+
+
 def _expressions(tree: dict[str, Any]) -> dict[int, dict[str, list[tuple[int, float]]]]:
     """VRM expressions by node: which targets each moves, and how far at full weight."""
     found: dict[int, dict[str, list[tuple[int, float]]]] = {}

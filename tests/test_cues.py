@@ -41,6 +41,26 @@ def test_cues_lie_end_to_end_and_closures_stay(bob, tmp_path):
     assert all(cue.label == "A" or cue.end - cue.start >= SHORTEST for cue in cues)
 
 
+def test_two_short_shapes_make_one(tmp_path):
+    phones = (
+        Interval("M", 0.0, 0.2),
+        Interval("AA", 0.2, 0.22),
+        Interval("S", 0.22, 0.25),
+        Interval("M", 0.25, 0.5),
+    )
+    cues = mouth_cues(replace(line(), phones=phones), "rhubarb", tmp_path / "a.tsv")
+    assert [(cue.label, cue.start, cue.end) for cue in cues[:3]] == [
+        ("A", 0, 0.2),
+        ("B", 0.2, 0.25),
+        ("A", 0.25, 0.5),
+    ]
+
+
+def test_a_line_of_one_short_shape(tmp_path):
+    brief = replace(line(frames=1), phones=(Interval("AA", 0.0, 0.02),))
+    assert [cue.label for cue in mouth_cues(brief, "rhubarb", tmp_path / "a.tsv")] == ["D"]
+
+
 def test_tsv(bob, tmp_path):
     save(bob, tmp_path / "a.tsv")
     rows = [row.split("\t") for row in (tmp_path / "a.tsv").read_text().splitlines()]

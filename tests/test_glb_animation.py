@@ -65,7 +65,7 @@ def test_time_before_zero_is_moved(tmp_path):
 
 def test_characters_that_cannot_be_animated(tmp_path):
     animation = replace(line(), channels=tuple(f"x{i}" for i in range(52)))
-    message = r"head\.glb: none of its morph targets is named like x0, x1, x2, x3 \.\.\.; choose its --rig"
+    message = r"head\.glb: has no morph target named like x0, x1, x2 \.\.\.; name a --character"
     with pytest.raises(RigError, match=message):
         save(animation, tmp_path / "a.glb")
     assert not list(tmp_path.iterdir())

@@ -50,7 +50,9 @@ def test_nothing_is_fetched_and_nothing_breaks_out(tmp_path):
 
 
 def test_pages_that_cannot_be_made(tmp_path):
-    with pytest.raises(RigError, match=r"head\.glb: none of its morph targets is named like x0, x1, x2, x3"):
+    with pytest.raises(
+        RigError, match=r"head\.glb: has no morph target named like x0, x1, x2 \.\.\.; name a --character"
+    ):
         save(replace(line(), channels=tuple(f"x{i}" for i in range(52))), tmp_path / "a.html")
     with pytest.raises(OutputError, match=r"a\.aiff: a browser plays \.wav \.flac \.ogg \.mp3; convert"):
         save(replace(line(), audio=tmp_path / "a.aiff"), tmp_path / "a.html")

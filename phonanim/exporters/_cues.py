@@ -16,6 +16,7 @@ from phonanim.inventory import INVENTORY, LEXICON, SILENCE
 from phonanim.language import to_phones
 
 SHORTEST = 0.04  # seconds: a drawing held for less than a frame of film is not seen
+ROUNDING = 1e-9  # seconds
 CLOSURES = ("m", "f")  # shapes of these phones are shown however short they are
 
 
@@ -67,14 +68,27 @@ def _from_phones(animation: Animation, shapes: dict[str, tuple[str, str]]) -> li
 
 
 def _settled(cues: list[Interval], kept: set[str], rest: str) -> list[Interval]:
-    """Equal neighbours joined; what is too short to be seen given to the shape before it."""
-    joined: list[Interval] = [Interval(rest, 0.0, cues[0].start)] if cues[0].start > 0 else []
-    for cue in _joined(cues):
-        if joined and cue.end - cue.start < SHORTEST and cue.label not in kept:
-            joined[-1] = Interval(joined[-1].label, joined[-1].start, cue.end)
-        else:
-            joined.append(cue)
-    return _joined(joined)
+    """Equal neighbours joined, and what is too short to be seen given to the longer neighbour.
+
+    The shortest goes first; a closure neither goes nor takes, if something else is there to take.
+    """
+    before = [Interval(rest, 0.0, cues[0].start)] if cues[0].start > 0 else []
+    held = _joined([*before, *cues])
+    while short := [i for i, cue in enumerate(held) if _length(cue) < SHORTEST and cue.label not in kept]:
+        brief = min(short, key=lambda i: _length(held[i]))
+        near = [i for i in (brief - 1, brief + 1) if 0 <= i < len(held)]
+        if not near:
+            break
+        heir = max(near, key=lambda i: (held[i].label not in kept, _length(held[i])))
+        first, last = sorted((brief, heir))
+        around = slice(max(first - 1, 0), last + 2)
+        whole = Interval(held[heir].label, held[first].start, held[last].end)
+        held[around] = _joined([*held[around.start : first], whole, *held[last + 1 : around.stop]])
+    return held
+
+
+def _length(cue: Interval) -> float:
+    return cue.end - cue.start + ROUNDING
 
 
 def _joined(cues: list[Interval]) -> list[Interval]:

@@ -16,7 +16,7 @@ from phonanim.files import atomic_path
 from phonanim.glb import Glb, glb_bytes, read_glb
 from phonanim.head import SHIPPED
 from phonanim.keys import reduce_curves
-from phonanim.morphs import Morphs, find_morphs
+from phonanim.morphs import Morphs, find_morphs, moving_morphs
 
 SUMMARY = "glTF binary: the shipped head, or your own character, speaking"
 FLOAT = 5126
@@ -37,10 +37,7 @@ def write(animation: Animation, path: Path, character: Path = SHIPPED, keys: flo
 
 def spliced(glb: Glb, animation: Animation, name: str, keys: float | None = None) -> bytes:
     """The bytes of a character's file with one animation more."""
-    tracks = [morphs for morphs in find_morphs(glb) if morphs.moved(animation.channels)]
-    if not tracks:
-        shown = ", ".join(animation.channels[:4])
-        raise RigError(f"{glb.source}: none of its morph targets is named like {shown} ...; choose its --rig")
+    tracks = moving_morphs(glb, animation.channels)
     binary = Appended(glb)
     samplers = [_sampler(binary, animation, morphs.weights(animation), keys) for morphs in tracks]
     channels = [

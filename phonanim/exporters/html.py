@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from phonanim.animation import Animation
-from phonanim.errors import OutputError, RigError
+from phonanim.errors import OutputError
 from phonanim.exporters.json import spans
 from phonanim.files import write_text
 from phonanim.glb import Glb, read_glb
 from phonanim.head import SHIPPED
-from phonanim.morphs import find_morphs
+from phonanim.morphs import moving_morphs
 
 SUMMARY = "viewer in one file that works offline: head, sound, timeline, curves, two takes side by side"
 PAGE = Path(__file__).parent.parent / "viewer"
@@ -56,12 +56,9 @@ def write(
 def _take(animation: Animation, glb: Glb) -> dict[str, Any]:
     """One take for the page: curves as float32, frame after frame."""
     targets: dict[str, str] = {}
-    for morphs in find_morphs(glb):
+    for morphs in moving_morphs(glb, animation.channels):
         moved = morphs.moved(animation.channels)
         targets |= {animation.channels[column]: morphs.names[target] for column, target, _ in moved}
-    if not targets:
-        shown = ", ".join(animation.channels[:4])
-        raise RigError(f"{glb.source}: none of its morph targets is named like {shown} ...; choose its --rig")
     return {
         "name": str(animation.provenance.get("name", animation.provenance.get("input", animation.rig))),
         "fps": animation.fps,
