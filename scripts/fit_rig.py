@@ -12,9 +12,7 @@ benchmarks/retarget.py gives the figures.
 from __future__ import annotations
 
 import argparse
-import csv
 import re
-from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,17 +27,16 @@ from phonanim.head import load_head
 from phonanim.inventory import LEXICON
 from phonanim.rig import HingeMap, Rig
 from phonanim.rig.fit import closed_face, fit_rig
-from phonanim.rig.landmarks import read_landmarks
+from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.motion import SHIPPED, sample_motion, write_motion
 from phonanim.rig.puppet import Puppet, make_puppet
-from phonanim.rig.tables import write_shapes
+from phonanim.rig.tables import VRM, read_viseme_shapes, write_shapes
 from phonanim.rig.write import write_rig
 
 RIGS = LEXICON / "rigs"
 FRAMES = 1000  # more change no figure in its second digit
 # Sideways jaw and mouth are no speech; cheeks, nose and tongue do not show in the landmarks.
 STILL = ("jawLeft", "jawRight", "mouthLeft", "mouthRight")
-VRM = {"aa": "aa", "ih": "I", "ou": "U", "ee": "E", "oh": "O"}
 FITTED = (
     "bounded least squares of the shipped head's motion (MakeHuman, CC0) against speaker s1 of the GRID "
     "corpus (Cooke, Barker, Cunningham, Shao 2006, CC BY 4.0), 888 training clips; scripts/fit_rig.py."
@@ -59,7 +56,7 @@ def main() -> None:
     motion = sample_motion(face.project(shapes), face, FRAMES, np.random.default_rng(chosen.seed))
     write_motion(SHIPPED, motion)
     modes = motion.modes(face)
-    puppet = make_puppet(load_head(), read_landmarks(RIGS / "arkit.landmarks.csv"), face)
+    puppet = make_puppet(load_head(), shipped_landmarks(), face)
     write_rig(RIGS / "arkit.toml", fit_rig(arkit(puppet.controls), puppet, face, modes))
     visemes = viseme_puppet(puppet)
     write_rig(RIGS / "vrm.toml", fit_rig(vrm(), vrm_puppet(visemes), face, modes))
@@ -102,12 +99,8 @@ def vrm() -> Rig:
 
 def viseme_puppet(puppet: Puppet) -> Puppet:
     """The shipped head with visemes for controls, as viseme_shapes.csv mixes them of ARKit controls."""
-    mixtures: dict[str, NDArray[np.float64]] = defaultdict(lambda: np.zeros(len(puppet.controls)))
-    with (RIGS / "viseme_shapes.csv").open(newline="", encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            mixtures[row["viseme"]][puppet.controls.index(row["control"])] = float(row["weight"])
-    mixed = np.tensordot(np.array(list(mixtures.values())), puppet.shapes, axes=1)
-    return Puppet(tuple(mixtures), puppet.rest, mixed)
+    names, mixtures = read_viseme_shapes(puppet.controls)
+    return Puppet(names, puppet.rest, np.tensordot(mixtures, puppet.shapes, axes=1))
 
 
 def vrm_puppet(visemes: Puppet) -> Puppet:

@@ -16,8 +16,8 @@ from phonanim.metrics import lip_gap
 from phonanim.regressors import load_face
 
 matplotlib.use("Agg")
-from matplotlib import pyplot as plt  # noqa: E402
-from matplotlib.axes import Axes  # noqa: E402
+from matplotlib import pyplot as plt
+from matplotlib.axes import Axes
 
 SIGMAS = 3.0
 

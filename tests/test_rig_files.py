@@ -49,7 +49,7 @@ def test_the_shipped_rig_is_read_as_written(tmp_path: Path) -> None:
 
 
 def test_poses_say_what_they_look_like() -> None:
-    text = rig_text(load_rig("arkit"))
+    text = rig_text(load_rig("arkit"), Path())
     for pose, looks in POSES.items():
         assert f"[poses.{pose}]  # {looks}" in text
 

@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 
 from phonanim.errors import RigError
 from phonanim.files import write_text
+from phonanim.inventory import LEXICON
 
 Array = NDArray[np.float64]
+SHIPPED = LEXICON / "rigs" / "arkit.landmarks.csv"
 HEADER = ("landmark", "vertex_a", "vertex_b", "vertex_c", "weight_a", "weight_b", "weight_c")
 
 
@@ -43,6 +45,11 @@ class MeshLandmarks:
             raise RigError(f"the mesh has no landmark {missing[0]}; add its row to the landmark table")
         rows = np.array([place[number] for number in wanted])
         return MeshLandmarks(self.numbers[rows], self.corners[rows], self.weights[rows])
+
+
+def shipped_landmarks() -> MeshLandmarks:
+    """All 478 of MediaPipe's points on the shipped head."""
+    return read_landmarks(SHIPPED)
 
 
 def read_landmarks(path: Path) -> MeshLandmarks:

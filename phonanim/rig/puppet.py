@@ -42,21 +42,28 @@ class Puppet:
 
 
 def make_puppet(head: Head, landmarks: MeshLandmarks, face: FaceModel) -> Puppet:
-    """Bring a head into the reference face's axes and size.
+    """The landmarks of a head, brought into the reference face's axes and size. Raises RigError."""
+    spots = landmarks.take(face.indices.tolist())
+    head = straightened(head, landmarks, face)
+    return Puppet(head.targets, spots.of(head.vertices), spots.of(head.deltas))
+
+
+def straightened(head: Head, landmarks: MeshLandmarks, face: FaceModel) -> Head:
+    """A head in the reference face's axes and size, in millimetres, the middle of its eyes at the origin.
 
     Heads are modelled along the axes, so the turn is the signed permutation of axes nearest to the best
     rotation (Umeyama 1991). Raises RigError when the landmarks do not resemble a face.
     """
     spots = landmarks.take(face.indices.tolist())
-    rest, shapes = spots.of(head.vertices), spots.of(head.deltas)
-    turn = _snap(_rotation(rest, face.mean))
-    rest, shapes = rest @ turn, shapes @ turn
-    centres, own = eye_centres(rest, face), eye_centres(face.mean, face)
+    turn = _snap(_rotation(spots.of(head.vertices), face.mean))
+    vertices = head.vertices @ turn
+    centres, own = eye_centres(spots.of(vertices), face), eye_centres(face.mean, face)
     apart = float(np.linalg.norm(centres[1] - centres[0]))
     if apart == 0:
         raise RigError("the landmarks of the two eyes (33, 133; 362, 263) coincide; mend the landmark table")
     scale = float(np.linalg.norm(own[1] - own[0])) / apart
-    return Puppet(head.targets, (rest - centres.mean(axis=0)) * scale, shapes * scale)
+    moved = (vertices - centres.mean(axis=0)) * scale
+    return replace(head, vertices=moved, deltas=head.deltas @ turn * scale)
 
 
 def eye_centres(points: Array, face: FaceModel) -> Array:

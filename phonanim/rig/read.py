@@ -84,6 +84,26 @@ def problems(document: dict[str, Any]) -> list[str]:
     return [*_reference_problems(document, controls), *_pose_problems(document, controls)]
 
 
+def doubts(rig: Rig) -> list[str]:
+    """What is allowed but looks forgotten: poses like another, controls that no pose moves."""
+    table = {MEAN: rig.mean, **dict(zip(POSES, rig.poses, strict=False))}
+    seen: dict[bytes, str] = {}
+    found = []
+    for pose, values in table.items():
+        twin = seen.setdefault(np.round(values, 4).tobytes(), pose)
+        if twin != pose:
+            found.append(f"[poses.{pose}] is the same as [poses.{twin}]; is it filled in?")
+    idle = [name for name in rig.speech if rig.posed and not _moves(rig, name)]
+    if idle:
+        found.append(f"no pose moves {', '.join(idle[:6])}{' ...' if len(idle) > 6 else ''}")
+    return found
+
+
+def _moves(rig: Rig, name: str) -> bool:
+    column = rig.controls.index(name)
+    return bool((np.append(rig.poses[:, column], rig.mean[column]) != rig.rest[column]).any())
+
+
 def _limit_problem(name: str, limit: Any) -> str:
     numeric = isinstance(limit, list) and len(limit) == 3 and all(_is_number(value) for value in limit)
     if not numeric:
@@ -112,11 +132,12 @@ def _unknown_control(place: str, name: str, controls: Iterable[str]) -> str:
 
 def _pose_problems(document: dict[str, Any], controls: dict[str, Any]) -> list[str]:
     poses = document.get("poses", {})
-    if not poses:
-        moved = {"direct", "through", "visemes"} & set(document)
-        return [] if moved else ["needs [poses.*], a direct map, visemes, or a rig to go through"]
     names = (MEAN, *POSES)
     found = [f"[poses.{key}] is no pose{_hint(key, names)}" for key in poses if key not in names]
+    if not poses and {"direct", "through", "visemes"} & set(document):
+        return []
+    if not poses:
+        found = ["needs [poses.*], a direct map, visemes, or a rig to go through"]
     found += [f"[poses.{key}] is missing: {looks}" for key, looks in POSES.items() if key not in poses]
     written = [(pose, name, value) for pose in names for name, value in poses.get(pose, {}).items()]
     return found + [line for place in written if (line := _value_problem(*place, controls))]

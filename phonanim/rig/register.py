@@ -8,6 +8,7 @@ lowered step by step. Needs scipy.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,6 +20,7 @@ from phonanim.head import Head
 from phonanim.morphs import plain
 from phonanim.rig.landmarks import MeshLandmarks
 from phonanim.rig.rims import put_on_rims
+from phonanim.rig.tables import VRM, read_viseme_shapes
 
 Array = NDArray[np.float64]
 
@@ -67,8 +69,10 @@ def suggest_landmarks(model: Head, spots: MeshLandmarks, target: Head) -> MeshLa
     Raises RigError when the heads cannot be brought together, MissingExtraError without scipy.
     """
     onto = align(model, target)
-    mine = _surface(model)
-    theirs = replace(_surface(target), points=onto(target.vertices))
+    mine, theirs = _surface(model), _surface(target)
+    if not theirs.opening.any():
+        mine = replace(mine, opening=theirs.opening[:1].repeat(len(mine.opening)))
+    theirs = replace(theirs, points=onto(target.vertices))
     warped = model.vertices.copy()
     rows = _face_rows(model, spots)
     warped[rows] = warp(mine, theirs, rows)
@@ -76,18 +80,18 @@ def suggest_landmarks(model: Head, spots: MeshLandmarks, target: Head) -> MeshLa
     return put_on_rims(theirs.points, theirs.triangles, found)
 
 
-def align(model: Head, target: Head) -> Any:
+def align(model: Head, target: Head) -> Callable[[Array], Array]:
     """A similarity that brings the target onto the model: a function of points, (n, 3) -> (n, 3) metres.
 
     Shapes of the same name move the same part of the face, so the places that they move are matched
     (Umeyama 1991). Raises RigError when too few names are known.
     """
-    ours, theirs = _anchors(model), _anchors(target)
+    ours, theirs = _anchors(with_visemes(model)), _anchors(target)
     names = sorted(set(ours) & set(theirs))
     if len(names) < FEWEST_NAMES:
         raise RigError(
-            f"the head has {len(names)} shapes with ARKit's names, too few to find its face by; name some as "
-            "ARKit does (eyeBlinkLeft, eyeBlinkRight, jawOpen, mouthSmileLeft, ...), or give --landmarks"
+            f"the head has {len(names)} shapes whose names are known, too few to find its face by; name some "
+            "as ARKit or VRM does (eyeBlinkLeft, eyeBlinkRight, jawOpen, mouthPucker), or give --landmarks"
         )
     goal, points = np.array([ours[n] for n in names]), np.array([theirs[n] for n in names])
     centre, middle = points.mean(axis=0), goal.mean(axis=0)
@@ -95,7 +99,20 @@ def align(model: Head, target: Head) -> Any:
     sign = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
     turn = (left * sign) @ right
     scale = float((stretch * sign).sum() / ((points - centre) ** 2).sum())
-    return lambda moved: (moved - centre) @ turn * scale + middle
+    return lambda moved: np.asarray((moved - centre) @ turn * scale + middle)
+
+
+def with_visemes(model: Head) -> Head:
+    """The shipped head with visemes and VRM's expressions for shapes as well."""
+    names, mixtures = read_viseme_shapes(model.targets)
+    blinks = np.array([[t == f"eyeBlink{side}" for t in model.targets] for side in ("Left", "Right")], float)
+    known = {
+        **{f"viseme_{name}": mixture for name, mixture in zip(names, mixtures, strict=True)},
+        **{vrm: mixtures[names.index(viseme)] for vrm, viseme in VRM.items()},
+        **{"blinkLeft": blinks[0], "blinkRight": blinks[1], "blink": blinks.sum(axis=0)},
+    }
+    added = np.tensordot(np.array(list(known.values())), model.deltas, axes=1)
+    return replace(model, targets=(*model.targets, *known), deltas=np.concatenate([model.deltas, added]))
 
 
 def _anchors(head: Head) -> dict[str, Array]:

@@ -57,7 +57,7 @@ def put_on_rims(points: Array, triangles: NDArray[np.int64], landmarks: MeshLand
     mouth = landmarks.take((61, 291)).of(points)
     view = View(20_000.0, mouth.mean(axis=0), (800.0, 400.0), 800, 1600)  # twenty pixels to the millimetre
     picture = view.show(points, triangles)
-    depth = picture.depth / view.scale
+    depth = picture.depth.astype(np.float64) / view.scale
     rows = np.flatnonzero(np.isin(landmarks.numbers, UPPER_INNER + LOWER_INNER))
     seen = view.pixels(landmarks.of(points)[rows])[:, :2]
     upper = np.isin(landmarks.numbers[rows], UPPER_INNER)

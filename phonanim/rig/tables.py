@@ -10,8 +10,12 @@ from numpy.typing import NDArray
 
 from phonanim.errors import RigError
 from phonanim.files import write_text
-from phonanim.inventory import INVENTORY
+from phonanim.inventory import INVENTORY, LEXICON
 from phonanim.rig.rig import Array, HingeMap
+
+VISEME_SHAPES = LEXICON / "rigs" / "viseme_shapes.csv"
+VRM = {"aa": "aa", "ih": "I", "ou": "U", "ee": "E", "oh": "O"}
+"""VRM's mouth expressions and the visemes that they stand for."""
 
 BASE = "base"  # the row of a hinge table that holds the constant part
 
@@ -79,6 +83,18 @@ def read_shapes(path: Path, controls: tuple[str, ...]) -> Array:
     shapes = np.zeros((len(controls), len(rows[0]) - 1))
     shapes[_columns(path, [row[0] for row in rows[1:]], controls)] = _numbers(path, rows, first=1)
     return shapes
+
+
+def read_viseme_shapes(controls: tuple[str, ...]) -> tuple[tuple[str, ...], Array]:
+    """The visemes as mixtures of ARKit controls: names, and weights (visemes, controls)."""
+    rows = _rows(VISEME_SHAPES)
+    names = tuple(dict.fromkeys(row[0] for row in rows[1:]))
+    mixtures = np.zeros((len(names), len(controls)))
+    places = [names.index(row[0]) for row in rows[1:]]
+    mixtures[places, _columns(VISEME_SHAPES, [row[1] for row in rows[1:]], controls)] = _numbers(
+        VISEME_SHAPES, rows, first=2
+    )[:, 0]
+    return names, mixtures
 
 
 def write_shapes(path: Path, shapes: Array, controls: tuple[str, ...]) -> None:

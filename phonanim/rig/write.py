@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 from phonanim.files import write_text
@@ -17,18 +18,21 @@ def write_rig(path: Path, rig: Rig) -> None:
     direct = path.with_suffix(".direct.csv")
     if rig.direct is not None:
         write_hinges(direct, rig.direct, rig.controls)
-    write_text(path, rig_text(rig, direct.name if rig.direct else ""))
+    write_text(path, rig_text(rig, path.parent, direct.name if rig.direct else ""))
 
 
-def rig_text(rig: Rig, direct: str = "") -> str:
-    """The TOML of a rig, with what each pose looks like; `direct` names the table of its direct map."""
+def rig_text(rig: Rig, folder: Path, direct: str = "") -> str:
+    """The TOML of a rig as it stands in `folder`, with what each pose looks like.
+
+    `direct` names the table of its direct map.
+    """
     head = {
         "name": rig.name,
         "title": rig.title,
         "source": rig.source,
         "face": rig.face,
-        "head": rig.head.name if rig.head else "",
-        "landmarks": rig.landmarks.name if rig.landmarks else "",
+        "head": _beside(rig.head, folder),
+        "landmarks": _beside(rig.landmarks, folder),
         "direct": direct,
     }
     lines = [f"{key} = {_quoted(text)}" for key, text in head.items() if text]
@@ -36,10 +40,10 @@ def rig_text(rig: Rig, direct: str = "") -> str:
         lines += ["speech = [", *(f"  {_quoted(name)}," for name in rig.speech), "]"]
     lines += ["", "[controls]  # name = [minimum, rest, maximum]"]
     for name, *limits in zip(rig.controls, rig.minimum, rig.rest, rig.maximum, strict=True):
-        lines.append(f"{_key(name)} = [{', '.join(map(_number, limits))}]")
+        lines.append(f"{key(name)} = [{', '.join(map(_number, limits))}]")
     if rig.at_most:
         lines += ["", "[at_most]  # the first control never above the second"]
-        lines += [f"{_key(rig.controls[a])} = {_quoted(rig.controls[b])}" for a, b in rig.at_most]
+        lines += [f"{key(rig.controls[a])} = {_quoted(rig.controls[b])}" for a, b in rig.at_most]
     if rig.posed:
         lines += _pose_lines(rig, MEAN, "the reference face at its mean", rig.mean)
         for (pose, looks), values in zip(POSES.items(), rig.poses, strict=True):
@@ -47,9 +51,14 @@ def rig_text(rig: Rig, direct: str = "") -> str:
     return "\n".join(lines) + "\n"
 
 
+def _beside(path: Path | None, folder: Path) -> str:
+    """A path as seen from a folder."""
+    return "" if path is None else Path(os.path.relpath(path, folder)).as_posix()
+
+
 def _pose_lines(rig: Rig, pose: str, looks: str, values: Array) -> list[str]:
     moved = [
-        f"{_key(name)} = {_number(value)}"
+        f"{key(name)} = {_number(value)}"
         for name, value, rest in zip(rig.controls, values, rig.rest, strict=True)
         if abs(value - rest) >= MODEST
     ]
@@ -61,7 +70,8 @@ def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-def _key(name: str) -> str:
+def key(name: str) -> str:
+    """A control's name as a TOML key, quoted where it must be."""
     bare = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
     return name if bare else _quoted(name)
 

@@ -1,0 +1,163 @@
+"""`phonanim rig`: new characters, checked and fitted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from phonanim.commands import Talk, talk_options
+
+FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
+PLACE = click.Path(path_type=Path)
+BAD = 2
+
+
+@click.group()
+def command() -> None:
+    """Make a rig for a character of your own, and see those that are shipped.
+
+    \b
+    Examples:
+      phonanim rig list
+      phonanim rig fit hero.glb              a head with blendshapes, fitted without an artist
+      phonanim rig new hero                  any other rig: eight poses to copy, a file to fill in
+      phonanim rig check hero/hero.toml
+      phonanim animate line.TextGrid -o line.csv --rig hero/hero.toml
+    """
+
+
+@command.command("list")
+@talk_options
+def list_command(talk: Talk) -> None:
+    """List the shipped rigs.
+
+    \b
+    Examples:
+      phonanim rig list
+      phonanim rig list --json
+    """
+    from phonanim.rig import load_rig, rig_names
+
+    rigs = [load_rig(name) for name in rig_names()]
+    facts = [
+        {"name": r.name, "title": r.title, "controls": list(r.controls), "source": r.source} for r in rigs
+    ]
+    talk.result(facts, "\n".join(f"{rig.name:<14} {rig.title}" for rig in rigs))
+
+
+@command.command("new")
+@click.argument("folder", type=PLACE)
+@click.option("--head", type=FILE, help="A GLB whose morph targets become the controls.")
+@click.option("--model", default="default", help="The model whose face the poses show.")
+@talk_options
+def new_command(folder: Path, head: Path | None, model: str, talk: Talk) -> None:
+    """Begin a rig: write the eight reference poses to copy, and a file to fill in, into FOLDER.
+
+    \b
+    Examples:
+      phonanim rig new hero
+      phonanim rig new hero --head hero.glb
+    """
+    from phonanim.animate import load_model
+    from phonanim.rig.character import load_character
+    from phonanim.rig.new import start_rig
+
+    controls = load_character(head).targets if head else ()
+    files = start_rig(folder, controls, load_model(model).face)
+    talk.say(f"look at {files[1]} and fill in {files[0]}; then: phonanim rig check {files[0]}")
+    talk.result({"files": [str(path) for path in files]})
+
+
+@command.command("check")
+@click.argument("rig", type=FILE)
+@click.option("--sheet", type=PLACE, help="Draw the character in all poses, as PNG; needs its head.")
+@click.option("--model", default="default", help="The model whose face the rig is for.")
+@talk_options
+def check_command(rig: Path, sheet: Path | None, model: str, talk: Talk) -> int:
+    """Say all that is missing or wrong in a rig's file; exit 2 if anything is.
+
+    \b
+    Examples:
+      phonanim rig check hero/hero.toml
+      phonanim rig check hero.toml --sheet hero.png
+    """
+    from phonanim.rig import load_rig
+    from phonanim.rig.read import doubts, problems, read_document
+
+    found = problems(read_document(rig))
+    if found:
+        talk.result({"problems": found, "doubts": []}, "\n".join(f"{rig}: {line}" for line in found))
+        return BAD
+    loaded = load_rig(str(rig))
+    unsure = doubts(loaded)
+    good = f"{rig}: good, {len(loaded.controls)} controls"
+    talk.result({"problems": [], "doubts": unsure}, "\n".join([*(f"{rig}: {line}" for line in unsure), good]))
+    if sheet:
+        draw(rig, sheet, model)
+    return 0
+
+
+def draw(path: Path, sheet: Path, model: str) -> None:
+    """Draw a rig's poses on its own head. Raises RigError when its file names no head."""
+    from phonanim.animate import load_model
+    from phonanim.errors import RigError
+    from phonanim.rig import load_rig
+    from phonanim.rig.character import load_character
+    from phonanim.rig.landmarks import read_landmarks
+    from phonanim.rig.picture import draw_poses
+
+    rig = load_rig(str(path))
+    if rig.head is None or rig.landmarks is None or not rig.posed:
+        raise RigError(
+            f"{path}: names no head and landmarks to draw, or has no poses; phonanim rig fit makes both"
+        )
+    face = load_model(model).face
+    draw_poses(sheet, rig, load_character(rig.head), read_landmarks(rig.landmarks), face)
+
+
+@command.command("fit")
+@click.argument("head", type=FILE)
+@click.option("-o", "--output", type=PLACE, help="The rig's file; HEAD with .toml when left out.")
+@click.option("--landmarks", type=FILE, help="Where the face's landmarks lie on it; suggested when left out.")
+@click.option("--sheet", type=PLACE, help="Draw the character in all poses, as PNG.")
+@click.option("--model", default="default", help="The model whose face the rig is for.")
+@talk_options
+def fit_command(
+    head: Path, output: Path | None, landmarks: Path | None, sheet: Path | None, model: str, talk: Talk
+) -> None:
+    """Make a rig for a GLB or VRM head with blendshapes, without an artist.
+
+    Writes the rig (poses), its direct map, and the table of landmarks, which you may mend and give back.
+
+    \b
+    Examples:
+      phonanim rig fit hero.glb
+      phonanim rig fit hero.vrm -o rigs/hero.toml --sheet hero.png
+      phonanim rig fit hero.glb --landmarks hero.landmarks.csv
+    """
+    from dataclasses import replace
+
+    from phonanim.animate import load_model
+    from phonanim.rig.character import fit_character, load_character, quality
+    from phonanim.rig.landmarks import read_landmarks, write_landmarks
+    from phonanim.rig.write import write_rig
+
+    target = output or head.with_suffix(".toml")
+    face, character = load_model(model).face, load_character(head)
+    given = read_landmarks(landmarks) if landmarks else None
+    rig, spots = fit_character(character, face, target.stem, given)
+    table = landmarks or target.with_suffix(".landmarks.csv")
+    if not landmarks:
+        write_landmarks(table, spots)
+    write_rig(target, replace(rig, head=head, landmarks=table))
+    if sheet:
+        draw(target, sheet, model)
+    told = quality(rig, character, spots, face)
+    talk.say(
+        f"{len(rig.speech)} of {len(rig.controls)} controls speak; repeats the face's lips with r: "
+        + ", ".join(f"{name} {value:.3f}" for name, value in told.items())
+    )
+    talk.result(
+        {"rig": str(target), "landmarks": str(table), "speech": list(rig.speech), "r": told}, str(target)
+    )

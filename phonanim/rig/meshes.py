@@ -1,0 +1,158 @@
+"""Meshes in and out: Wavefront OBJ, and heads with morph targets as GLB."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import RigError
+from phonanim.files import atomic_path, write_text
+from phonanim.glb import glb_bytes
+from phonanim.head import Head
+
+Array = NDArray[np.float64]
+
+FLOAT, UNSIGNED = 5126, 5125
+STILL = 1e-7  # metres: a vertex that moves less in a shape is not stored with it
+
+
+def read_obj(path: Path) -> tuple[Array, NDArray[np.int64], dict[str, slice]]:
+    """Read an OBJ file: vertices (n, 3), triangles (t, 3) and the vertex rows of each object or group.
+
+    Polygons are cut into fans. Raises RigError naming the line that is wrong.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError as error:
+        raise RigError(f"{path}: cannot be read: {error.strerror}") from error
+    vertices: list[list[float]] = []
+    triangles: list[tuple[int, int, int]] = []
+    named: list[tuple[str, int]] = []
+    for number, line in enumerate(lines, start=1):
+        word, *cells = line.split() or [""]
+        try:
+            if word == "v":
+                vertices.append([float(cell) for cell in cells[:3]])
+            elif word == "f":
+                triangles += _fan([_place(cell, len(vertices)) for cell in cells])
+            elif word in ("o", "g") and cells:
+                named.append((cells[0], len(vertices)))
+        except (ValueError, IndexError) as error:
+            raise RigError(
+                f"{path}, line {number}: {line.strip()!r} is no {word} line of an OBJ file"
+            ) from error
+    points = np.array(vertices, np.float64).reshape(-1, 3)
+    if not len(points) or not triangles:
+        raise RigError(f"{path}: holds no mesh; export the head as OBJ with its faces")
+    if not np.isfinite(points).all():
+        raise RigError(f"{path}: holds positions that are not finite; export it again")
+    return points, np.array(triangles, np.int64), _parts(named, len(points))
+
+
+def _place(cell: str, count: int) -> int:
+    """The row of a face's corner: numbers count from 1, or back from the last vertex."""
+    number = int(cell.split("/")[0])
+    row = number - 1 if number > 0 else count + number
+    if not 0 <= row < count:
+        raise IndexError(cell)
+    return row
+
+
+def _fan(corners: list[int]) -> list[tuple[int, int, int]]:
+    if len(corners) < 3:
+        raise IndexError("a face has three corners or more")
+    return [(corners[0], b, c) for b, c in pairwise(corners[1:])]
+
+
+def _parts(named: list[tuple[str, int]], count: int) -> dict[str, slice]:
+    starts = [*(start for _, start in named), count]
+    spans = [(name, slice(a, b)) for (name, _), a, b in zip(named, starts, starts[1:], strict=False) if b > a]
+    if not spans or spans[0][1].start > 0:
+        spans.insert(0, ("mesh", slice(0, spans[0][1].start if spans else count)))
+    return {(name if i == 0 else f"{name}.{i}"): span for i, (name, span) in enumerate(spans)}
+
+
+def write_obj(path: Path, vertices: Array, triangles: NDArray[np.int64]) -> None:
+    """Write an OBJ file, whole or not at all."""
+    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices]
+    lines += [f"f {a} {b} {c}" for a, b, c in triangles + 1]
+    write_text(path, "\n".join(lines) + "\n")
+
+
+def write_head(path: Path, head: Head) -> None:
+    """Write a head as a GLB with its shapes as named morph targets, whole or not at all."""
+    with atomic_path(path) as partial:
+        partial.write_bytes(head_bytes(head))
+
+
+def head_bytes(head: Head) -> bytes:
+    """The bytes of a GLB: one mesh, a primitive per part, the shapes as sparse morph targets."""
+    chunk = Chunk()
+    names = list(head.parts)
+    primitives = [chunk.primitive(head, head.parts[name], number) for number, name in enumerate(names)]
+    tree = {
+        "asset": {"version": "2.0", "generator": "phonanim"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"name": "head", "mesh": 0}],
+        "meshes": [{"name": "head", "primitives": primitives, "extras": {"targetNames": list(head.targets)}}],
+        "materials": [{"name": name} for name in names],
+        "accessors": chunk.accessors,
+        "bufferViews": chunk.views,
+        "buffers": [{"byteLength": len(chunk.data)}],
+    }
+    return glb_bytes(tree, bytes(chunk.data))
+
+
+class Chunk:
+    """The binary chunk of a GLB as it grows, with its accessors and views."""
+
+    def __init__(self) -> None:
+        self.data = bytearray()
+        self.views: list[dict[str, Any]] = []
+        self.accessors: list[dict[str, Any]] = []
+
+    def view(self, values: NDArray[Any]) -> int:
+        """Append an array; the number of its view."""
+        self.views.append({"buffer": 0, "byteOffset": len(self.data), "byteLength": values.nbytes})
+        self.data += values.tobytes()
+        return len(self.views) - 1
+
+    def accessor(self, **spec: Any) -> int:
+        """Add an accessor; its number."""
+        self.accessors.append(spec)
+        return len(self.accessors) - 1
+
+    def primitive(self, head: Head, rows: slice, material: int) -> dict[str, Any]:
+        """One part of a head with its shapes."""
+        points = head.vertices[rows].astype("<f4")
+        inside = ((head.triangles >= rows.start) & (head.triangles < rows.stop)).all(axis=1)
+        faces = (head.triangles[inside] - rows.start).astype("<u4").ravel()
+        limits = {"min": points.min(axis=0).tolist(), "max": points.max(axis=0).tolist()}
+        kind = {"componentType": FLOAT, "count": len(points), "type": "VEC3"}
+        place = self.accessor(bufferView=self.view(points), **kind, **limits)
+        index = self.accessor(
+            bufferView=self.view(faces), componentType=UNSIGNED, count=len(faces), type="SCALAR"
+        )
+        targets = [{"POSITION": self.target(delta[rows].astype("<f4"), kind)} for delta in head.deltas]
+        return {"attributes": {"POSITION": place}, "indices": index, "material": material, "targets": targets}
+
+    def target(self, delta: NDArray[np.float32], kind: dict[str, Any]) -> int:
+        """What a shape moves, stored for the vertices that it moves alone."""
+        moved = np.flatnonzero(np.abs(delta).max(axis=1) > STILL).astype("<u4")
+        if len(moved) == 0:
+            return self.accessor(**kind, min=[0.0] * 3, max=[0.0] * 3)
+        kept = np.zeros_like(delta)
+        kept[moved] = delta[moved]
+        sparse = {
+            "count": len(moved),
+            "indices": {"bufferView": self.view(moved), "componentType": UNSIGNED},
+            "values": {"bufferView": self.view(delta[moved])},
+        }
+        return self.accessor(
+            **kind, min=kept.min(axis=0).tolist(), max=kept.max(axis=0).tolist(), sparse=sparse
+        )
