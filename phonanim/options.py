@@ -27,7 +27,7 @@ class Options:
     lexicon: str | None = None
     unknown: Literal["error", "nearest", "silence"] = "error"
     contacts: bool = True
-    retarget: Literal["auto", "poses", "direct"] = "auto"
+    retarget: Literal["auto", "poses", "direct", "solve"] = "auto"
     intensity: float = 1.0
     jaw: float = 1.0
     lips: float = 1.0

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from faces import blank_rig, head_face, head_puppet
 
+from phonanim.animate import load_model
 from phonanim.errors import RigError
 from phonanim.face import lip_aperture, lip_width
 from phonanim.head import load_head
 from phonanim.rig import load_rig
 from phonanim.rig.descent import Problem, descend
-from phonanim.rig.fit import fit_rig, hinges_of
-from phonanim.rig.landmarks import read_landmarks
+from phonanim.rig.fit import closed_face, fit_rig, hinges_of
+from phonanim.rig.landmarks import read_landmarks, shipped_landmarks
+from phonanim.rig.motion import read_motion
 from phonanim.rig.puppet import control_partners, landmark_partners, make_puppet, mirrored
 from phonanim.rig.retarget import retarget
 from phonanim.rig.sight import CLOSED_GAP, Energy
@@ -187,3 +190,30 @@ def test_hinges_of_gaps_open_at_their_knots() -> None:
     row = names.index("gap13>1mm")
     hinge = np.maximum(modes / face.std @ loads[row] + offsets[row], 0)
     np.testing.assert_allclose(hinge, np.maximum(gap - 1.0, 0) / 3.0, atol=1e-9)
+
+
+def test_solving_is_a_way_to_retarget() -> None:
+    face, rig = load_model("default").face, load_rig("arkit")
+    modes = read_motion().modes(face)[:200]
+    solved, direct = (retarget(modes, face, rig, how) for how in ("solve", "direct"))
+    puppet = make_puppet(load_head(), shipped_landmarks(), face)
+    aperture, wanted = (lip_aperture(shapes, face) for shapes in (puppet.pose(solved), face.instance(modes)))
+    assert solved.shape == direct.shape
+    assert np.corrcoef(aperture, wanted)[0, 1] > 0.99
+    assert np.abs(solved - direct).max() > 0.01
+
+
+def test_a_rig_without_a_head_cannot_be_solved() -> None:
+    face = load_model("default").face
+    with pytest.raises(RigError, match="rig vrm has no head to solve on; use --retarget auto"):
+        retarget(np.zeros((1, len(face.std))), face, load_rig("vrm"), "solve")
+
+
+def test_solving_keeps_up() -> None:
+    face = load_model("default").face
+    modes = read_motion().modes(face)
+    puppet = make_puppet(load_head(), shipped_landmarks(), face)
+    closed = closed_face(face, modes)
+    started = time.perf_counter()
+    solve(face.instance(modes), face, puppet, load_rig("arkit"), closed)
+    assert len(modes) / (time.perf_counter() - started) > 200  # frames per second; 10,000 when idle

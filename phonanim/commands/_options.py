@@ -68,9 +68,9 @@ OPTIONS = (
     ),
     click.option(
         "--retarget",
-        type=click.Choice(["auto", "poses", "direct"]),
+        type=click.Choice(["auto", "poses", "direct", "solve"]),
         default=DEFAULTS.retarget,
-        help="Map to the rig by its eight poses or by its direct map.",
+        help="Map to the rig by its eight poses, by its direct map, or solve each frame on its head.",
     ),
     click.option("--intensity", type=GAIN, default=DEFAULTS.intensity, help="Scale all motion."),
     click.option("--jaw", type=GAIN, default=DEFAULTS.jaw, help="Scale the motion of the jaw."),

@@ -13,7 +13,7 @@ from phonanim.phones import PhoneTrack
 from phonanim.rig.rig import POSED_MODES, SIGMAS, HingeMap, Rig, Through
 from phonanim.rig.visemes import show
 
-How = Literal["auto", "poses", "direct"]
+How = Literal["auto", "poses", "direct", "solve"]
 LEAST = 0.01  # a share of less than this of a control is a share of nothing
 BLOCK = 4096  # frames at a time, so that what they need stays in the cache
 
@@ -29,15 +29,17 @@ def retarget(
     """Shape parameters of the reference face -> control values, (frames, m) -> (frames, controls).
 
     "poses" is Taylor 2017, equations 2 and 3; "direct" the rig's own finer map; "auto" the finer one where
-    the rig has it. Rigs of mouth shapes choose them by the phones of `track` at `times` (frames,) seconds.
-    Values keep the rig's limits. Raises RigError when the rig lacks the map or was made
-    for another face.
+    the rig has it; "solve" moves the landmarks of the rig's head, frame by frame. Rigs of mouth shapes
+    choose them by the phones of `track` at `times` (frames,) seconds. Values keep the rig's limits.
+    Raises RigError when the rig lacks the map or was made for another face.
     """
     _check_face(face, rig)
     if rig.visemes is not None:
         return _limit(show(modes, face, rig, track, times), rig)
     if rig.through is not None:
         return _limit(_through(retarget(modes, face, rig.through.rig, how, track, times), rig.through), rig)
+    if how == "solve":
+        return _limit(_solved(modes, face, rig), rig)
     mapping = _mapping(rig, how)
     standardized = (np.asarray(modes) / face.std).astype(np.float32)[:, : mapping.loads.shape[1]]
     values = np.empty((len(standardized), len(rig.controls)), np.float32)
@@ -77,6 +79,22 @@ def _mapping(rig: Rig, how: How) -> HingeMap:
             f"rig {rig.name} has no poses; use --retarget direct, or fill them in: phonanim rig new"
         )
     return pose_map(rig)
+
+
+def _solved(modes: NDArray[np.floating], face: FaceModel, rig: Rig) -> NDArray[np.float32]:
+    """Frame by frame on the rig's own head (Medina 2023, section 3.3)."""
+    from phonanim.rig.character import load_character
+    from phonanim.rig.fit import closed_face
+    from phonanim.rig.landmarks import read_landmarks
+    from phonanim.rig.motion import read_motion
+    from phonanim.rig.puppet import make_puppet
+    from phonanim.rig.solve import solve
+
+    if rig.head is None or rig.landmarks is None:
+        raise RigError(f"rig {rig.name} has no head to solve on; use --retarget auto, or phonanim rig fit")
+    puppet = make_puppet(load_character(rig.head), read_landmarks(rig.landmarks), face)
+    closed = closed_face(face, read_motion().modes(face))
+    return solve(face.instance(modes), face, puppet, rig, closed).astype(np.float32)
 
 
 def _check_face(face: FaceModel, rig: Rig) -> None:
