@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from phonanim.alignment import Interval
 
-
 ROUNDING = 1e-6  # frames: an instant this little beyond the end is at the end
 
 

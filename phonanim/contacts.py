@@ -40,8 +40,8 @@ class Contact:
 
 # Limits are medians captured in the middle of phones of the recordings. Gap: p b m 0.35, 0.32, 0.27 mm (a
 # tracker's closed lips are not quite at zero), f 1.9 mm, for v too, whose lax half-open lips are true to life
-# but read as a mistake. Width: w, 49.5 mm, for postalveolars, which English rounds and of which the recordings
-# have only those next to spread vowels ("h", "g", "j").
+# but read as a mistake. Width: w, 49.5 mm, for postalveolars, which English rounds and of which the
+# recordings have only those next to spread vowels ("h", "g", "j").
 # Rises are more than the measure ever exceeds its limit by, so that the bound ends with its ramp.
 CONTACTS = (
     Contact(("p", "b", "m"), "gap", limit=0.3, core=0.4, ramp=0.06, rise=14.0),
