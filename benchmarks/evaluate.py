@@ -214,6 +214,7 @@ def ema(model: regressors.Model, utterances: list[Utterance], closing: bool) -> 
 @click.option("--model", "models", multiple=True, help="NAME=FOLDER of a trained model (ema, test).")
 @click.option("--corpus", "folder", default=ROOT / "work/corpus", type=click.Path(path_type=Path))
 @click.option("--data", default=ROOT.parent / "shared/data", type=click.Path(path_type=Path), help="For ema.")
+@click.option("--stamp", is_flag=True, help="Write the test scores into the models' model.json.")
 @click.option("--json", "output", type=click.Path(path_type=Path), help="Add the rows to this file.")
 def main(
     what: str,
@@ -221,6 +222,7 @@ def main(
     models: tuple[str, ...],
     folder: Path,
     data: Path,
+    stamp: bool,
     output: Path | None,
 ) -> None:
     judge = Judge(folder)
@@ -244,6 +246,17 @@ def main(
             show(label, rows[label])
         if output:
             keep(output, what, rows)
+    if stamp and what == "test":
+        for name, _, path in (m.partition("=") for m in models):
+            write_scores(Path(path) / "model.json", rows[f"{name} + contacts"])
+
+
+def write_scores(card: Path, row: Row) -> None:
+    """Put what a model reaches on the test clips, contacts included, into its model.json."""
+    document = json.loads(card.read_text(encoding="utf-8"))
+    scores = {f"test_{key}": round(value, 3) for key, value in row.items()}
+    document["provenance"]["scores"].update(scores)
+    card.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
 def keep(output: Path, what: str, rows: dict[str, Row]) -> None:

@@ -1,6 +1,6 @@
 """How much of the landmarks' motion follows the head's pose from clip to clip, before and after its removal.
 
-python benchmarks/pose_leak.py ../shared/data/grid_s1
+python benchmarks/pose_leak.py ../shared/data/grid_s1 --model phonanim/models/default --corpus work/corpus
 """
 
 from __future__ import annotations
@@ -11,8 +11,10 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.corpus import _read_clips, _read_landmarks, remove_pose_leak, stabilize
+from phonanim import regressors
+from phonanim.corpus import _read_clips, _read_landmarks, load_corpus, remove_pose_leak, stabilize
 from phonanim.face import SUBNASALE
+from phonanim.metrics import vertex_error
 
 
 def facts(shapes: NDArray[np.float64], frames: NDArray[np.int64], train: NDArray[np.bool_]) -> str:
@@ -27,7 +29,9 @@ def facts(shapes: NDArray[np.float64], frames: NDArray[np.int64], train: NDArray
 
 @click.command(help=__doc__)
 @click.argument("recordings", type=click.Path(exists=True, path_type=Path))
-def main(recordings: Path) -> None:
+@click.option("--model", type=click.Path(exists=True, path_type=Path), help="Also score a model on both.")
+@click.option("--corpus", "folder", type=click.Path(exists=True, path_type=Path), help="For --model.")
+def main(recordings: Path, model: Path | None, folder: Path | None) -> None:
     """Stabilize, then remove the leak; moving landmarks only."""
     rows = _read_clips(recordings)
     points, indices, _ = _read_landmarks(recordings, rows)
@@ -35,8 +39,19 @@ def main(recordings: Path) -> None:
     train = np.repeat([row["split"] == "train" for row in rows], frames)
     shapes, pose = stabilize(points, indices, train)
     moving = shapes[train].mean(axis=0)[:, 1] < shapes[train].mean(axis=0)[indices == SUBNASALE, 1]
+    freed = remove_pose_leak(shapes, pose, frames, train)
     print("stabilized:      ", facts(shapes[:, moving], frames, train))
-    print("leak removed too:", facts(remove_pose_leak(shapes, pose, frames, train)[:, moving], frames, train))
+    print("leak removed too:", facts(freed[:, moving], frames, train))
+    if model and folder:
+        loaded, corpus = regressors.load(model), load_corpus(folder)
+        clips = corpus.clips_of("test")
+        predicted = np.concatenate(
+            [loaded.regressor.predict(corpus.tracks[c], corpus.times(c)) for c in clips]
+        )
+        found = loaded.face.instance(predicted)
+        for name, captured in (("stabilized", shapes), ("leak removed too", freed)):
+            error = vertex_error(found, captured[corpus.rows(clips)], loaded.face).mean()
+            print(f"the model's vertex error against landmarks, {name}: {error:.3f} mm")
 
 
 if __name__ == "__main__":
