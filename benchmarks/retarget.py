@@ -28,6 +28,7 @@ from phonanim.corpus import Corpus, load_corpus
 from phonanim.face import FaceModel, fit_face, lip_aperture, lip_protrusion, lip_width
 from phonanim.head import load_head
 from phonanim.metrics import correlation, jerk, phone_middles, spoken
+from phonanim.phones import PhoneTrack
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.fit import closed_face
 from phonanim.rig.landmarks import read_landmarks
@@ -53,6 +54,7 @@ class Clips:
     speech: NDArray[np.bool_]
     closures: NDArray[np.int64]
     lengths: NDArray[np.int64]
+    tracks: list[PhoneTrack]
     fps: float
 
 
@@ -93,29 +95,41 @@ def gather(corpus: Corpus, model_name: str | None) -> Clips:
                 corpus.tracks[clip],
                 face,
                 corpus.fps,
+                0.5 / corpus.fps,
             )
             for clip in chosen
         ]
         modes["predicted"] = np.concatenate(predicted).astype(np.float64)
     speech = np.concatenate([spoken(corpus.tracks[clip], corpus.times(clip)) for clip in chosen])
-    lengths = corpus.frames[chosen]
+    lengths, tracks = corpus.frames[chosen], [corpus.tracks[clip] for clip in chosen]
     starts = np.cumsum(lengths) - lengths
     closures = [
         start + np.minimum(phone_middles(corpus.tracks[clip], BILABIALS) * corpus.fps, length - 1).astype(int)
         for clip, start, length in zip(chosen, starts, lengths, strict=True)
     ]
-    return Clips(face, modes, captured, speech, np.concatenate(closures), lengths, corpus.fps)
+    return Clips(face, modes, captured, speech, np.concatenate(closures), lengths, tracks, corpus.fps)
 
 
 def maps(clips: Clips, puppet: Puppet, rig: Rig) -> dict[str, Callable[[Array], Array]]:
-    """The three ways from modes to controls."""
+    """The ways from modes to controls; accents need to know the phones."""
     face = clips.face
     closed = closed_face(face, read_motion().modes(face))
     return {
         "poses": lambda modes: retarget(modes, face, rig, "poses").astype(np.float64),
         "direct": lambda modes: retarget(modes, face, rig, "direct").astype(np.float64),
+        "direct, accents": lambda modes: with_accents(clips, rig, modes),
         "solve": lambda modes: solve(face.instance(modes), face, puppet, rig, closed, lengths=clips.lengths),
     }
+
+
+def with_accents(clips: Clips, rig: Rig, modes: Array) -> Array:
+    """What `animate` makes of the modes of all clips, (frames, m) -> (frames, controls)."""
+    pieces = np.split(modes, np.cumsum(clips.lengths)[:-1])
+    found = [
+        retarget(piece, clips.face, rig, "direct", track, (np.arange(len(piece)) + 0.5) / clips.fps)
+        for piece, track in zip(pieces, clips.tracks, strict=True)
+    ]
+    return np.concatenate(found).astype(np.float64)
 
 
 def measure(clips: Clips, source: str, puppet: Puppet, controls: Array) -> dict[str, Any]:

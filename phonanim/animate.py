@@ -54,7 +54,7 @@ def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) 
     if options.contacts:
         modes = contacts.close(modes, track, model.face, options.fps)
     times = np.arange(len(modes)) / options.fps
-    values = retarget(modes, model.face, rig, options.retarget, track, times)
+    values = retarget(modes, model.face, rig, options.retarget, track, times, options.contacts)
     values = dial(values, rig, options.intensity, options.jaw, options.lips)
     animation = Animation(
         values=values,

@@ -85,6 +85,7 @@ def arkit(controls: tuple[str, ...]) -> Rig:
         at_most=((controls.index("mouthClose"), controls.index("jawOpen")),),
         head=RIGS / "head.glb",
         landmarks=RIGS / "arkit.landmarks.csv",
+        accents=RIGS / "arkit.accents.csv",
     )
 
 

@@ -16,7 +16,7 @@ from phonanim.dubbing.lines import Line
 from phonanim.files import content_hash
 from phonanim.rig.read import find_rig, read_document
 
-RIG_FILES = ("direct", "table", "head", "landmarks")  # the keys of a rig that name files beside it
+RIG_FILES = ("direct", "table", "head", "landmarks", "accents")  # the keys of a rig that name files beside it
 
 
 def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:

@@ -21,10 +21,10 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-FILES = ("direct", "head", "landmarks", "visemes", "shapes")
+FILES = ("direct", "head", "landmarks", "accents", "visemes", "shapes")
 FOLDER = LEXICON / "rigs"
 KEYS = (
-    *("name", "title", "source", "face", "head", "landmarks", "direct", "speech"),
+    *("name", "title", "source", "face", "head", "landmarks", "accents", "direct", "speech"),
     *("through", "table", "visemes", "shapes", "stepped"),
     *("controls", "at_most", "shares", "poses"),
 )
@@ -183,6 +183,7 @@ def _build(document: dict[str, Any], path: Path) -> Rig:
         visemes=_visemes(document, files, controls),
         head=files.get("head"),
         landmarks=files.get("landmarks"),
+        accents=files.get("accents"),
     )
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from phonanim.errors import RigError
 from phonanim.face import FaceModel
 from phonanim.phones import PhoneTrack
+from phonanim.rig.accents import accented, read_accents
 from phonanim.rig.rig import POSED_MODES, SIGMAS, HingeMap, Rig, Through
 from phonanim.rig.visemes import show
 
@@ -25,27 +26,35 @@ def retarget(
     how: How = "auto",
     track: PhoneTrack | None = None,
     times: NDArray[np.float64] | None = None,
+    accents: bool = True,
 ) -> NDArray[np.float32]:
     """Shape parameters of the reference face -> control values, (frames, m) -> (frames, controls).
 
     "poses" is Taylor 2017, equations 2 and 3; "direct" the rig's own finer map; "auto" the finer one where
     the rig has it; "solve" moves the landmarks of the rig's head, frame by frame. Rigs of mouth shapes
-    choose them by the phones of `track` at `times` (frames,) seconds. Values keep the rig's limits.
+    choose them by the phones of `track` at `times` (frames,) seconds, and other rigs may accent what
+    landmarks cannot show of them, unless `accents` is off. Values keep the rig's limits.
     Raises RigError when the rig lacks the map or was made for another face.
     """
     _check_face(face, rig)
     if rig.visemes is not None:
         return _limit(show(modes, face, rig, track, times), rig)
     if rig.through is not None:
-        return _limit(_through(retarget(modes, face, rig.through.rig, how, track, times), rig.through), rig)
-    if how == "solve":
-        return _limit(_solved(modes, face, rig), rig)
+        other = retarget(modes, face, rig.through.rig, how, track, times, accents)
+        return _limit(_through(other, rig.through), rig)
+    values = _solved(modes, face, rig) if how == "solve" else _mapped(modes, face, rig, how)
+    if accents and rig.accents is not None and track is not None and times is not None:
+        values = accented(values, read_accents(rig.accents, rig.controls), track, times)
+    return _limit(values, rig)
+
+
+def _mapped(modes: NDArray[np.floating], face: FaceModel, rig: Rig, how: How) -> NDArray[np.float32]:
     mapping = _mapping(rig, how)
     standardized = (np.asarray(modes) / face.std).astype(np.float32)[:, : mapping.loads.shape[1]]
     values = np.empty((len(standardized), len(rig.controls)), np.float32)
     for start in range(0, len(values), BLOCK):
         block = slice(start, start + BLOCK)
-        values[block] = _limit(mapping(standardized[block]), rig)
+        values[block] = mapping(standardized[block])
     return values
 
 

@@ -86,7 +86,7 @@ class Rig:
     a finer map, `through` another rig in front, `visemes` the choice by phones. `at_most` pairs (a, b)
     keep control a no larger than b. `speech` names the controls that speech moves. `face` is the id of the
     reference face that the numbers were made for, "" for any. `head` and `landmarks` are the files of its
-    mesh, where it has one.
+    mesh, where it has one; `accents` is its table of what landmarks cannot show.
     """
 
     name: str
@@ -106,6 +106,7 @@ class Rig:
     visemes: Visemes | None = None
     head: Path | None = None
     landmarks: Path | None = None
+    accents: Path | None = None
 
     @property
     def posed(self) -> bool:

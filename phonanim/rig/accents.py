@@ -1,0 +1,63 @@
+"""What landmarks cannot show: a lower lip that rolls under the teeth, lips that are pushed forward.
+
+A face tracker follows the rims of the lips. It does not see the teeth, sees little of how far lips
+stand out, and a network's answer is a mean, so f v and the rounded sounds reach a rig weaker than they
+are spoken. A rig may name a table of accents (phones, control, amount) that are added while such a
+phone lasts, rising and falling like the contacts (phonanim/contacts.py).
+"""
+
+from __future__ import annotations
+
+import csv
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import RigError
+from phonanim.inventory import INVENTORY
+from phonanim.phones import PhoneTrack
+
+CORE = 0.3  # share of the phone that has the accent whole
+RAMP = 0.08  # seconds before and after it
+
+
+@lru_cache(maxsize=64)
+def read_accents(path: Path, controls: tuple[str, ...]) -> NDArray[np.float32]:
+    """A table of accents as amounts (41, controls). Raises RigError naming the row that is amiss."""
+    table = np.zeros((len(INVENTORY.phones), len(controls)), np.float32)
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+    except (OSError, UnicodeDecodeError) as error:
+        raise RigError(f"{path}: cannot be read: {error}") from error
+    for number, row in enumerate(rows, start=2):
+        try:
+            codes = INVENTORY.codes(row["phones"].split())
+            table[codes, controls.index(row["control"])] = float(row["amount"])
+        except (KeyError, ValueError, AttributeError, TypeError) as error:
+            raise RigError(
+                f"{path} row {number}: needs phones, a control of the rig and an amount ({error})"
+            ) from error
+    return table
+
+
+def accented(
+    values: NDArray[np.float32], accents: NDArray[np.float32], track: PhoneTrack, times: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Add accents to controls at `times` (frames,) seconds, in place, (frames, controls) -> the same.
+
+    Where two phones are near, each control takes the larger of their accents.
+    """
+    added = np.zeros_like(values)
+    for segment in np.flatnonzero(accents[track.codes].any(axis=1)):
+        begin, end = track.bounds[segment : segment + 2]
+        middle, half = (begin + end) / 2, (end - begin) / 2 * CORE
+        first, last = np.searchsorted(times, (middle - half - RAMP, middle + half + RAMP))
+        away = np.clip((np.abs(times[first:last] - middle) - half) / RAMP, 0, 1)
+        envelope = ((1 + np.cos(np.pi * away)) / 2).astype(np.float32)
+        accent = envelope[:, None] * accents[track.codes[segment]]
+        np.maximum(added[first:last], accent, out=added[first:last])
+    values += added
+    return values
