@@ -28,6 +28,10 @@ __all__ = [
 FIRST_TRIED = ("english", "ipa", "sampa", "mandarin", "japanese")
 """`auto` takes the first language that knows every label, so the commonest stand first."""
 
+ENOUGH = 0.75
+"""Share of labels that makes a file ARPAbet in spite of others: SAMPA can read almost any letters, so one
+mistyped label must not turn a file into it. Real files of other alphabets stay below 0.7."""
+
 Unknown = Literal["error", "nearest", "silence"]
 
 
@@ -56,6 +60,8 @@ def to_phones(
 def choose_language(labels: Iterable[str]) -> Language:
     """The first language that lists all labels or whose alphabet has them, else the one that has most.
 
+    ARPAbet is content with most.
+
     A language with a list of its own is judged by that list: else every IPA label would be English.
     """
     counts = Counter(label for label in labels if not is_silent(label))
@@ -63,7 +69,7 @@ def choose_language(labels: Iterable[str]) -> Language:
     for name in dict.fromkeys((*FIRST_TRIED, *language_names())):
         language = load_language(name)
         share = _share(language, counts)
-        if share == 1.0:
+        if share == 1.0 or (name == FIRST_TRIED[0] and share >= ENOUGH):
             return language
         if share > best_share:
             best, best_share = language, share

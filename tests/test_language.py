@@ -230,3 +230,9 @@ def test_tracks_are_contiguous_and_whole(labels: list[str]) -> None:
     assert len(track.codes) == len(track.labels) == len(track.bounds) - 1
     silent = track.codes == 0
     assert not (silent[1:] & silent[:-1]).any()
+
+
+def test_a_mistyped_label_does_not_turn_arpabet_into_sampa() -> None:
+    labels = ["M", "AY", "F", "AA", "DH", "ER", "QQQ", "T", "B", "IY"]
+    assert choose_language(labels).name == "english"
+    assert choose_language([label for label in labels if label != "ER"]).name == "english"
