@@ -15,11 +15,12 @@ from phonanim.errors import MissingExtraError, RigError
 from phonanim.face import INNER_LIP_PAIRS, MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT
 from phonanim.head import Head, load_head
 from phonanim.rig import load_rig
+from phonanim.rig.align import with_visemes
 from phonanim.rig.character import fit_character, load_character, quality, speech_controls
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.meshes import read_obj, write_head, write_obj
 from phonanim.rig.puppet import make_puppet
-from phonanim.rig.register import suggest_landmarks, with_visemes
+from phonanim.rig.register import suggest_landmarks
 from phonanim.rig.rims import put_on_rims
 
 UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # y up to z up

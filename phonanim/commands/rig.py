@@ -161,3 +161,44 @@ def fit_command(
     talk.result(
         {"rig": str(target), "landmarks": str(table), "speech": list(rig.speech), "r": told}, str(target)
     )
+
+
+@command.command("transfer")
+@click.option("--from", "source", type=click.Choice(["shipped"]), default="shipped", help="Whose shapes.")
+@click.option("--to", "mesh", type=FILE, required=True, help="OBJ or GLB of a head, y up, looking along z.")
+@click.option("-o", "--output", type=PLACE, help="The GLB to write; MESH with .shapes.glb when left out.")
+@talk_options
+def transfer_command(source: str, mesh: Path, output: Path | None, talk: Talk) -> None:
+    """Give a head without blendshapes the 52 of the shipped head, by deformation transfer.
+
+    Teeth, eyes, tongue and lashes are told by the names of their parts. The landmarks that were found are
+    written beside the GLB, for `phonanim rig fit --landmarks`.
+
+    \b
+    Examples:
+      phonanim rig transfer --from shipped --to hero.obj
+      phonanim rig transfer --to hero.obj -o hero.glb
+      phonanim rig fit hero.glb --landmarks hero.landmarks.csv
+    """
+    from dataclasses import asdict
+
+    from phonanim.head import load_head
+    from phonanim.rig.character import load_mesh
+    from phonanim.rig.landmarks import shipped_landmarks, write_landmarks
+    from phonanim.rig.meshes import write_head
+    from phonanim.rig.transfer import transfer
+
+    target = output or mesh.with_suffix(".shapes.glb")
+    head, spots, report = transfer(load_head(), shipped_landmarks(), load_mesh(mesh))
+    table = target.with_suffix(".landmarks.csv")
+    write_landmarks(table, spots)
+    write_head(target, head)
+    talk.say(
+        f"{report.matched:.0%} of the skin's triangles correspond to the {source} head's; the rest stays"
+    )
+    for part, follows in report.carried.items():
+        talk.say(f"{part} follows {follows}")
+    if report.flipped:
+        talk.say(f"{report.flipped} triangles are turned over by some shape; look at them")
+    facts = {"head": str(target), "landmarks": str(table), **asdict(report)}
+    talk.result(facts, f"{target}\n{table}")

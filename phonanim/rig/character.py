@@ -18,6 +18,7 @@ from phonanim.metrics import correlation
 from phonanim.morphs import Morphs, find_morphs, plain
 from phonanim.rig.fit import fit_rig
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
+from phonanim.rig.meshes import read_obj
 from phonanim.rig.motion import read_motion
 from phonanim.rig.puppet import Puppet, control_partners, make_puppet
 from phonanim.rig.read import load_rig
@@ -41,7 +42,23 @@ def load_character(path: Path) -> Head:
     VRM expressions stand in place of the targets that they group. Raises RigError.
     """
     glb = read_glb(path)
-    pieces = [piece for morphs in find_morphs(glb) for piece in _pieces(glb, morphs)]
+    return _joined([piece for morphs in find_morphs(glb) for piece in _pieces(glb, morphs)], path)
+
+
+def load_mesh(path: Path) -> Head:
+    """Read a head without shapes, from an OBJ file or all meshes of a GLB file. Raises RigError."""
+    if path.suffix.lower() == ".obj":
+        points, triangles, parts = read_obj(path)
+        return Head(points, triangles, parts, (), np.zeros((0, *points.shape)), np.full_like(points, GREY))
+    glb = read_glb(path)
+    nodes = [number for number, node in enumerate(glb.tree.get("nodes", [])) if "mesh" in node]
+    if not nodes:
+        raise RigError(f"{path}: holds no mesh; export the head")
+    return _joined([piece for node in nodes for piece in _pieces(glb, Morphs(str(path), node, ()))], path)
+
+
+def _joined(pieces: list[Piece], path: Path) -> Head:
+    """Pieces end to end as one head."""
     names = tuple(dict.fromkeys(name for piece in pieces for name in piece.controls))
     bounds = np.cumsum([0, *(len(piece.points) for piece in pieces)]).tolist()
     spans = [slice(*span) for span in pairwise(bounds)]
@@ -55,10 +72,7 @@ def load_character(path: Path) -> Head:
     return Head(
         vertices=vertices,
         triangles=np.concatenate([p.faces + at for p, at in zip(pieces, bounds, strict=False)]),
-        parts={
-            f"{piece.name}.{number}": span
-            for number, (piece, span) in enumerate(zip(pieces, spans, strict=True))
-        },
+        parts={f"{piece.name}.{i}": span for i, (piece, span) in enumerate(zip(pieces, spans, strict=True))},
         targets=names,
         deltas=deltas,
         colors=np.full_like(vertices, GREY),
@@ -101,7 +115,8 @@ def _pieces(glb: Glb, morphs: Morphs) -> list[Piece]:
         index = glb.accessor(primitive["indices"]) if "indices" in primitive else np.arange(len(points))
         material = glb.tree["materials"][primitive["material"]] if "material" in primitive else {}
         name = f"{node.get('name', 'node')}.{material.get('name', '')}"
-        moves = np.array([_moved(glb, target, len(points)) for target in primitive.get("targets", ())])
+        named = primitive.get("targets", ()) if controls else ()
+        moves = np.array([_moved(glb, target, len(points)) for target in named]).reshape(-1, *points.shape)
         faces = index.reshape(-1, 3).astype(np.int64)
         pieces.append(Piece(name, points @ turn + matrix[:3, 3], faces, moves @ turn, controls))
     return pieces

@@ -1,7 +1,7 @@
 """Inner-lip landmarks put on the rims of the lips: what meets when the mouth is shut.
 
 Neither a tracker nor a warp can tell two rims apart in a closed mouth; a picture of the lips from the
-front can: the slit between them lies deep, or, where they touch, the crease is the deepest place.
+front can: where one lip ends, the surface that is seen is torn.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.raster import Picture, rasterize
+from phonanim.raster import EMPTY, Picture, rasterize
 from phonanim.rig.landmarks import MeshLandmarks
 
 Array = NDArray[np.float64]
 
 UPPER_INNER = (191, 80, 81, 82, 13, 312, 311, 310, 415)
 LOWER_INNER = (95, 88, 178, 87, 14, 317, 402, 318, 324)
-DEPTH = 0.006  # metres behind the front of the lips: deeper than this lies the slit of the mouth
+TOUCHING = 1e-6  # metres between vertices that are one
 REACH = 0.003  # metres up and down within which the rim is looked for
 
 
@@ -57,23 +57,29 @@ def put_on_rims(points: Array, triangles: NDArray[np.int64], landmarks: MeshLand
     mouth = landmarks.take((61, 291)).of(points)
     view = View(20_000.0, mouth.mean(axis=0), (800.0, 400.0), 800, 1600)  # twenty pixels to the millimetre
     picture = view.show(points, triangles)
-    depth = picture.depth.astype(np.float64) / view.scale
     rows = np.flatnonzero(np.isin(landmarks.numbers, UPPER_INNER + LOWER_INNER))
     seen = view.pixels(landmarks.of(points)[rows])[:, :2]
     upper = np.isin(landmarks.numbers[rows], UPPER_INNER)
     reach = round(REACH * view.scale)
-    seen[:, 1] = [
-        _rim(depth[:, round(x)], round(y), above, reach) for (x, y), above in zip(seen, upper, strict=True)
-    ]
+    for spot, above in zip(seen, upper, strict=True):
+        near = np.arange(round(spot[1]) - reach, round(spot[1]) + reach)
+        column = round(spot[0])
+        gaps = near[1:][_torn(picture, points, near, column)]
+        if len(gaps) == 0:  # one closed surface: its deepest place is the crease
+            gaps = near[[picture.depth[near, column].argmin()]]
+        spot[1] = gaps[0] - 1 if above else gaps[-1]
     corners, weights = landmarks.corners.copy(), landmarks.weights.copy()
     corners[rows], weights[rows] = hit(view, picture, seen)
     return MeshLandmarks(landmarks.numbers, corners, weights)
 
 
-def _rim(depth: Array, start: int, above: bool, reach: int) -> int:
-    """The row of a pixel column where a lip ends: at the slit, or at the crease where there is none."""
-    near = np.arange(start - reach, start + reach)
-    slit = near[depth[near] < np.max(depth[near]) - DEPTH]
-    if len(slit) == 0:
-        return int(near[depth[near].argmin()])
-    return int(slit[0] - 1 if above else slit[-1] + 1)
+def _torn(picture: Picture, points: Array, rows: NDArray[np.int64], column: int) -> NDArray[np.bool_]:
+    """Where neighbouring pixels of a column show triangles that do not touch, (rows - 1,).
+
+    One lip stands before the other, or before the slit, only where the surface that is seen is torn.
+    """
+    faces = picture.face[rows, column]
+    corners = points[picture.corners[faces]]
+    apart = np.linalg.norm(corners[1:, :, None] - corners[:-1, None], axis=3).min(axis=(1, 2))
+    slit = faces == EMPTY
+    return np.where(slit[1:] | slit[:-1], slit[1:] != slit[:-1], apart > TOUCHING)

@@ -1,0 +1,188 @@
+"""Two heads brought together: by what their shapes move, or by their faces alone.
+
+Needs scipy.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import MissingExtraError, RigError
+from phonanim.head import Head
+from phonanim.morphs import plain
+from phonanim.rig.landmarks import MeshLandmarks
+from phonanim.rig.tables import VRM, read_viseme_shapes
+
+Array = NDArray[np.float64]
+
+INNER_PARTS = re.compile(r"eye|teeth|tooth|gum|tongue|socket|lash|hair|brow|tear|cornea", re.IGNORECASE)
+OPENINGS = ("jawopen", "aa", "visemeaa", "a", "mouthopen")  # what tells the lower lip from the upper
+FEWEST_NAMES = 4
+NORMAL_REACH = 0.010  # metres: a surface that faces the other way counts as this far
+OPENING_REACH = 0.020  # metres: as far counts a point of the other lip
+ICP_STEPS = 60
+LOST = 0.015  # metres between faces that were not brought together
+FACE_MARGIN = 0.03  # metres around the landmarks that belong to the face
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A skin to match: points, triangles, and features whose nearness tells what corresponds."""
+
+    points: Array
+    triangles: NDArray[np.int64]
+    opening: Array
+
+    def features(self) -> Array:
+        """(points, 7): place, direction and how the point moves as the mouth opens, all in metres."""
+        return np.column_stack(
+            [self.points, NORMAL_REACH * normals(self.points, self.triangles), OPENING_REACH * self.opening]
+        )
+
+
+def align(model: Head, target: Head) -> Callable[[Array], Array]:
+    """A similarity that brings the target onto the model: a function of points, (n, 3) -> (n, 3) metres.
+
+    Shapes of the same name move the same part of the face, so the places that they move are matched
+    (Umeyama 1991). Raises RigError when too few names are known.
+    """
+    ours, theirs = _anchors(with_visemes(model)), _anchors(target)
+    names = sorted(set(ours) & set(theirs))
+    if len(names) < FEWEST_NAMES:
+        raise RigError(
+            f"the head has {len(names)} shapes whose names are known, too few to find its face by; name some "
+            "as ARKit or VRM does (eyeBlinkLeft, eyeBlinkRight, jawOpen, mouthPucker), or give --landmarks"
+        )
+    goal, points = np.array([ours[n] for n in names]), np.array([theirs[n] for n in names])
+    centre, middle = points.mean(axis=0), goal.mean(axis=0)
+    left, stretch, right = np.linalg.svd((points - centre).T @ (goal - middle))
+    sign = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
+    turn = (left * sign) @ right
+    scale = float((stretch * sign).sum() / ((points - centre) ** 2).sum())
+    return lambda moved: np.asarray((moved - centre) @ turn * scale + middle)
+
+
+def with_visemes(model: Head) -> Head:
+    """The shipped head with visemes and VRM's expressions for shapes as well."""
+    names, mixtures = read_viseme_shapes(model.targets)
+    blinks = np.array([[t == f"eyeBlink{side}" for t in model.targets] for side in ("Left", "Right")], float)
+    known = {
+        **{f"viseme_{name}": mixture for name, mixture in zip(names, mixtures, strict=True)},
+        **{vrm: mixtures[names.index(viseme)] for vrm, viseme in VRM.items()},
+        **{"blinkLeft": blinks[0], "blinkRight": blinks[1], "blink": blinks.sum(axis=0)},
+    }
+    added = np.tensordot(np.array(list(known.values())), model.deltas, axes=1)
+    return replace(model, targets=(*model.targets, *known), deltas=np.concatenate([model.deltas, added]))
+
+
+def _anchors(head: Head) -> dict[str, Array]:
+    """Where each shape moves the skin, on average, by its plain name."""
+    skin = skin_rows(head)
+    found = {}
+    for name, delta in zip(head.targets, head.deltas, strict=True):
+        weight = (delta[skin] ** 2).sum(axis=1)
+        if weight.sum() > 0:
+            found[plain(name)] = np.asarray(weight @ head.vertices[skin] / weight.sum())
+    return found
+
+
+def align_bare(model: Head, spots: MeshLandmarks, target: Head) -> Callable[[Array], Array]:
+    """As `align`, for a head without shapes that looks along z with y up.
+
+    Noses and skulls are laid on each other first, then the faces (iterative closest points, the worst
+    fifth left out). Raises RigError when they do not come together.
+    """
+    _, _, tree = scipy_parts()
+    mine, theirs, rows = surface_of(model), surface_of(target), face_rows(model, spots)
+    (breadth, nose), (other, tip) = _skull(model), _skull(target)
+    scale, turn, shift = breadth / other, np.eye(3), nose - tip * breadth / other
+    skin = skin_rows(target)
+    goal = replace(mine, opening=0 * mine.opening).features()[rows]
+    for _ in range(ICP_STEPS):
+        moved = replace(theirs, points=theirs.points @ turn * scale + shift, opening=0 * theirs.opening)
+        apart, nearest = tree(moved.features()[skin]).query(goal)
+        close = apart <= np.percentile(apart, 80)
+        scale, turn, shift = _similarity(target.vertices[skin][nearest[close]], model.vertices[rows][close])
+    if np.median(apart) > LOST:
+        raise RigError(
+            "the mesh does not look like a head that faces forward, y up; turn it, or cut off the rest"
+        )
+    return lambda points: np.asarray(points @ turn * scale + shift)
+
+
+def _skull(head: Head) -> tuple[float, Array]:
+    """The breadth of the skull above the ears, and the tip of the nose."""
+    points = head.vertices[skin_rows(head)]
+    top, breadth = points[:, 1].max(), float(np.ptp(points[:, 0]))
+    for _ in range(50):  # the widest part lies half a breadth below the crown
+        band = points[np.abs(top - points[:, 1] - 0.5 * breadth) < 0.15 * breadth]
+        if len(band) == 0:
+            break
+        breadth = 2 * float(np.percentile(np.abs(band[:, 0] - np.median(band[:, 0])), 90))
+    face = points[points[:, 1] > top - 1.35 * breadth]
+    return max(breadth, 1e-9), np.asarray(face[face[:, 2].argmax()])
+
+
+def _similarity(points: Array, goal: Array) -> tuple[float, Array, Array]:
+    """Scale, turn and shift that bring points onto a goal; the scale is the ratio of their sizes.
+
+    The least-squares scale shrinks with every wrong neighbour, so that closest points would collapse.
+    """
+    centre, middle = points.mean(axis=0), goal.mean(axis=0)
+    left, _, right = np.linalg.svd((points - centre).T @ (goal - middle))
+    left[:, 2] *= np.sign(np.linalg.det(left @ right))
+    scale = float(np.sqrt(((goal - middle) ** 2).sum() / ((points - centre) ** 2).sum()))
+    return scale, left @ right, middle - centre @ (left @ right) * scale
+
+
+def face_rows(head: Head, spots: MeshLandmarks, margin: float = FACE_MARGIN) -> NDArray[np.int64]:
+    """The skin within a margin, in metres, of the box of the landmarks."""
+    places = spots.of(head.vertices)
+    low, high = places.min(axis=0) - margin, places.max(axis=0) + margin
+    skin = skin_rows(head)
+    inside = ((head.vertices[skin] > low) & (head.vertices[skin] < high)).all(axis=1)
+    return skin[inside]
+
+
+def skin_rows(head: Head) -> NDArray[np.int64]:
+    """Rows of the parts that are not inside the face."""
+    outer = [part for name, part in head.parts.items() if not INNER_PARTS.search(name)]
+    parts = outer or list(head.parts.values())
+    return np.concatenate([np.arange(part.start, part.stop) for part in parts])
+
+
+def surface_of(head: Head) -> Surface:
+    """The skin of a head, with what it does as the mouth opens."""
+    skin = np.isin(head.triangles, skin_rows(head)).all(axis=1)
+    known = [i for i, name in enumerate(head.targets) if plain(name) in OPENINGS]
+    opening = np.zeros(len(head.vertices))
+    if known:
+        moved = np.linalg.norm(head.deltas[known[0]], axis=1)
+        opening = moved / max(moved.max(), 1e-9)
+    return Surface(head.vertices, head.triangles[skin], opening)
+
+
+def normals(points: Array, triangles: NDArray[np.int64]) -> Array:
+    """Outward directions of length one at the vertices, (n, 3)."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    summed = np.zeros_like(points)
+    for corner in range(3):
+        np.add.at(summed, triangles[:, corner], np.cross(b - a, c - a))
+    return np.asarray(summed / np.linalg.norm(summed, axis=1, keepdims=True).clip(1e-12))
+
+
+def scipy_parts() -> tuple[Any, Any, Any]:
+    """What is needed of scipy: sparse matrices, their factorization, nearest neighbours."""
+    try:
+        from scipy import sparse
+        from scipy.sparse.linalg import factorized
+        from scipy.spatial import cKDTree
+    except ImportError as error:
+        raise MissingExtraError("fitting a rig needs scipy: pip install 'phonanim[train]'") from error
+    return sparse, factorized, cKDTree

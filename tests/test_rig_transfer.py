@@ -1,0 +1,170 @@
+"""Deformation transfer: onto the head itself it is the identity; onto others, lips that close stay closed."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from phonanim.__main__ import run
+from phonanim.errors import RigError
+from phonanim.face import INNER_LIP_PAIRS
+from phonanim.head import Head, load_head
+from phonanim.rig.character import load_character, load_mesh
+from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
+from phonanim.rig.meshes import write_obj
+from phonanim.rig.transfer import Report, transfer
+
+
+def bare(head: Head) -> Head:
+    return replace(head, targets=(), deltas=np.zeros((0, *head.vertices.shape)))
+
+
+def longer(head: Head) -> Head:
+    """Another face: longer below the eyes, broader, in centimetres, its vertices in another order."""
+    eyes = head.vertices[head.parts["eye_l"], 1].mean()
+    grown = head.vertices * (1.06, 1.0, 1.03)
+    grown[:, 1] += 0.12 * np.minimum(head.vertices[:, 1] - eyes, 0)
+    return replace(bare(head), vertices=grown * 100)
+
+
+@cache
+def onto_itself() -> tuple[Head, MeshLandmarks, Report]:
+    return transfer(load_head(), shipped_landmarks(), bare(load_head()))
+
+
+@cache
+def onto_another() -> tuple[Head, MeshLandmarks, Report]:
+    return transfer(load_head(), shipped_landmarks(), longer(load_head()))
+
+
+def mouth_shapes() -> list[int]:
+    return [i for i, name in enumerate(load_head().targets) if name.startswith(("jaw", "mouth"))]
+
+
+def test_onto_the_same_head_the_shapes_come_back() -> None:
+    head, (made, _, report) = load_head(), onto_itself()
+    skin = head.parts["skin"]
+    errors = []
+    for number in mouth_shapes():
+        motion = np.linalg.norm(head.deltas[number][skin], axis=1)
+        apart = np.linalg.norm(made.deltas[number][skin] - head.deltas[number][skin], axis=1)
+        moved = motion > 0.1 * motion.max()
+        errors.append(apart[moved].mean() / motion[moved].mean())
+    assert made.targets == head.targets
+    assert np.median(errors) < 0.02
+    assert report.matched > 0.99
+
+
+def test_teeth_and_eyes_follow_their_own() -> None:
+    head, (made, _, report) = load_head(), onto_itself()
+    assert {part: report.carried[part] for part in ("teeth_u", "teeth_l", "eye_l")} == {
+        part: part for part in ("teeth_u", "teeth_l", "eye_l")
+    }
+    jaw = head.targets.index("jawOpen")
+    lower = head.parts["teeth_l"]
+    np.testing.assert_allclose(made.deltas[jaw][lower], head.deltas[jaw][lower], atol=1e-3)
+    assert np.abs(made.deltas[jaw][head.parts["teeth_u"]]).max() < 1e-4
+
+
+def test_another_face_moves_alike_and_closes_its_lips() -> None:
+    head, (made, spots, _) = load_head(), onto_another()
+    names = made.targets
+    opened = spots.of(made.vertices + made.deltas[names.index("jawOpen")])
+    closed = spots.of(
+        made.vertices + made.deltas[names.index("jawOpen")] + made.deltas[names.index("mouthClose")]
+    )
+    middle = slice(1, -1)
+    gaps = {
+        name: np.array([points[a, 1] - points[b, 1] for a, b in INNER_LIP_PAIRS])[middle] * 10
+        for name, points in (("rest", spots.of(made.vertices)), ("opened", opened), ("closed", closed))
+    }
+    own = shipped_landmarks().of(head.vertices + head.deltas[names.index("jawOpen")]) * 1000
+    assert gaps["opened"].max() == pytest.approx(own[13, 1] - own[14, 1], rel=0.25)  # mm
+    assert np.abs(gaps["closed"]).max() < 2.0
+    assert np.abs(gaps["rest"]).max() < 2.0
+
+
+def test_shapes_are_in_the_new_heads_own_units_and_leave_its_rest_alone() -> None:
+    head, (made, _, _) = load_head(), onto_another()
+    np.testing.assert_array_equal(made.vertices, longer(head).vertices)
+    jaw = head.targets.index("jawOpen")
+    assert np.abs(made.deltas[jaw]).max() == pytest.approx(100 * np.abs(head.deltas[jaw]).max(), rel=0.3)
+    still = head.vertices[:, 1] > 0.8  # the crown
+    assert np.abs(made.deltas[mouth_shapes()][:, still]).max() < 0.03  # cm
+
+
+def test_few_triangles_are_turned_over() -> None:
+    made, _, report = onto_another()
+    assert report.flipped < 1e-3 * len(made.triangles) * len(made.targets)
+
+
+def test_split_vertices_do_not_tear() -> None:
+    head = load_head()
+    split = head.triangles[: len(head.triangles) // 2]
+    vertices = np.concatenate([head.vertices, head.vertices[split].reshape(-1, 3)])
+    triangles = np.concatenate(
+        [len(head.vertices) + np.arange(split.size).reshape(-1, 3), head.triangles[len(split) :]]
+    )
+    flat = Head(
+        vertices,
+        triangles,
+        {"skin": slice(0, len(vertices))},
+        (),
+        np.zeros((0, *vertices.shape)),
+        np.ones_like(vertices),
+    )
+    made, _, _ = transfer(head, shipped_landmarks(), flat)
+    jaw = made.deltas[head.targets.index("jawOpen")]
+    mouth = np.argmax(
+        np.abs(head.deltas[head.targets.index("jawOpen")]).sum(axis=1)
+        * np.isin(np.arange(len(head.vertices)), split)
+    )
+    copies = len(head.vertices) + np.flatnonzero(split.ravel() == mouth)
+    assert len(copies) > 1
+    assert np.abs(jaw[copies[0]]).max() > 0.01
+    np.testing.assert_allclose(jaw[copies], np.tile(jaw[copies[0]], (len(copies), 1)), atol=1e-9)
+
+
+def test_what_is_no_head_is_said() -> None:
+    rng = np.random.default_rng(0)
+    points = rng.normal(size=(300, 3)) * (1.0, 0.05, 1.0)
+    triangles = rng.integers(0, 300, (500, 3))
+    plank = Head(points, triangles, {"mesh": slice(0, 300)}, (), np.zeros((0, 300, 3)), np.ones((300, 3)))
+    with pytest.raises(RigError, match="does not look like a head that faces forward, y up"):
+        transfer(load_head(), shipped_landmarks(), plank)
+
+
+def test_a_file_without_meshes_is_said(tmp_path: Path) -> None:
+    from phonanim.glb import glb_bytes
+
+    path = tmp_path / "empty.glb"
+    path.write_bytes(glb_bytes({"asset": {"version": "2.0"}, "nodes": [{"name": "nothing"}]}, b""))
+    with pytest.raises(RigError, match="holds no mesh; export the head"):
+        load_mesh(path)
+
+
+def test_a_glb_without_shapes_can_be_a_target() -> None:
+    from phonanim.head import SHIPPED
+
+    mesh = load_mesh(SHIPPED)
+    assert mesh.targets == ()
+    np.testing.assert_allclose(mesh.vertices, load_head().vertices, atol=1e-6)
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    head = longer(load_head())
+    mesh, made = tmp_path / "hero.obj", tmp_path / "hero.glb"
+    write_obj(mesh, head.vertices, head.triangles)
+    assert run(["rig", "transfer", "--from", "shipped", "--to", str(mesh), "-o", str(made), "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["matched"] > 0.7
+    character = load_character(made)
+    assert character.targets == load_head().targets
+    table = ["--landmarks", facts["landmarks"], "--json"]
+    assert run(["rig", "fit", str(made), *table]) == 0
+    assert json.loads(capsys.readouterr().out)["r"]["aperture"] > 0.97
