@@ -5,7 +5,8 @@
 
 `validation` scores a tenth of the training clips, `words` and `phones` retrain with words or phones
 withheld, `ema` compares lip aperture with two German utterances of another speaker, and `test` scores the
-50 test clips, on which nothing is ever fitted or chosen.
+50 test clips, on which nothing is ever fitted or chosen. `oracle` fits on the test clips as well, and scores
+them: what the same model could reach if it had heard every sentence, a bound and not a result.
 """
 
 from __future__ import annotations
@@ -209,7 +210,7 @@ def ema(model: regressors.Model, utterances: list[Utterance], closing: bool) -> 
 
 
 @click.command(help=__doc__)
-@click.argument("what", type=click.Choice(["validation", "words", "phones", "ema", "test"]))
+@click.argument("what", type=click.Choice(["validation", "words", "phones", "ema", "test", "oracle"]))
 @click.argument("configs", nargs=-1, type=click.Path(exists=True, path_type=Path))
 @click.option("--model", "models", multiple=True, help="NAME=FOLDER of a trained model (ema, test).")
 @click.option("--corpus", "folder", default=ROOT / "work/corpus", type=click.Path(path_type=Path))
@@ -230,13 +231,14 @@ def main(
     folds = {"validation": validation, "words": words, "phones": phones}
     utterances = load_utterances(data / "ema_de") if what == "ema" else []
     rows: dict[str, Row] = {}
+    known = np.arange(len(judge.corpus.clips)) if what == "oracle" else judge.train
     for name, subject in {**{c.stem: c for c in configs}, **trained}.items():
         for closing in (False, True):
             label = name + (" + contacts" if closing else "")
             if what in folds and isinstance(subject, Path):
                 rows[label] = folds[what](subject, judge, closing)
             else:
-                model = fit(subject, judge, judge.train) if isinstance(subject, Path) else subject
+                model = fit(subject, judge, known) if isinstance(subject, Path) else subject
                 clips = judge.corpus.clips_of("test")
                 rows[label] = (
                     ema(model, utterances, closing)
