@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from phonanim.commands import Talk, talk_options
+
+if TYPE_CHECKING:
+    from phonanim.aligner import SpeechAlignment
 
 
 @click.command()
@@ -18,19 +22,38 @@ from phonanim.commands import Talk, talk_options
     help="A file with what is said, in UTF-8.",
 )
 @click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="TextGrid to write.")
+@click.option(
+    "--aligner",
+    type=click.Choice(["pocketsphinx", "mfa"]),
+    default="pocketsphinx",
+    help="pocketsphinx comes with phonanim[align]; mfa is an installed Montreal Forced Aligner.",
+)
+@click.option("--mfa-model", metavar="NAME", help="Acoustic model of MFA; english_us_arpa otherwise.")
+@click.option(
+    "--mfa-dictionary", metavar="NAME", help="Dictionary of MFA; the one named as the model otherwise."
+)
 @talk_options
-def command(audio: Path, text: str | None, text_file: Path | None, output: Path | None, talk: Talk) -> None:
-    """Find the words and phones of English speech, offline, and write them as a TextGrid.
+def command(
+    audio: Path,
+    text: str | None,
+    text_file: Path | None,
+    output: Path | None,
+    aligner: str,
+    mfa_model: str | None,
+    mfa_dictionary: str | None,
+    talk: Talk,
+) -> None:
+    """Find the words and phones of speech, offline, and write them as a TextGrid.
 
-    It is written beside the recording when -o does not say where. Needs phonanim[align]; recordings other
-    than 16-bit WAV need phonanim[audio].
+    It is written beside the recording when -o does not say where. The language is English, unless --aligner
+    mfa has a model of another. Recordings other than 16-bit WAV need phonanim[audio].
 
     \b
     Examples:
       phonanim align speech.wav --text "The quick brown fox."
       phonanim align speech.wav --text-file speech.txt -o speech.TextGrid
+      phonanim align rede.wav --text "Guten Morgen." --aligner mfa --mfa-model german_mfa
     """
-    from phonanim.aligner import align
     from phonanim.errors import OptionError
     from phonanim.textgrid import write_textgrid
 
@@ -38,7 +61,12 @@ def command(audio: Path, text: str | None, text_file: Path | None, output: Path 
         raise OptionError("--text and --text-file both say what is said; give one")
     if text_file is not None:
         text = read_text(text_file)
-    found = align(audio, text)
+    if aligner != "mfa" and (mfa_model or mfa_dictionary):
+        raise OptionError("--mfa-model and --mfa-dictionary are for --aligner mfa; add it, or drop them")
+    if aligner == "mfa":
+        found = with_mfa(audio, text, mfa_model, mfa_dictionary)
+    else:
+        found = with_pocketsphinx(audio, text)
     target = output or audio.with_suffix(".TextGrid")
     write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)
     talk.say(f"read {audio}: {found.duration:.2f} s" + ("" if text else ", words recognized"))
@@ -48,6 +76,20 @@ def command(audio: Path, text: str | None, text_file: Path | None, output: Path 
     talk.result(
         {"textgrid": str(target), "words": words, "phones": len(found.phones), "seconds": found.duration}
     )
+
+
+def with_pocketsphinx(audio: Path, text: str | None) -> SpeechAlignment:
+    """Align by pocketsphinx, which has one model."""
+    from phonanim.aligner import align
+
+    return align(audio, text)
+
+
+def with_mfa(audio: Path, text: str | None, model: str | None, dictionary: str | None) -> SpeechAlignment:
+    """Align by an installed Montreal Forced Aligner."""
+    from phonanim import mfa
+
+    return mfa.align(audio, text, model or mfa.MODEL, dictionary)
 
 
 def read_text(path: Path) -> str:
