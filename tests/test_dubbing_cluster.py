@@ -112,7 +112,7 @@ def test_a_scheduler_that_goes_away_fails_what_is_left(cluster, lines, tmp_path)
     for worker in processes[1:]:
         os.kill(worker.pid, signal.SIGSTOP)
     with subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE) as process:
-        time.sleep(3.0)
+        time.sleep(8.0)  # for the client to find the scheduler, on a busy machine too
         processes[0].kill()
         events = [json.loads(line) for line in process.stdout.read().splitlines()]
     assert process.returncode == 1
