@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,8 @@ from phonanim import __version__, contacts, regressors
 from phonanim.alignment import read_alignment
 from phonanim.animation import Animation
 from phonanim.catalog import find_model
+from phonanim.edit_file import read_edits
+from phonanim.edits import apply
 from phonanim.face import FaceModel
 from phonanim.files import content_hash
 from phonanim.language import to_phones
@@ -67,6 +69,17 @@ def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) 
         provenance=_provenance(path, options, notes),
     )
     return Performance(animation, track, notes, modes, model.face)
+
+
+def with_edits(animation: Animation, path: Path, options: Options = DEFAULTS) -> Animation:
+    """The animation with the edits of a file done again; `provenance["notes"]` tells which did not fit.
+
+    Raises OptionError when the file cannot be read as edits.
+    """
+    edited, notes = apply(animation, read_edits(path), load_cached_rig(options.rig))
+    known = animation.provenance
+    told = {"edits_sha256": content_hash(path), "notes": [*known["notes"], *notes]}
+    return replace(edited, provenance={**known, **told})
 
 
 @lru_cache(maxsize=8)

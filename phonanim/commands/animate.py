@@ -28,6 +28,7 @@ OUTPUT = click.Path(dir_okay=False, path_type=Path)
 @animation_options
 @click.option("--text", help="What a recording says, when ALIGNMENT is one; needs phonanim[align].")
 @click.option("--audio", type=FILE, help="The recording; found beside the alignment otherwise.")
+@click.option("--edits", type=FILE, help="An animator's changes to apply, by `phonanim edit diff`.")
 @click.option("--sheet", type=OUTPUT, help="Also draw a contact sheet of the face, as PNG.")
 @export_options
 @talk_options
@@ -37,6 +38,7 @@ def command(
     options: Options,
     text: str | None,
     audio: Path | None,
+    edits: Path | None,
     sheet: Path | None,
     exports: dict[str, object],
     talk: Talk,
@@ -52,16 +54,19 @@ def command(
       phonanim animate line.TextGrid -o line.csv --rig arkit --fps 25
       phonanim animate line.TextGrid -o line.glb -o line.npz --sheet line.png
       phonanim animate line.TextGrid -o line.glb --character mine.glb --keys 0.01
+      phonanim animate line.TextGrid -o line.glb --edits line.edits.json
       phonanim animate speech.wav --text "What is said."
     """
-    from phonanim.animate import animate
+    from phonanim.animate import animate, with_edits
     from phonanim.audio import find_audio
 
     if text is not None:
         audio, alignment = audio or alignment, heard(alignment, text)
     outputs = outputs or (alignment.with_suffix(".glb"),)
-    check_outputs([*outputs, *filter(None, [sheet])], [alignment, *filter(None, [audio])])
+    check_outputs([*outputs, *filter(None, [sheet])], [alignment, *filter(None, [audio, edits])])
     animation = animate(alignment, options, audio or find_audio(alignment))
+    if edits:
+        animation = with_edits(animation, edits, options)
     written = write(animation, outputs, sheet, exports)
     facts = describe(animation, alignment, options, written)
     for line in (*sentences(facts), *key_notes(animation, outputs, exports)):

@@ -1,0 +1,66 @@
+"""`phonanim edit`: what an animator changed, kept apart from the line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from phonanim.commands import Talk, talk_options
+
+FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
+
+
+@click.group()
+def command() -> None:
+    """Keep edits of an animation, to be applied when its line is made anew.
+
+    \b
+    Example:
+      phonanim edit diff line.json edited.json -o line.edits.json
+    """
+
+
+@command.command()
+@click.argument("base", type=FILE)
+@click.argument("edited", type=FILE)
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="File of edits to write.",
+)
+@click.option("--replace", is_flag=True, help="Keep the edited curves themselves, not what was added.")
+@click.option(
+    "--error",
+    type=click.FloatRange(1e-6, 1),
+    default=1e-3,
+    help="How far the result may be from EDITED; smaller differences are none.",
+)
+@talk_options
+def diff(base: Path, edited: Path, output: Path, replace: bool, error: float, talk: Talk) -> None:
+    """Write what was changed from BASE to EDITED, two animations of one line.
+
+    Any format that can be read back will do; JSON, NPZ and others that hold the phones let an edit follow
+    its phones when the line is aligned anew.
+
+    \b
+    Examples:
+      phonanim edit diff line.json edited.json -o line.edits.json
+      phonanim edit diff line.json edited.csv -o line.edits.json --replace
+    """
+    from phonanim.commands.animate import check_outputs
+    from phonanim.edit_file import write_edits
+    from phonanim.edits import diff as find
+    from phonanim.exporters import load
+
+    check_outputs([output], [base, edited])
+    edits = find(load(base), load(edited), "replace" if replace else "offset", error)
+    write_edits(edits, output)
+    channels = len({edit.channel for edit in edits.edits})
+    keys = sum(len(edit.times) for edit in edits.edits)
+    talk.say(f"wrote {output}: {len(edits.edits)} edits of {channels} channels, {keys} keys, error {error:g}")
+    if not edits.phones:
+        talk.say("neither file holds phones, so the edits cannot follow them; they keep their times")
+    talk.result({"output": str(output), "edits": len(edits.edits), "channels": channels, "keys": keys})

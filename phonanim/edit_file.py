@@ -1,0 +1,85 @@
+"""The sidecar that keeps edits: JSON with one edit on each line, to be read, compared and merged."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from phonanim.edits import Edit, Edits
+from phonanim.errors import OptionError
+from phonanim.exporters.json import intervals, spans
+from phonanim.files import write_text
+
+FORMAT = "phonanim edits 1"
+DIGITS = 9  # of a second, or of full weight: far below any error that is asked for
+
+
+def write_edits(edits: Edits, path: Path) -> None:
+    """Write edits, whole or not at all. Raises OutputError."""
+    head = {"format": FORMAT, "rig": edits.rig, "error": edits.error, "phones": spans(edits.phones)}
+    lines = [f"  {_text(key)}: {_text(value)}" for key, value in head.items()]
+    items = ",\n".join(f"    {_text(_plain(edit))}" for edit in edits.edits)
+    lines.append(f'  "edits": [\n{items}\n  ]' if items else '  "edits": []')
+    write_text(path, "{\n" + ",\n".join(lines) + "\n}\n")
+
+
+def read_edits(path: Path) -> Edits:
+    """Read edits back. Raises OptionError when the file is damaged or none of ours."""
+    try:
+        tree = json.loads(path.read_text(encoding="utf-8"))
+        if tree["format"] != FORMAT:
+            raise ValueError(f"its format is {tree['format']!r}, not {FORMAT!r}")
+        return Edits(
+            rig=str(tree["rig"]),
+            error=float(tree["error"]),
+            phones=intervals(tree["phones"]),
+            edits=tuple(_edit(item) for item in tree["edits"]),
+        )
+    except KeyError as error:
+        raise OptionError(f"{path}: is no file of edits: it lacks {error}") from error
+    except (OSError, TypeError, ValueError) as error:
+        raise OptionError(f"{path}: is no file of edits: {error}") from error
+
+
+def _text(value: object) -> str:
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _plain(edit: Edit) -> dict[str, Any]:
+    keys = zip(edit.times, edit.values, strict=True)
+    return {
+        "channel": edit.channel,
+        "kind": edit.kind,
+        "start": round(edit.start, DIGITS),
+        "end": round(edit.end, DIGITS),
+        "fade": [round(seconds, DIGITS) for seconds in edit.fade],
+        "keys": [[round(time, DIGITS), round(value, DIGITS)] for time, value in keys],
+    }
+
+
+def _edit(item: dict[str, Any]) -> Edit:
+    """The inverse of `_plain`. Raises ValueError for what cannot be done."""
+    if not item["keys"]:
+        raise ValueError(f"an edit of {item['channel']} has no keys")
+    times, values = zip(*((float(time), float(value)) for time, value in item["keys"]), strict=True)
+    come, go = (float(seconds) for seconds in item["fade"])
+    edit = Edit(
+        str(item["channel"]),
+        item["kind"],
+        float(item["start"]),
+        float(item["end"]),
+        (come, go),
+        times,
+        values,
+    )
+    if edit.kind not in ("offset", "replace"):
+        raise ValueError(f"{edit} has the kind {edit.kind!r}; it is offset or replace")
+    if not all(map(math.isfinite, (edit.start, edit.end, come, go, *times, *values))):
+        raise ValueError(f"{edit} holds a number that is not finite")
+    if list(times) != sorted(times) or edit.start > edit.end:
+        raise ValueError(f"{edit} has times that run backwards")
+    if min(come, go) < 0 or come + go > edit.end - edit.start + 10.0**-DIGITS * 4:
+        raise ValueError(f"{edit} has fades that are longer than it is")
+    return edit

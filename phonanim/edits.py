@@ -1,0 +1,227 @@
+"""Edits: what an animator changed in a line, to be done again when the line is made anew.
+
+An edit lasts for one span of one channel. It is anchored to the phones that were spoken there: where a new
+alignment moves them, their times are warped alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from difflib import SequenceMatcher
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.alignment import Interval
+from phonanim.animation import Animation
+from phonanim.errors import OptionError
+from phonanim.keys import reduce_curves
+from phonanim.labels import is_silent
+from phonanim.rig import Rig
+
+Array = NDArray[np.float64]
+Kind = Literal["offset", "replace"]
+
+ERROR = 1e-3  # of full weight
+FADE = 0.1  # seconds in which an edit comes and goes
+MARGIN = 0.99  # of the error for the keys; the rest is left for rounding in files
+FAR = 1e6  # seconds; before the first phone and after the last, times move as these do
+ROUNDING = 1e-6  # seconds
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """One channel from `start` to `end` (s): `values` at `times` (s), straight between, added or put instead.
+
+    It comes within `fade[0]` seconds of the start and goes within `fade[1]` of the end; 0 stands where
+    the line itself begins or ends.
+    """
+
+    channel: str
+    kind: Kind
+    start: float
+    end: float
+    fade: tuple[float, float]
+    times: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def __str__(self) -> str:
+        return f"{self.channel} {self.start:.2f}-{self.end:.2f} s"
+
+
+@dataclass(frozen=True, slots=True)
+class Edits:
+    """The edits of one line of a rig; they give the edited curves back within `error`.
+
+    `phones` are those of the line that was edited, which the times of the edits refer to.
+    """
+
+    rig: str
+    error: float
+    phones: tuple[Interval, ...]
+    edits: tuple[Edit, ...]
+
+
+def diff(
+    base: Animation, edited: Animation, kind: Kind = "offset", error: float = ERROR, fade: float = FADE
+) -> Edits:
+    """What was changed from one animation to the other, so that applied to `base` it gives `edited`.
+
+    Differences up to `error` are none. Raises OptionError when the channels or the lengths differ.
+    """
+    _check_pair(base, edited)
+    margin = max(round(fade * base.fps), 1)
+    found = []
+    for channel in base.channels:
+        before = base.channel(channel).astype(np.float64)
+        after = _at(edited, channel, len(before), base.fps)
+        curve = after - before if kind == "offset" else after
+        for first, last in _groups(np.abs(after - before) > MARGIN * error, 2 * margin):
+            found.append(_edit(base, channel, kind, curve, (first, last), margin, MARGIN * error))
+    return Edits(base.rig, error, base.phones or edited.phones, tuple(found))
+
+
+def apply(animation: Animation, edits: Edits, rig: Rig) -> tuple[Animation, tuple[str, ...]]:
+    """Do the edits again, within the limits of the rig; also say what did not fit, one sentence each.
+
+    Where the animation or the edits know no phones, edits stay at their times.
+    """
+    notes = []
+    if edits.rig != animation.rig:
+        notes.append(f"the edits were made on the rig {edits.rig}, this line moves {animation.rig}")
+    values = animation.values.astype(np.float64)
+    anchors = _anchors(edits.phones, animation.phones or edits.phones)
+    for edit in edits.edits:
+        if why := _misfit(edit, edits.phones, anchors, animation, rig):
+            notes.append(f"edit {edit} was left out: {why}")
+            continue
+        column = animation.channels.index(edit.channel)
+        curve = _applied(edit, anchors, values[:, column], animation.times)
+        values[:, column] = limited = _limited(curve, edit.channel, rig)
+        if np.abs(curve - limited).max() > edits.error:
+            notes.append(f"edit {edit} reaches beyond the limits of {rig.name} and was cut there")
+    return animation.with_values(values.astype(np.float32)), tuple(notes)
+
+
+def _check_pair(base: Animation, edited: Animation) -> None:
+    if odd := sorted(set(base.channels) ^ _moving(base, edited)):
+        raise OptionError(f"only one of the two animations has {odd[0]}; compare two of the same rig")
+    lengths = [(len(one.values) - 1) / one.fps for one in (base, edited)]
+    if abs(lengths[0] - lengths[1]) > 1 / min(base.fps, edited.fps):
+        raise OptionError(
+            f"one animation lasts {lengths[0]:.2f} s and the other {lengths[1]:.2f} s; "
+            "compare two of the same line"
+        )
+
+
+def _moving(base: Animation, edited: Animation) -> set[str]:
+    """The channels of the edited line, without those that its format alone has: they stand at 0."""
+    return {name for name in edited.channels if name in base.channels or edited.channel(name).any()}
+
+
+def _at(animation: Animation, channel: str, frames: int, fps: float) -> Array:
+    """A channel at frames of another rate, counted from its own start; the ends hold."""
+    curve = animation.channel(channel)
+    return np.interp(np.arange(frames) / fps, np.arange(len(curve)) / animation.fps, curve)
+
+
+def _groups(changed: NDArray[np.bool_], gap: int) -> Iterator[tuple[int, int]]:
+    """First and last frame of each stretch of changes; a stretch holds gaps of up to `gap` frames."""
+    places = np.flatnonzero(changed)
+    if len(places):
+        for group in np.split(places, np.flatnonzero(np.diff(places) > gap) + 1):
+            yield int(group[0]), int(group[-1])
+
+
+def _edit(
+    base: Animation, channel: str, kind: Kind, curve: Array, core: tuple[int, int], margin: int, error: float
+) -> Edit:
+    """The edit of one stretch of changes, with soft edges on the unchanged frames around it."""
+    first, last = max(core[0] - margin, 0), min(core[1] + margin, len(curve) - 1)
+    keys = reduce_curves(curve[first : last + 1, None], error)
+    times = base.start + (first + keys.frames) / base.fps
+    return Edit(
+        channel=channel,
+        kind=kind,
+        start=float(times[0]),
+        end=float(times[-1]),
+        fade=((core[0] - first) / base.fps, (last - core[1]) / base.fps),
+        times=tuple(times.tolist()),
+        values=tuple(keys.values[:, 0].tolist()),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Anchors:
+    """Which phones of the edited line were found again, and where every instant of it lies now."""
+
+    found: frozenset[int]
+    before: Array
+    after: Array
+
+    def moved(self, times: Sequence[float]) -> Array:
+        """Seconds of the edited line -> seconds of this line."""
+        return np.interp(times, self.before, self.after)
+
+
+def _anchors(before: tuple[Interval, ...], after: tuple[Interval, ...]) -> _Anchors:
+    """Match the phones of two lines by their labels, in order."""
+    matcher = SequenceMatcher(None, _labels(before), _labels(after), autojunk=False)
+    pairs = [(b.a + k, b.b + k) for b in matcher.get_matching_blocks() for k in range(b.size)]
+    old = [time for one, _ in pairs for time in (before[one].start, before[one].end)] or [0.0]
+    new = [time for _, two in pairs for time in (after[two].start, after[two].end)] or [0.0]
+    places, first = np.unique([old[0] - FAR, *old, old[-1] + FAR], return_index=True)
+    instants = np.array([new[0] - FAR, *new, new[-1] + FAR])[first]
+    return _Anchors(frozenset(one for one, _ in pairs), places, instants)
+
+
+def _labels(phones: tuple[Interval, ...]) -> list[str]:
+    return [phone.label for phone in phones]
+
+
+def _misfit(
+    edit: Edit, phones: tuple[Interval, ...], anchors: _Anchors, animation: Animation, rig: Rig
+) -> str:
+    """Why an edit cannot be done on this line, "" if it can."""
+    if edit.channel not in animation.channels or edit.channel not in rig.controls:
+        return f"{rig.name} has no such channel"
+    first, last = edit.start + edit.fade[0], edit.end - edit.fade[1]
+    gone = [
+        phone.label
+        for place, phone in enumerate(phones)
+        if place not in anchors.found
+        and phone.start <= last
+        and phone.end > first
+        and not is_silent(phone.label)
+    ]
+    if gone:
+        return f"{' '.join(gone)} is no longer said there"
+    start, end = anchors.moved((edit.start, edit.end))
+    line_start, line_end = animation.times[[0, -1]]
+    if end < line_start - ROUNDING or start > line_end + ROUNDING:
+        return f"it would stand at {start:.2f} s, outside the line of {line_end:.2f} s"
+    return ""
+
+
+def _applied(edit: Edit, anchors: _Anchors, curve: Array, times: Array) -> Array:
+    weight = _weight(edit, anchors, times)
+    change = np.interp(times, anchors.moved(edit.times), edit.values)
+    return curve + weight * (change if edit.kind == "offset" else change - curve)
+
+
+def _weight(edit: Edit, anchors: _Anchors, times: Array) -> Array:
+    """How much of an edit holds at each time, 0 to 1.
+
+    An edit that began with its line fades in before it, should the line now begin earlier; ends likewise.
+    """
+    come, go = edit.fade
+    start, full, less, end = anchors.moved((edit.start, edit.start + come, edit.end - go, edit.end))
+    start, end = (start if come else start - FADE), (end if go else end + FADE)
+    return np.interp(times, (start, full, less, end), (0.0, 1.0, 1.0, 0.0))
+
+
+def _limited(curve: Array, channel: str, rig: Rig) -> Array:
+    control = rig.controls.index(channel)
+    return np.clip(curve, rig.minimum[control], rig.maximum[control])
