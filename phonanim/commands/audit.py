@@ -25,8 +25,13 @@ FOUND = 1
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     help="The folder with the outputs.",
 )
+@click.option(
+    "--styles",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="TOML with the styles that a table names; those of phonanim otherwise.",
+)
 @talk_options
-def command(source: str, folder: Path, talk: Talk) -> int:
+def command(source: str, folder: Path, styles: Path | None, talk: Talk) -> int:
     """Compare lines (a table, a folder, or a pattern) with what was delivered for them.
 
     Finds lines that are missing, unreadable, stale (made from something else than what is there now),
@@ -42,7 +47,7 @@ def command(source: str, folder: Path, talk: Talk) -> int:
     from phonanim.dubbing.lines import read_lines
     from phonanim.options import DEFAULTS
 
-    lines = read_lines(source, DEFAULTS)
+    lines = read_lines(source, DEFAULTS, styles)
     findings = audit(lines, folder)
     totals = counts(findings)
     talk.result(

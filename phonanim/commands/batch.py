@@ -36,6 +36,11 @@ SOME_FAILED = 1
 )
 @animation_options
 @click.option(
+    "--styles",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="TOML with the styles that a table names; those of phonanim otherwise.",
+)
+@click.option(
     "--workers", type=click.IntRange(1, 512), help="Processes; as many as there are cores otherwise."
 )
 @click.option(
@@ -52,6 +57,7 @@ def command(
     folder: Path,
     formats: tuple[str, ...],
     options: Options,
+    styles: Path | None,
     workers: int | None,
     engine: str,
     scheduler: str | None,
@@ -61,9 +67,9 @@ def command(
     """Animate many lines: a folder, a pattern in quotes, or a table.
 
     A table (.csv .tsv .jsonl) has a column `alignment` and may have id, audio and output, and the options
-    rig, model, language, tier, speaker, lexicon, fps, unknown, intensity, jaw and lips. A line that was made
-    from the same things is kept; a line that fails does not stop the others, and makes the exit code 1. The
-    output folder also gets report.html, report.json, summary.txt and ledger.jsonl. With --json every line
+    rig, model, language, tier, speaker, lexicon, fps, unknown, style, intensity, jaw and lips. A line that
+    was made from the same things is kept; a line that fails does not stop the others, and makes the exit
+    code 1. The output folder also gets report.html, report.json, summary.txt and ledger.jsonl. With --json every line
     is an event on stdout.
 
     \b
@@ -78,7 +84,7 @@ def command(
 
     formats = tuple(dict.fromkeys(name.lower().lstrip(".") for name in formats))
     check(formats, options)
-    lines = read_lines(source, options)
+    lines = read_lines(source, options, styles)
     if dry_run:
         return rehearse(lines, folder, formats, talk)
     started = time.monotonic()

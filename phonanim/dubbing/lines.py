@@ -11,6 +11,7 @@ from typing import Any
 
 from phonanim.audio import find_audio
 from phonanim.dubbing.names import safe_name, same_file
+from phonanim.dubbing.styles import DIALS, Styles, find_style, read_styles
 from phonanim.dubbing.table import SUFFIXES as TABLES
 from phonanim.dubbing.table import Row, read_table
 from phonanim.errors import OptionError, PhonanimError
@@ -53,26 +54,28 @@ class Lines:
     remarks: tuple[str, ...] = ()
 
 
-def read_lines(source: str, options: Options) -> Lines:
+def read_lines(source: str, options: Options, styles: Path | None = None) -> Lines:
     """The lines of a folder, of a pattern with wildcards, or of a table (.csv .tsv .jsonl).
 
-    Cells of a table stand before `options`. Raises OptionError when the source as a whole is of no use.
+    Cells of a table stand before `options`; `styles` is the file of what its styles mean. Raises OptionError
+    when the source as a whole is of no use.
     """
-    path = Path(source)
+    path, known = Path(source), read_styles(styles)
     if path.is_dir():
         found = [file for file in sorted(path.rglob("*")) if file.suffix.lower() in ALIGNMENTS]
         return _checked(
-            _rows_of(path, found), Path(), options, f"{source}: holds no {' or '.join(ALIGNMENTS)}"
+            _rows_of(path, found), Path(), options, known, f"{source}: holds no {' or '.join(ALIGNMENTS)}"
         )
     if path.is_file() and path.suffix.lower() in TABLES:
         table = read_table(path)
         unused = [f"{path.name}: the column {name!r} is not used" for name in table.unused]
-        return replace(
-            _checked(table.rows, path.parent, options, f"{source}: holds no row"), remarks=tuple(unused)
-        )
+        lines = _checked(table.rows, path.parent, options, known, f"{source}: holds no row")
+        return replace(lines, remarks=tuple(unused))
     if WILD.search(source):
         found = sorted(map(Path, glob.iglob(source, recursive=True)))  # noqa: PTH207 - may be absolute
-        return _checked(_rows_of(_root(path), found), Path(), options, f"{source}: matches no alignment")
+        return _checked(
+            _rows_of(_root(path), found), Path(), options, known, f"{source}: matches no alignment"
+        )
     if path.exists():
         raise OptionError(f"{source}: is no folder and no table ({' '.join(TABLES)}); name one of these")
     raise OptionError(f"{source}: does not exist; name a folder, a pattern in quotes, or a table")
@@ -101,7 +104,7 @@ def _id(path: Path) -> str:
     return path.with_suffix("").as_posix()
 
 
-def _checked(rows: Iterable[Row], root: Path, options: Options, empty: str) -> Lines:
+def _checked(rows: Iterable[Row], root: Path, options: Options, styles: Styles, empty: str) -> Lines:
     """Rows as lines; a row that repeats an id or an output is a fault, the first one stays."""
     lines: list[Line] = []
     faults: list[Fault] = []
@@ -110,7 +113,7 @@ def _checked(rows: Iterable[Row], root: Path, options: Options, empty: str) -> L
     for row in rows:
         id = row.cells.get("id", Path(row.cells.get("alignment", "")).stem)
         try:
-            line = _line(id, row, root, options)
+            line = _line(id, row, root, options, styles)
             _first(ids, line.id, row.place, f"the id {line.id!r}")
             _first(names, same_file(line.output), row.place, f"the output {str(line.output)!r}")
             lines.append(line)
@@ -127,7 +130,7 @@ def _first(seen: dict[str, str], key: str, place: str, what: str) -> None:
     seen[key] = place
 
 
-def _line(id: str, row: Row, root: Path, options: Options) -> Line:
+def _line(id: str, row: Row, root: Path, options: Options, styles: Styles) -> Line:
     if "alignment" not in row.cells:
         raise OptionError("the row names no alignment; fill its cell")
     alignment = (root / row.cells["alignment"]).absolute()
@@ -140,18 +143,20 @@ def _line(id: str, row: Row, root: Path, options: Options) -> Line:
         place=row.place,
         alignment=alignment,
         audio=audio,
-        options=replace(options, **_overrides(row.cells, root)),
+        options=replace(options, **_overrides(row.cells, root, styles)),
         output=safe_name(row.cells.get("output", id)),
     )
 
 
-def _overrides(cells: Mapping[str, str], root: Path) -> dict[str, Any]:
+def _overrides(cells: Mapping[str, str], root: Path, styles: Styles) -> dict[str, Any]:
     chosen: dict[str, Any] = {name: cells[name] for name in TEXTS if name in cells}
     if "lexicon" in cells:
         chosen["lexicon"] = str((root / cells["lexicon"]).absolute())
     if chosen.get("unknown", "error") not in ("error", "nearest", "silence"):
         raise OptionError(f"unknown = {chosen['unknown']!r}; choose error, nearest or silence")
-    for name in ("intensity", "jaw", "lips"):
+    if "style" in cells:
+        chosen.update(find_style(cells["style"], styles))
+    for name in DIALS:
         if name in cells:
             chosen[name] = _gain(name, cells[name])
     if "fps" in cells:

@@ -29,6 +29,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "lexicon": ("dictionary", "dict", "pronunciations"),
     "fps": ("framerate", "rate", "framespersecond"),
     "unknown": ("unknownlabels",),
+    "style": ("manner", "delivery", "stylename"),
     "intensity": ("strength",),
     "jaw": (),
     "lips": (),
