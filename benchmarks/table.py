@@ -37,7 +37,7 @@ COLUMNS = {
     },
     "ema": {"aperture_r_mean": "aperture r, mean", "aperture_r_1": "first", "aperture_r_2": "second"},
 }
-COLUMNS["validation"] = COLUMNS["test"]
+COLUMNS["validation"] = COLUMNS["oracle"] = COLUMNS["test"]
 
 
 @click.command(help=__doc__)
