@@ -66,11 +66,11 @@ def command(
 ) -> int:
     """Animate many lines: a folder, a pattern in quotes, or a table.
 
-    A table (.csv .tsv .jsonl) has a column `alignment` and may have id, audio and output, and the options
-    rig, model, language, tier, speaker, lexicon, fps, unknown, style, intensity, jaw and lips. A line that
-    was made from the same things is kept; a line that fails does not stop the others, and makes the exit
-    code 1. The output folder also gets report.html, report.json, summary.txt and ledger.jsonl. With --json
-    every line is an event on stdout.
+    A table (.csv .tsv .jsonl) has a column `alignment`, or `audio` and `text`, and may have id, audio and
+    output, and the options rig, model, language, tier, speaker, lexicon, fps, unknown, style, intensity, jaw
+    and lips. A line that was made from the same things is kept; a line that fails does not stop the others,
+    and makes the exit code 1. The output folder also gets report.html, report.json, summary.txt and
+    ledger.jsonl. With --json every line is an event on stdout.
 
     \b
     Examples:

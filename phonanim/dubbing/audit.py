@@ -16,6 +16,7 @@ from phonanim.audio import duration
 from phonanim.dubbing.ledger import Outcome, read_ledger
 from phonanim.dubbing.lines import Line, Lines
 from phonanim.dubbing.origin import rig_hash
+from phonanim.dubbing.spoken import aligned
 from phonanim.errors import PhonanimError
 from phonanim.exporters import find_exporter, load, suffixes
 from phonanim.files import content_hash
@@ -80,7 +81,7 @@ def _findings(line: Line, files: list[Path], known: Outcome | None, folder: Path
     for path in files:
         if not hasattr(find_exporter(path), "read"):
             continue
-        for problem, text in _faults(line, path):
+        for problem, text in _faults(line, path, aligned(line, folder)):
             yield Finding(problem, line.id, language, text)
 
 
@@ -91,7 +92,7 @@ def _changes(line: Line, files: list[Path], known: Outcome | None, folder: Path)
         newer = [path for path in (line.alignment, line.audio) if path and path.stat().st_mtime > made]
         return [f"{path} is newer than what was made from it" for path in newer]
     changed = [
-        f"{name} has changed" for name, value in _now(line, known).items() if known.origin[name] != value
+        f"{name} has changed" for name, value in _now(line, known).items() if known.origin.get(name) != value
     ]
     for name, digest in known.outputs.items():
         path = folder / name
@@ -107,18 +108,19 @@ def _now(line: Line, known: Outcome) -> Mapping[str, object]:
     options = known.origin["options"]
     return {
         "alignment": [line.alignment.name, content_hash(line.alignment)],
+        "text": line.text,
         "audio": [line.audio.name, content_hash(line.audio)] if line.audio else None,
         "model": model_hash(options["model"]),
         "rig": rig_hash(options["rig"]),
     }
 
 
-def _faults(line: Line, path: Path) -> Iterator[tuple[str, str]]:
+def _faults(line: Line, path: Path, alignment_path: Path) -> Iterator[tuple[str, str]]:
     """What is wrong with one file: (problem, text)."""
     try:
         animation = load(path)
         alignment = read_alignment(
-            line.alignment, line.options.tier, line.options.speaker, line.options.lexicon
+            alignment_path, line.options.tier, line.options.speaker, line.options.lexicon
         )
         seconds = duration(line.audio) if line.audio else alignment.duration
     except PhonanimError as error:

@@ -26,7 +26,10 @@ TEXTS = ("rig", "model", "language", "tier", "speaker", "unknown")
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One line to animate: absolute paths, and `output`, relative to the output folder, without suffix."""
+    """One line to animate: absolute paths, and `output`, relative to the output folder, without suffix.
+
+    Where `text` is given, `alignment` is the recording: it is aligned with the text first.
+    """
 
     id: str
     place: str
@@ -34,6 +37,7 @@ class Line:
     audio: Path | None
     options: Options
     output: PurePosixPath
+    text: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +115,7 @@ def _checked(rows: Iterable[Row], root: Path, options: Options, styles: Styles, 
     ids: dict[str, str] = {}
     names: dict[str, str] = {}
     for row in rows:
-        id = row.cells.get("id", Path(row.cells.get("alignment", "")).stem)
+        id = row.cells.get("id", Path(row.cells.get("alignment", row.cells.get("audio", ""))).stem)
         try:
             line = _line(id, row, root, options, styles)
             _first(ids, line.id, row.place, f"the id {line.id!r}")
@@ -131,9 +135,10 @@ def _first(seen: dict[str, str], key: str, place: str, what: str) -> None:
 
 
 def _line(id: str, row: Row, root: Path, options: Options, styles: Styles) -> Line:
-    if "alignment" not in row.cells:
-        raise OptionError("the row names no alignment; fill its cell")
-    alignment = (root / row.cells["alignment"]).absolute()
+    spoken = "alignment" not in row.cells
+    if spoken and not {"audio", "text"} <= row.cells.keys():
+        raise OptionError("the row names no alignment; fill its cell, or those of audio and text")
+    alignment = (root / row.cells["audio" if spoken else "alignment"]).absolute()
     audio = (root / row.cells["audio"]).absolute() if "audio" in row.cells else find_audio(alignment)
     for path in (alignment, audio):
         if path and not path.is_file():
@@ -145,6 +150,7 @@ def _line(id: str, row: Row, root: Path, options: Options, styles: Styles) -> Li
         audio=audio,
         options=replace(options, **_overrides(row.cells, root, styles)),
         output=safe_name(row.cells.get("output", id)),
+        text=row.cells["text"] if spoken else None,
     )
 
 

@@ -10,6 +10,7 @@ from phonanim.dubbing.checks import facts_of
 from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.ledger import Outcome
 from phonanim.dubbing.origin import is_current, origin_of
+from phonanim.dubbing.spoken import align_line, aligned
 from phonanim.errors import PhonanimError
 from phonanim.exporters import save
 from phonanim.files import content_hash
@@ -34,8 +35,12 @@ def make(job: Job) -> Result:
 
 def _made(job: Job, origin: dict[str, Any]) -> Outcome:
     line = job.line
-    performance = perform(line.alignment, line.options, line.audio)
     outputs = {}
+    alignment = aligned(line, job.folder)
+    if line.text is not None:
+        align_line(line, alignment)
+        outputs[alignment.relative_to(job.folder).as_posix()] = content_hash(alignment)
+    performance = perform(alignment, line.options, line.audio)
     for name in origin["outputs"]:
         path = job.folder / name
         path.parent.mkdir(parents=True, exist_ok=True)

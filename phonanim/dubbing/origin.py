@@ -23,6 +23,7 @@ def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
     """Everything that the outputs depend on: contents, options, model, rig, version, names."""
     return {
         "alignment": [line.alignment.name, content_hash(line.alignment)],
+        "text": line.text,
         "audio": [line.audio.name, content_hash(line.audio)] if line.audio else None,
         "options": asdict(line.options),
         "lexicon": content_hash(Path(line.options.lexicon)) if line.options.lexicon else None,

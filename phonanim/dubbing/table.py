@@ -21,6 +21,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "id": ("line", "lineid", "key", "name", "utterance", "utteranceid", "uttid", "stringid", "vo", "voiceid"),
     "alignment": ("textgrid", "grid", "alignmentfile", "alignmentpath", "phones", "labels", "align"),
     "audio": ("wav", "sound", "recording", "audiofile", "audiopath", "voice", "voicefile", "media"),
+    "text": ("transcript", "transcription", "sentence", "said"),
     "language": ("lang", "locale", "alphabet"),
     "rig": ("character", "char", "rigname", "face", "head"),
     "model": ("modelname",),
@@ -126,7 +127,7 @@ def _canonical(header: str) -> str | None:
 
 def _check(path: Path, columns: dict[str, str | None]) -> None:
     known = [column for column in columns.values() if column]
-    if "alignment" not in known:
+    if "alignment" not in known and not {"audio", "text"} <= set(known):
         near = get_close_matches("alignment", list(columns), n=1, cutoff=0.5)
         hint = f"; is it {near[0]!r}?" if near else ""
         raise OptionError(f"{path}: has no column 'alignment', only {', '.join(map(repr, columns))}{hint}")

@@ -1,0 +1,31 @@
+"""Lines that come as a recording and its text: they are aligned into the output folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from phonanim.aligner import align
+from phonanim.dubbing.lines import Line
+from phonanim.errors import OptionError
+from phonanim.labels import load_language
+from phonanim.textgrid import write_textgrid
+
+SUFFIX = ".aligned.TextGrid"
+
+
+def aligned(line: Line, folder: Path) -> Path:
+    """Where the alignment of a line is, or will be once it is made into `folder`."""
+    return line.alignment if line.text is None else folder / f"{line.output}{SUFFIX}"
+
+
+def align_line(line: Line, target: Path) -> None:
+    """Align the recording of a line with its text. Raises OptionError for a language that is not English."""
+    language = line.options.language
+    if language != "auto" and not load_language(language).code.startswith("en"):
+        raise OptionError(
+            f"{line.alignment}: text is aligned in English only, not in {language!r}; give an alignment "
+            "(phonanim align --aligner mfa makes one)"
+        )
+    found = align(line.alignment, line.text)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)
