@@ -57,7 +57,7 @@ def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) 
         modes = contacts.close(modes, track, model.face, options.fps)
     times = np.arange(len(modes)) / options.fps
     values = retarget(modes, model.face, rig, options.retarget, track, times, options.contacts)
-    values = dial(values, rig, options.intensity, options.jaw, options.lips)
+    values = dial(values, rig, options.intensity, options.jaw, options.lips, options.gains)
     animation = Animation(
         values=values,
         channels=rig.controls,

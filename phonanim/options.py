@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal
 
 from phonanim.catalog import DEFAULT_MODEL
@@ -15,6 +16,7 @@ class Options:
     `model` and `rig` are names or paths, `fps` is in hertz, `tier` is found when it is None,
     `speaker` is needed where several people speak, `lexicon` (a dictionary's path) where a file has
     words alone.
+    `gains` are of single controls, by name.
     60 frames per second show a closure of 30 ms, which 24 or 30 may miss.
     """
 
@@ -31,6 +33,7 @@ class Options:
     intensity: float = 1.0
     jaw: float = 1.0
     lips: float = 1.0
+    gains: Mapping[str, float] = field(default_factory=dict)
 
 
 DEFAULTS = Options()

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from difflib import get_close_matches
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.errors import OptionError
 from phonanim.rig import Rig
 
 # mouthClose undoes jawOpen at the lips, so it belongs to the jaw: scaled alike, closed lips stay closed.
@@ -15,22 +18,54 @@ LIPS = re.compile(r"mouth|lip", re.IGNORECASE)
 
 
 def dial(
-    values: NDArray[np.float32], rig: Rig, intensity: float = 1.0, jaw: float = 1.0, lips: float = 1.0
+    values: NDArray[np.float32],
+    rig: Rig,
+    intensity: float = 1.0,
+    jaw: float = 1.0,
+    lips: float = 1.0,
+    own: Mapping[str, float] | None = None,
 ) -> NDArray[np.float32]:
     """Scale the distance of each control from rest, (frames, controls); 1 changes nothing, 0 holds still.
 
-    `jaw` and `lips` scale the controls that are named after them, `intensity` all; limits are kept. Drawn
-    mouths have no more or less, and a share of another control (MetaHuman's Lips Together) is none.
+    `jaw` and `lips` scale the controls that are named after them, `intensity` all, `own` single ones; limits
+    are kept. Drawn mouths have no more or less, and a share of another control (MetaHuman's Lips Together)
+    has none but its own. Raises OptionError when the rig lacks a control of `own`.
     """
+    own = own or {}
+    _check(own, rig)
     if rig.visemes is not None and rig.visemes.stepped:
         return values
     gains = intensity * np.array([_gain(name, jaw, lips) for name in rig.controls])
     if rig.through is not None:
-        gains[[own for own, _, _ in rig.through.shares]] = 1.0
+        gains[[share for share, _, _ in rig.through.shares]] = 1.0
+    gains *= _singles(own, rig)
     if np.all(gains == 1.0):
         return values
     scaled = rig.rest + gains * (values - rig.rest)
-    return np.clip(scaled, rig.minimum, rig.maximum).astype(np.float32)
+    scaled = np.clip(scaled, rig.minimum, rig.maximum)
+    for low, high in rig.at_most:
+        scaled[:, low] = np.minimum(scaled[:, low], scaled[:, high])
+    return scaled.astype(np.float32)
+
+
+def _check(own: Mapping[str, float], rig: Rig) -> None:
+    for name in own:
+        if name not in rig.controls:
+            near = get_close_matches(name, rig.controls, n=1)
+            hint = f"; did you mean {near[0]}?" if near else "; `phonanim rig list` names the rigs"
+            raise OptionError(f"gain {name}={own[name]:g}: {rig.name} has no such control{hint}")
+
+
+def _singles(own: Mapping[str, float], rig: Rig) -> NDArray[np.float64]:
+    """The gain of every control by its own name.
+
+    What never exceeds another control, as mouthClose jawOpen, goes along with it unless it has its own:
+    else lips that were closed would part.
+    """
+    gains = np.array([own.get(name, 1.0) for name in rig.controls])
+    for low, high in rig.at_most:
+        gains[low] = own.get(rig.controls[low], gains[high])
+    return gains
 
 
 def _gain(control: str, jaw: float, lips: float) -> float:

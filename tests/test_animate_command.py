@@ -77,6 +77,48 @@ def test_several_outputs_and_a_sheet(line):
     assert (line / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_gains_of_single_controls(line, capsys):
+    assert run(["animate", "a.TextGrid", "-o", "a.json", "-q"]) == 0
+    assert (
+        run(
+            [
+                "animate",
+                "a.TextGrid",
+                "-o",
+                "b.json",
+                "--gain",
+                "mouthPucker=0.5",
+                "--gain",
+                "jawOpen=0",
+                "-q",
+            ]
+        )
+        == 0
+    )
+    before, after = (json.loads((line / name).read_text())["curves"] for name in ("a.json", "b.json"))
+    assert max(before["jawOpen"]) > 0.05
+    assert not any(after["jawOpen"])
+    np.testing.assert_allclose(after["mouthPucker"], np.multiply(before["mouthPucker"], 0.5), atol=2e-6)
+
+
+@pytest.mark.parametrize(
+    ("gains", "message"),
+    [
+        (["jawOpen"], "'jawOpen' is not CONTROL=NUMBER, such as jawOpen=1.2"),
+        (["jawOpen=nan"], "nan is not in the range 0<=x<=4"),
+        (["jawOpen=1", "jawOpen=2"], "jawOpen has two gains; give it one"),
+        (["jawOpn=1"], "gain jawOpn=1: arkit has no such control; did you mean jawOpen?"),
+    ],
+)
+def test_gains_that_make_no_sense(line, capsys, gains, message):
+    assert (
+        run(["animate", "a.TextGrid", "-o", "a.csv", *(word for gain in gains for word in ("--gain", gain))])
+        == 2
+    )
+    assert message in complaint(capsys)
+    assert not (line / "a.csv").exists()
+
+
 def test_quiet_and_json(line, capsys):
     assert run(["animate", "a.TextGrid", "-o", "a.csv", "--quiet"]) == 0
     assert capsys.readouterr() == ("", "")

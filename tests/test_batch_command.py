@@ -114,6 +114,12 @@ def test_what_is_unchanged_is_kept_and_what_changed_is_made_again(lines, tmp_pat
     assert set(statuses(capsys).values()) == {"made"}
 
 
+def test_a_gain_is_part_of_what_a_line_is_made_with(lines, capsys):
+    for gain, status in (("1.2", "made"), ("1.2", "kept"), ("1.1", "made")):
+        batch("lines", "-o", "out", *FAST, "--gain", f"jawOpen={gain}", "--json")
+        assert statuses(capsys)["a"] == status
+
+
 def test_dry_run_writes_nothing(lines, tmp_path, capsys):
     assert batch("lines", "-o", "out", "--dry-run", "--json") == 0
     assert {event["would"] for event in events(capsys)} == {"make"}

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from phonanim.errors import OptionError
 from phonanim.rig import load_rig
 from phonanim.style import dial
 
@@ -13,7 +14,10 @@ def rig():
 @pytest.fixture
 def values(rig):
     rng = np.random.default_rng(0)
-    return rng.uniform(rig.minimum, rig.maximum, (50, len(rig.controls))).astype(np.float32)
+    values = rng.uniform(rig.minimum, rig.maximum, (50, len(rig.controls))).astype(np.float32)
+    for one, other in rig.at_most:
+        values[:, one] = np.minimum(values[:, one], values[:, other])
+    return values
 
 
 def test_one_changes_nothing(rig, values):
@@ -42,8 +46,6 @@ def test_limits_are_kept(rig, values, options):
 
 @pytest.mark.parametrize("options", [{"intensity": 0.3}, {"intensity": 3.0}, {"jaw": 2.0}, {"lips": 3.0}])
 def test_what_one_control_allows_another_stays_allowed(rig, values, options):
-    for one, other in rig.at_most:
-        values[:, one] = np.minimum(values[:, one], values[:, other])
     changed = dial(values, rig, **options)
     for one, other in rig.at_most:
         assert (changed[:, one] <= changed[:, other] + 1e-6).all()
@@ -61,3 +63,39 @@ def test_drawn_mouths_are_not_scaled():
     rig = load_rig("rhubarb")
     values = np.eye(9, dtype=np.float32)
     assert dial(values, rig, intensity=0.5, lips=2.0) is values
+
+
+def test_a_gain_scales_its_control_alone(rig, values):
+    changed = dial(values, rig, own={"mouthFunnel": 0.5, "browInnerUp": 0.0})
+    gains = np.ones(len(rig.controls))
+    gains[rig.controls.index("mouthFunnel")] = 0.5
+    gains[rig.controls.index("browInnerUp")] = 0.0
+    np.testing.assert_allclose(changed, rig.rest + gains * (values - rig.rest), atol=1e-6)
+
+
+@pytest.mark.parametrize("gain", [0.4, 1.2])
+def test_closed_lips_stay_closed_when_the_jaw_has_a_gain(rig, values, gain):
+    jaw, close = rig.controls.index("jawOpen"), rig.controls.index("mouthClose")
+    values[:, jaw] = values[:, close] = np.linspace(0, 0.5, len(values))
+    changed = dial(values, rig, own={"jawOpen": gain})
+    np.testing.assert_allclose(changed[:, jaw], gain * values[:, jaw], atol=1e-6)
+    np.testing.assert_array_equal(changed[:, close], changed[:, jaw])
+    alone = dial(values, rig, own={"jawOpen": gain, "mouthClose": 0.2})
+    np.testing.assert_allclose(alone[:, close], 0.2 * values[:, close], atol=1e-6)
+
+
+def test_gains_multiply_and_keep_limits(rig, values):
+    jaw = rig.controls.index("jawOpen")
+    values[:, jaw] = np.linspace(0, 0.5, len(values))
+    changed = dial(values, rig, jaw=0.5, own={"jawOpen": 1.5})
+    np.testing.assert_allclose(changed[:, jaw], 0.75 * values[:, jaw], atol=1e-6)
+    assert dial(values, rig, own={"jawOpen": 4.0})[:, jaw].max() == 1.0
+
+
+def test_a_control_that_the_rig_lacks_is_named(rig, values):
+    with pytest.raises(
+        OptionError, match=r"gain jawOpn=1\.2: arkit has no such control; did you mean jawOpen\?"
+    ):
+        dial(values, rig, own={"jawOpn": 1.2})
+    with pytest.raises(OptionError, match="has no such control; `phonanim rig list` names the rigs"):
+        dial(values, rig, own={"xyzzy": 1.2})

@@ -37,6 +37,20 @@ class Gain(click.FloatRange):
 
 GAIN = Gain(0, 4)
 
+
+def gains(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) -> dict[str, float]:
+    """Gains by control, from CONTROL=NUMBER."""
+    found = {}
+    for value in values:
+        control, sign, number = value.partition("=")
+        if not (control and sign):
+            raise click.BadParameter(f"{value!r} is not CONTROL=NUMBER, such as jawOpen=1.2")
+        if control in found:
+            raise click.BadParameter(f"{control} has two gains; give it one")
+        found[control] = GAIN.convert(number, param, ctx)
+    return found
+
+
 OPTIONS = (
     click.option("--rig", default=DEFAULTS.rig, help="Rig, by name or TOML file."),
     click.option("--model", default=DEFAULTS.model, help="Model, by name or folder."),
@@ -75,6 +89,14 @@ OPTIONS = (
     click.option("--intensity", type=GAIN, default=DEFAULTS.intensity, help="Scale all motion."),
     click.option("--jaw", type=GAIN, default=DEFAULTS.jaw, help="Scale the motion of the jaw."),
     click.option("--lips", type=GAIN, default=DEFAULTS.lips, help="Scale the motion of the lips."),
+    click.option(
+        "--gain",
+        "gains",
+        metavar="CONTROL=NUMBER",
+        multiple=True,
+        callback=gains,
+        help="Scale the motion of one control; more than one is fine.",
+    ),
 )
 
 
