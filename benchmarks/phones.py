@@ -13,16 +13,19 @@ import numpy as np
 from phonanim.corpus import load_corpus
 from phonanim.face import fit_face, lip_aperture, lip_width
 from phonanim.inventory import INVENTORY
-from phonanim.metrics import phone_middles
+from phonanim.metrics import phone_middles, vertex_error
 
 
 @click.command(help=__doc__)
 @click.argument("folder", type=click.Path(exists=True, path_type=Path))
 def main(folder: Path) -> None:
-    """Quartiles of aperture and width over the training clips, per phone."""
+    """What the modes leave; quartiles of aperture and width over the training clips, per phone."""
     corpus = load_corpus(folder)
     clips = corpus.clips_of("train")
     face = fit_face(corpus.landmarks[corpus.rows(clips)], corpus.indices)
+    captured = corpus.landmarks[corpus.rows(corpus.clips_of("test"))]
+    left = vertex_error(face.instance(face.project(captured)), captured, face).mean()
+    print(f"{len(face.std)} modes leave {left:.2f} mm of vertex error on the test clips.\n")
     print("| phone | n | aperture, mm: quartiles | width, mm: quartiles |\n|---|---:|---|---|")
     for phone in INVENTORY.phones:
         rows = []

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import regressors
-from phonanim.corpus import _read_clips, _read_landmarks, load_corpus, remove_pose_leak, stabilize
+from phonanim.corpus import load_corpus, read_clips, read_landmarks, remove_pose_leak, stabilize
 from phonanim.face import SUBNASALE
 from phonanim.metrics import vertex_error
 
@@ -33,8 +33,8 @@ def facts(shapes: NDArray[np.float64], frames: NDArray[np.int64], train: NDArray
 @click.option("--corpus", "folder", type=click.Path(exists=True, path_type=Path), help="For --model.")
 def main(recordings: Path, model: Path | None, folder: Path | None) -> None:
     """Stabilize, then remove the leak; moving landmarks only."""
-    rows = _read_clips(recordings)
-    points, indices, _ = _read_landmarks(recordings, rows)
+    rows = read_clips(recordings)
+    points, indices, _ = read_landmarks(recordings, rows)
     frames = np.array([int(row["frames"]) for row in rows])
     train = np.repeat([row["split"] == "train" for row in rows], frames)
     shapes, pose = stabilize(points, indices, train)

@@ -73,8 +73,8 @@ def build_corpus(
     The folder holds clips.csv (clip, frames, split), landmarks.npz (pixels, delta-coded),
     textgrid/*.TextGrid and audio/. Raises CorpusError naming what is missing or does not agree.
     """
-    rows = _read_clips(source)
-    landmarks, indices, fps = _read_landmarks(source, rows)
+    rows = read_clips(source)
+    landmarks, indices, fps = read_landmarks(source, rows)
     progress(0.2)
     train = np.repeat([row["split"] == "train" for row in rows], [int(row["frames"]) for row in rows])
     frames = np.array([int(row["frames"]) for row in rows])
@@ -104,7 +104,8 @@ def build_corpus(
     return corpus
 
 
-def _read_clips(source: Path) -> list[dict[str, str]]:
+def read_clips(source: Path) -> list[dict[str, str]]:
+    """The rows of clips.csv: clip, frames, split. Raises CorpusError."""
     path = source / "clips.csv"
     if not path.is_file():
         raise CorpusError(f"{path}: not found; a recordings folder holds clips.csv, landmarks.npz, textgrid/")
@@ -115,7 +116,8 @@ def _read_clips(source: Path) -> list[dict[str, str]]:
     return rows
 
 
-def _read_landmarks(source: Path, rows: list[dict[str, str]]) -> tuple[Array, NDArray[np.int64], float]:
+def read_landmarks(source: Path, rows: list[dict[str, str]]) -> tuple[Array, NDArray[np.int64], float]:
+    """Tracked points (frames, landmarks, 3) in pixels, their numbers, and the rate. Raises CorpusError."""
     path = source / "landmarks.npz"
     if not path.is_file():
         raise CorpusError(f"{path}: not found; a recordings folder holds clips.csv, landmarks.npz, textgrid/")

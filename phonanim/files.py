@@ -38,14 +38,6 @@ def write_text(path: Path, text: str) -> None:
         partial.write_bytes(text.encode("utf-8"))
 
 
-def sweep(folder: Path) -> int:
-    """Remove what killed runs left unfinished in a folder, and say how many files that were."""
-    leftovers = [path for path in folder.glob(f".*{PARTIAL}*") if path.is_file()]
-    for path in leftovers:
-        path.unlink(missing_ok=True)
-    return len(leftovers)
-
-
 def content_hash(path: Path) -> str:
     """SHA-256 of a file, or of every file in a folder with its relative path, as 64 hex digits."""
     if not path.is_dir():

@@ -65,11 +65,6 @@ def text_width(text: str, face: str = "small") -> int:
     return sum(letters.get(ord(character), letters[UNKNOWN])[3] for character in text)
 
 
-def line_height(face: str = "small") -> int:
-    """Rows that a line of text takes."""
-    return len(_face(face)[1])
-
-
 def shortened(text: str, width: int, face: str = "small") -> str:
     """The text, cut with an ellipsis where it is wider than `width` columns."""
     if text_width(text, face) <= width:

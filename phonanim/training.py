@@ -18,6 +18,7 @@ from phonanim.corpus import Corpus, load_corpus
 from phonanim.errors import CorpusError, ModelError
 from phonanim.face import FaceModel, fit_face, lip_aperture, lip_width
 from phonanim.language import to_phones
+from phonanim.metrics import correlation, vertex_error
 from phonanim.regressors import Examples, Model, Regressor, make_config, regressor_class
 
 if sys.version_info >= (3, 11):
@@ -206,13 +207,10 @@ def validation_scores(
         return {}
     predicted = np.concatenate([regressor.predict(corpus.tracks[c], corpus.times(c)) for c in clips])
     shapes, captured = face.instance(predicted), corpus.landmarks[corpus.rows(clips)]
-    distance = np.linalg.norm((shapes - captured)[:, face.moving], axis=2)
     return {
-        "validation_vertex_error_mm": round(float(distance.mean()), 3),
-        "validation_aperture_r": round(_r(lip_aperture(shapes, face), lip_aperture(captured, face)), 3),
-        "validation_width_r": round(_r(lip_width(shapes, face), lip_width(captured, face)), 3),
+        "validation_vertex_error_mm": round(float(vertex_error(shapes, captured, face).mean()), 3),
+        "validation_aperture_r": round(
+            correlation(lip_aperture(shapes, face), lip_aperture(captured, face)), 3
+        ),
+        "validation_width_r": round(correlation(lip_width(shapes, face), lip_width(captured, face)), 3),
     }
-
-
-def _r(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
-    return float(np.corrcoef(a, b)[0, 1])

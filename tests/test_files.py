@@ -4,7 +4,7 @@ import os
 import pytest
 
 from phonanim.errors import OutputError
-from phonanim.files import atomic_path, content_hash, sweep, write_text
+from phonanim.files import atomic_path, content_hash, write_text
 
 
 def test_the_file_appears_whole_and_alone(tmp_path):
@@ -49,13 +49,6 @@ def test_a_link_stays_a_link(tmp_path):
     write_text(tmp_path / "link.csv", "new")
     assert (tmp_path / "link.csv").is_symlink()
     assert (tmp_path / "real.csv").read_text() == "new"
-
-
-def test_sweep_takes_leftovers_only(tmp_path):
-    for name in (".0123456789ab.partial.csv", ".0123456789ab.partial", "a.partial.csv", ".hidden"):
-        (tmp_path / name).write_text("")
-    assert sweep(tmp_path) == 2
-    assert sorted(path.name for path in tmp_path.iterdir()) == [".hidden", "a.partial.csv"]
 
 
 def test_the_hash_of_a_folder_sees_names_and_contents(tmp_path):

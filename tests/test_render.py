@@ -7,7 +7,7 @@ import pytest
 from animations import line, only
 
 from phonanim.head import load_head
-from phonanim.pixels import draw_text, line_height, png_bytes, shortened, text_width
+from phonanim.pixels import draw_text, png_bytes, shortened, text_width
 from phonanim.raster import EMPTY, rasterize
 from phonanim.render import averaged, blurred, lower_face, render, srgb, whole_head
 
@@ -142,7 +142,6 @@ def test_letters():
     draw_text(image, "cut", 195, 25, (255, 255, 255))
     assert text_width("a\u0303") == text_width("a")
     assert text_width("\U0001f600") == text_width("?")
-    assert line_height("small") < line_height("large")
 
 
 def test_long_texts_are_shortened():
