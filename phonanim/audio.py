@@ -5,6 +5,7 @@ from __future__ import annotations
 import wave
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -20,6 +21,24 @@ def find_audio(alignment: Path) -> Path | None:
     """The recording that lies beside an alignment under the same stem, if there is one."""
     candidates = (alignment.with_suffix(suffix) for suffix in SUFFIXES)
     return next((path for path in candidates if path.is_file()), None)
+
+
+@dataclass(frozen=True)
+class Sound:
+    """A recording in memory: `samples` (n,) float32 mono in -1..1, `rate` in hertz."""
+
+    samples: NDArray[np.float32]
+    rate: int
+
+    @property
+    def duration(self) -> float:
+        """Seconds."""
+        return len(self.samples) / self.rate
+
+
+def read_sound(path: Path) -> Sound:
+    """A recording with its rate. Raises AudioError."""
+    return Sound(*read_audio(path))
 
 
 def read_audio(path: Path) -> tuple[NDArray[np.float32], int]:

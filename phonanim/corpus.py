@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -33,7 +34,7 @@ class Corpus:
 
     `indices` (landmarks,) are MediaPipe face-mesh numbers; `clips` the names, `frames` (clips,)
     their lengths, `tracks` their phones, `words` what was said, `split` "train" or "test", `audio`
-    the recordings. Frame i of a clip was exposed around (i + 0.5) / fps seconds.
+    paths of the recordings. Frame i of a clip was exposed around (i + 0.5) / fps seconds.
     """
 
     landmarks: NDArray[np.float32]
@@ -44,7 +45,7 @@ class Corpus:
     tracks: tuple[PhoneTrack, ...]
     words: tuple[tuple[Interval, ...], ...]
     split: tuple[str, ...]
-    audio: tuple[str, ...]
+    audio: tuple[Path, ...]
     provenance: dict[str, Any]
 
     @cached_property
@@ -96,7 +97,7 @@ def build_corpus(
         tracks=tuple(tracks),
         words=tuple(words),
         split=tuple(row["split"] for row in rows),
-        audio=tuple(f"audio/{row['clip']}.flac" for row in rows),
+        audio=tuple(source / "audio" / f"{row['clip']}.flac" for row in rows),
         provenance={"source": source.name, "rigid": list(RIGID), "pupil_distance_mm": PUPIL_DISTANCE_MM},
     )
     save_corpus(corpus, destination)
@@ -213,7 +214,7 @@ def save_corpus(corpus: Corpus, folder: Path) -> None:
             "clip": name,
             "frames": int(corpus.frames[number]),
             "split": corpus.split[number],
-            "audio": corpus.audio[number],
+            "audio": Path(os.path.relpath(corpus.audio[number], folder)).as_posix(),
             "words": [[word.label, word.start, word.end] for word in corpus.words[number]],
             "codes": corpus.tracks[number].codes.tolist(),
             "bounds": corpus.tracks[number].bounds.tolist(),
@@ -251,6 +252,6 @@ def load_corpus(folder: Path) -> Corpus:
         ),
         words=tuple(tuple(Interval(*word) for word in clip["words"]) for clip in clips),
         split=tuple(clip["split"] for clip in clips),
-        audio=tuple(clip["audio"] for clip in clips),
+        audio=tuple(folder / clip["audio"] for clip in clips),
         provenance=document["provenance"],
     )

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from phonanim import __version__, regressors
 from phonanim.alignment import read_alignment
+from phonanim.audio import read_sound
 from phonanim.corpus import Corpus, load_corpus
 from phonanim.errors import CorpusError, ModelError
 from phonanim.face import FaceModel, fit_face, lip_aperture, lip_width
@@ -95,8 +96,9 @@ def fit_recipe(
     face = face or fit_face(corpus.landmarks[corpus.rows(clips)], corpus.indices)
     shuffled = rng.permutation(clips)
     n_held_out = round(recipe.validation * len(clips))
-    held_out = examples(corpus, face, np.sort(shuffled[:n_held_out]))
-    recordings = examples(corpus, face, np.sort(shuffled[n_held_out:]))
+    heard = regressor_class(recipe.kind).driven_by != "phones"
+    held_out = examples(corpus, face, np.sort(shuffled[:n_held_out]), heard)
+    recordings = examples(corpus, face, np.sort(shuffled[n_held_out:]), heard)
     if recipe.teacher:
         recordings = taught(recordings, held_out, recipe.teacher, config, rng, lambda d: progress(d / 2))
     settings = make_config(recipe.kind, recipe.settings or {}, str(config))
@@ -147,14 +149,18 @@ def _check_keys(table: dict[str, Any], kind: type, where: str) -> None:
             raise ModelError(f"{where}: there is no key {key!r}; {hint}")
 
 
-def examples(corpus: Corpus, face: FaceModel, clips: Iterable[int]) -> Examples:
-    """Clips of a corpus as training examples: modes of the captured face at mid-exposure instants."""
+def examples(corpus: Corpus, face: FaceModel, clips: Iterable[int], heard: bool = False) -> Examples:
+    """Clips of a corpus as training examples: modes of the captured face at mid-exposure instants.
+
+    `heard`: with their recordings. Raises AudioError where one cannot be read.
+    """
     chosen = [int(clip) for clip in clips]
     return Examples(
         tuple(corpus.tracks[clip] for clip in chosen),
         tuple(corpus.times(clip) for clip in chosen),
         tuple(face.project(corpus.landmarks[corpus.rows([clip])]).astype(np.float32) for clip in chosen),
         (1.0,) * len(chosen),
+        tuple(read_sound(corpus.audio[clip]) for clip in chosen) if heard else (),
     )
 
 
@@ -199,13 +205,19 @@ def _natural_lines(teacher: Teacher, config: Path, rng: np.random.Generator) -> 
     return [found[i] for i in sorted(rng.permutation(len(found))[: teacher.clips])]
 
 
+def predict_clip(regressor: Regressor, corpus: Corpus, clip: int) -> NDArray[np.float32]:
+    """Modes of one clip at its mid-exposure instants, -> (frames, modes). Raises AudioError."""
+    sound = None if regressor.driven_by == "phones" else read_sound(corpus.audio[clip])
+    return regressor.predict(corpus.tracks[clip], corpus.times(clip), sound)
+
+
 def validation_scores(
     regressor: Regressor, corpus: Corpus, face: FaceModel, clips: NDArray[np.int64]
 ) -> dict[str, float]:
     """Vertex error (mm) and correlations of aperture and width on the clips of the validation split."""
     if len(clips) == 0:
         return {}
-    predicted = np.concatenate([regressor.predict(corpus.tracks[c], corpus.times(c)) for c in clips])
+    predicted = np.concatenate([predict_clip(regressor, corpus, int(clip)) for clip in clips])
     shapes, captured = face.instance(predicted), corpus.landmarks[corpus.rows(clips)]
     return {
         "validation_vertex_error_mm": round(float(vertex_error(shapes, captured, face).mean()), 3),

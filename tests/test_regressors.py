@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 from safetensors.numpy import load_file, save_file
 from speech import made_up_examples, made_up_face, random_track, track_of
 
+from phonanim.audio import Sound
 from phonanim.errors import ModelError
 from phonanim.inventory import INVENTORY
-from phonanim.regressors import Model, kinds, load, make_config, regressor_class, save
+from phonanim.regressors import Driver, Model, kinds, load, make_config, regressor_class, save
 
 SMALL: dict[str, dict[str, Any]] = {
     "dnn": {"hidden": [16], "epochs": 2, "batch": 64},
@@ -51,7 +53,7 @@ def test_shapes_and_what_drives_it(model: Model) -> None:
     found = model.predict(random_track(np.random.default_rng(7)), 60, 33)
     assert found.shape == (33, 3)
     assert found.dtype == np.float32
-    assert model.regressor.driven_by in ("phones", "audio")
+    assert model.regressor.driven_by in ("phones", "audio", "both")
     assert model.predict(track_of("sil 0.2"), 60, 0).shape[0] == 0
 
 
@@ -211,3 +213,31 @@ def test_a_face_whose_shapes_disagree(folder: Path) -> None:
     save_file(tensors, folder / "face.safetensors")
     with pytest.raises(ModelError, match=r"face.safetensors: its shapes do not agree"):
         load(folder)
+
+
+@dataclass(frozen=True)
+class Listener:
+    """A regressor that hears: its only mode is the loudness of the sound."""
+
+    driven_by: ClassVar[Driver] = "audio"
+    config_class: ClassVar[type] = dict
+    config: Any = None
+
+    def predict(self, track: Any, times: Any, sound: Sound | None = None) -> Any:
+        assert sound is not None
+        assert track.duration == sound.duration
+        return np.full((len(times), 1), np.abs(sound.samples).mean(), np.float32)
+
+
+def test_a_model_that_hears_needs_a_recording() -> None:
+    model = Model(Listener(), made_up_face(np.random.default_rng(0)), {})  # type: ignore[arg-type]
+    sound = Sound(np.full(800, 0.5, np.float32), 8000)
+    assert np.array_equal(model.predict(None, 50, 5, sound=sound), np.full((5, 1), 0.5))
+    with pytest.raises(ModelError, match=r"a model of kind test_regressors needs a recording$"):
+        model.predict(track_of("sil 0.2"), 50, 5)
+
+
+def test_a_model_that_reads_needs_an_alignment() -> None:
+    model = trained("phone_mean")
+    with pytest.raises(ModelError, match=r"a model of kind phone_mean needs an alignment$"):
+        model.predict(None, 50, 5, sound=Sound(np.zeros(800, np.float32), 8000))

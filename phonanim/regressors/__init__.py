@@ -8,19 +8,22 @@ from dataclasses import asdict, dataclass, fields
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.audio import Sound
 from phonanim.errors import ModelError
 from phonanim.face import FaceModel
 from phonanim.files import atomic_path
 from phonanim.inventory import INVENTORY
-from phonanim.phones import PhoneTrack
+from phonanim.phones import PhoneTrack, silence
 
 Tensors = dict[str, NDArray[Any]]
 Progress = Callable[[float], None]
+Driver = Literal["phones", "audio", "both"]
+NEEDS = {"phones": "an alignment", "audio": "a recording", "both": "an alignment and a recording"}
 FORMAT = 1
 
 
@@ -28,13 +31,14 @@ FORMAT = 1
 class Examples:
     """What a regressor learns from: per clip the phones, instants (frames,) s, and modes (frames, m).
 
-    `weights` (clips,) scale the clips' squared errors.
+    `weights` (clips,) scale the clips' squared errors; `sounds` (clips,) are there where a regressor hears.
     """
 
     tracks: tuple[PhoneTrack, ...]
     times: tuple[NDArray[np.float64], ...]
     targets: tuple[NDArray[np.float32], ...]
     weights: tuple[float, ...]
+    sounds: tuple[Sound, ...] = ()
 
     def __add__(self, other: Examples) -> Examples:
         return Examples(
@@ -42,6 +46,7 @@ class Examples:
             self.times + other.times,
             self.targets + other.targets,
             self.weights + other.weights,
+            self.sounds + other.sounds,
         )
 
     def __len__(self) -> int:
@@ -49,9 +54,12 @@ class Examples:
 
 
 class Regressor(Protocol):
-    """What each file of this folder provides as `REGRESSOR`; `config_class` a frozen dataclass."""
+    """What each file of this folder provides as `REGRESSOR`; `config_class` a frozen dataclass.
 
-    driven_by: ClassVar[str]
+    One that is driven by "phones" ignores the sound, one by "audio" the track; "both" needs both.
+    """
+
+    driven_by: ClassVar[Driver]
     config_class: ClassVar[type]
     config: Any
 
@@ -66,8 +74,10 @@ class Regressor(Protocol):
     ) -> Regressor:
         """Learn from examples; `validation` serves early stopping alone."""
 
-    def predict(self, track: PhoneTrack, times: NDArray[np.float64]) -> NDArray[np.float32]:
-        """Modes at instants of a track, (times,) seconds -> (times, modes)."""
+    def predict(
+        self, track: PhoneTrack, times: NDArray[np.float64], sound: Sound | None = None
+    ) -> NDArray[np.float32]:
+        """Modes at instants of a track or a sound, (times,) seconds -> (times, modes)."""
 
     def tensors(self) -> Tensors:
         """Everything learned, by name."""
@@ -85,9 +95,25 @@ class Model:
     face: FaceModel
     card: dict[str, Any]
 
-    def predict(self, track: PhoneTrack, fps: float, frames: int, start: float = 0.0) -> NDArray[np.float32]:
-        """Modes at the instants start + n / fps, -> (frames, modes) float32."""
-        return self.regressor.predict(track, start + np.arange(frames) / fps)
+    def predict(
+        self,
+        track: PhoneTrack | None,
+        fps: float,
+        frames: int,
+        start: float = 0.0,
+        sound: Sound | None = None,
+    ) -> NDArray[np.float32]:
+        """Modes at the instants start + n / fps, -> (frames, modes) float32.
+
+        Raises ModelError when what drives the model is not given.
+        """
+        driver = self.regressor.driven_by
+        if track is None and sound is not None and driver == "audio":
+            track = silence(sound.duration)
+        if track is None or (sound is None and driver != "phones"):
+            kind = type(self.regressor).__module__.rpartition(".")[2]
+            raise ModelError(f"a model of kind {kind} needs {NEEDS[driver]}")
+        return self.regressor.predict(track, start + np.arange(frames) / fps, sound)
 
 
 def kinds() -> tuple[str, ...]:

@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.audio import Sound
 from phonanim.phones import PhoneTrack
-from phonanim.regressors import Examples, Progress, Regressor, Tensors, make_config, regressor_class
+from phonanim.regressors import Driver, Examples, Progress, Regressor, Tensors, make_config, regressor_class
 
 Array = NDArray[np.float64]
 
@@ -29,12 +30,12 @@ class Ensemble:
     members: tuple[Regressor, ...]
     weights: tuple[float, ...]
 
-    driven_by: ClassVar[str] = "phones"
+    driven_by: ClassVar[Driver] = "phones"
     config_class: ClassVar[type] = Config
 
-    def predict(self, track: PhoneTrack, times: Array) -> NDArray[np.float32]:
+    def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:
         """Modes at instants, (times,) seconds -> (times, modes)."""
-        parts = [m.predict(track, times) for m in self.members]
+        parts = [m.predict(track, times, sound) for m in self.members]
         return np.asarray(np.average(parts, axis=0, weights=self.weights), np.float32)
 
     def tensors(self) -> Tensors:

@@ -8,9 +8,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.audio import Sound
 from phonanim.inventory import N_PHONES
 from phonanim.phones import PhoneTrack
-from phonanim.regressors import Examples, Progress, Tensors
+from phonanim.regressors import Driver, Examples, Progress, Tensors
 
 Array = NDArray[np.float64]
 
@@ -29,10 +30,10 @@ class PhoneMean:
     config: Config
     means: NDArray[np.float32]
 
-    driven_by: ClassVar[str] = "phones"
+    driven_by: ClassVar[Driver] = "phones"
     config_class: ClassVar[type] = Config
 
-    def predict(self, track: PhoneTrack, times: Array) -> NDArray[np.float32]:
+    def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:
         """Modes at instants, (times,) seconds -> (times, modes): the exact mean over the box."""
         rows = self.means[track.codes].astype(np.float64)
         bounds = track.bounds.copy()

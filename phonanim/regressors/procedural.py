@@ -18,9 +18,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.audio import Sound
 from phonanim.gestures import GESTURES, split_parts
 from phonanim.phones import PhoneTrack
-from phonanim.regressors import Examples, Progress, Tensors
+from phonanim.regressors import Driver, Examples, Progress, Tensors
 
 Array = NDArray[np.float64]
 REACH = 5  # gestures on either side that can be felt
@@ -52,10 +53,10 @@ class Procedural:
     rest: NDArray[np.float32]
     core: NDArray[np.float32]
 
-    driven_by: ClassVar[str] = "phones"
+    driven_by: ClassVar[Driver] = "phones"
     config_class: ClassVar[type] = Config
 
-    def predict(self, track: PhoneTrack, times: Array) -> NDArray[np.float32]:
+    def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:
         """Modes at instants, (times,) seconds -> (times, modes)."""
         pieces = [self._predict(track, times[i : i + 4096]) for i in range(0, len(times), 4096)]
         return np.concatenate(pieces) if pieces else np.zeros((0, len(self.rest)), np.float32)

@@ -8,10 +8,11 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.audio import Sound
 from phonanim.errors import MissingExtraError
 from phonanim.features import STEP, inputs
 from phonanim.phones import PhoneTrack
-from phonanim.regressors import Examples, Progress, Tensors
+from phonanim.regressors import Driver, Examples, Progress, Tensors
 from phonanim.regressors._rows import cluster_table, training_rows
 from phonanim.windows import predict_at
 
@@ -52,10 +53,10 @@ class Forest:
     values: NDArray[np.float32]
     clusters: NDArray[np.int8]
 
-    driven_by: ClassVar[str] = "phones"
+    driven_by: ClassVar[Driver] = "phones"
     config_class: ClassVar[type] = Config
 
-    def predict(self, track: PhoneTrack, times: Array) -> NDArray[np.float32]:
+    def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:
         """Modes at instants, (times,) seconds -> (times, modes); overlapping windows are averaged."""
 
         def windows(centres: Array) -> NDArray[np.float32]:
