@@ -1,0 +1,88 @@
+"""Intervals and tests: values worked by hand or known in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from phonanim import statistics as st
+
+RNG = np.random.default_rng
+
+
+def test_pearson_from_sums_is_pearson() -> None:
+    a, b = RNG(0).normal(size=(2, 40))
+    parts = [st.pearson_sums(a[:15], b[:15]), st.pearson_sums(a[15:], b[15:])]
+    assert st.pearson(np.sum(parts, axis=0)) == pytest.approx(np.corrcoef(a, b)[0, 1])
+    assert np.isnan(st.pearson(st.pearson_sums(np.ones(5), a[:5])))
+
+
+def test_the_interval_of_a_mean_covers_it_as_often_as_it_says() -> None:
+    covered = 0
+    for seed in range(200):
+        values = RNG(seed).normal(3.0, 1.0, size=40)
+        low, high = st.bootstrap_interval(st.mean_rows(values), RNG(seed + 1), resamples=500)
+        covered += low <= 3.0 <= high
+    assert 0.88 <= covered / 200 <= 0.98
+
+
+def test_the_interval_is_the_same_for_the_same_seed() -> None:
+    rows = st.mean_rows(np.arange(9.0))
+    assert st.bootstrap_interval(rows, RNG(4)) == st.bootstrap_interval(rows, RNG(4))
+
+
+def test_no_sentences() -> None:
+    with pytest.raises(ValueError, match="no sentences to draw from"):
+        st.bootstrap_interval(np.empty((0, 2)), RNG(0))
+
+
+def test_the_paired_test_against_every_exchange() -> None:
+    """Six pairs that all differ the same way: of 64 exchanges, two part them as far. p = 1/32."""
+    a = st.mean_rows(np.arange(6.0))
+    b = st.mean_rows(np.arange(6.0) + 1)
+    assert st.paired_test(a, b, RNG(0), resamples=20_000) == pytest.approx(2 / 64, abs=0.005)
+
+
+def test_equal_models_do_not_differ() -> None:
+    a = st.mean_rows(np.arange(6.0))
+    assert st.paired_test(a, a, RNG(0)) == 1.0
+
+
+def test_p_values_are_even_where_nothing_differs() -> None:
+    p = [
+        st.paired_test(st.mean_rows(x), st.mean_rows(y), RNG(seed), resamples=200)
+        for seed, (x, y) in enumerate(RNG(9).normal(size=(200, 2, 20)))
+    ]
+    assert 0.01 <= np.mean(np.array(p) < 0.05) <= 0.10
+
+
+def test_the_paired_test_of_a_pooled_correlation() -> None:
+    rng = RNG(2)
+    truth = rng.normal(size=(30, 20))
+    good, bad = truth + 0.3 * rng.normal(size=truth.shape), truth + 2 * rng.normal(size=truth.shape)
+    rows = [np.array([st.pearson_sums(t, p) for t, p in zip(truth, g, strict=True)]) for g in (good, bad)]
+    assert st.paired_test(rows[0], rows[1], rng, st.pearson, 999) == pytest.approx(0.001)
+
+
+def test_unpaired_sentences() -> None:
+    with pytest.raises(ValueError, match=r"must pair: \(3, 2\) and \(4, 2\)"):
+        st.paired_test(np.ones((3, 2)), np.ones((4, 2)), RNG(0))
+
+
+def test_holm_by_hand() -> None:
+    assert st.holm([0.01, 0.04, 0.03]) == pytest.approx([0.03, 0.06, 0.06])
+    assert st.holm([]) == []
+    assert st.holm([0.9, 0.8]) == [1.0, 1.0]
+
+
+def test_sign_test_by_hand() -> None:
+    assert st.sign_test(5, 0) == pytest.approx(2 / 32)
+    assert st.sign_test(1, 4) == pytest.approx(12 / 32)
+    assert st.sign_test(0, 0) == 1.0
+
+
+def test_binomial_test_by_hand() -> None:
+    assert st.binomial_test(0, 5) == pytest.approx(2 / 32)
+    assert st.binomial_test(2, 2, 0.25) == pytest.approx(1 / 16)
+    with pytest.raises(ValueError, match="6 successes in 5 trials"):
+        st.binomial_test(6, 5)
