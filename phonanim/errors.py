@@ -27,6 +27,10 @@ class CorpusError(PhonanimError):
     """Recordings or a training corpus that cannot be used."""
 
 
+class StudyError(PhonanimError):
+    """Films, answers or counts of a user study that cannot be used."""
+
+
 class OutputError(PhonanimError):
     """A destination that cannot be written."""
 
@@ -37,6 +41,10 @@ class AudioError(PhonanimError):
 
 class OptionError(PhonanimError):
     """An option whose value makes no sense; the text says which would."""
+
+
+class EvaluationError(PhonanimError):
+    """Predictions, a reference or a mask that cannot be scored against each other."""
 
 
 class MissingExtraError(PhonanimError):

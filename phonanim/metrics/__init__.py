@@ -1,0 +1,55 @@
+"""How far predicted motion is from captured motion: each measure with its unit, its equation and its source.
+
+`arrays` compares anything (parameters, shapes, pixels, controls, sensors), `vertices` meshes, `lips` what
+the lips do, `curves` single curves over time, `phones` says where in speech an error lies. docs/evaluation.md
+says which measure to use when.
+"""
+
+from phonanim.metrics.arrays import absolute_error, euclidean_error, squared_error
+from phonanim.metrics.curves import (
+    band_energies,
+    correlation,
+    derivative_error,
+    jerk,
+    lag,
+    log_spectral_distance,
+)
+from phonanim.metrics.lips import closure_error, least_gaps, lip_gap
+from phonanim.metrics.phones import PHONE_CLASSES, PhoneError, by_class, by_phone, phone_middles, spoken
+from phonanim.metrics.vertices import (
+    distances,
+    diversity,
+    dynamics_deviation,
+    lip_vertex_error,
+    mean_vertex_error,
+    temporal_mean_vertex_error,
+    vertex_error,
+)
+
+__all__ = [
+    "PHONE_CLASSES",
+    "PhoneError",
+    "absolute_error",
+    "band_energies",
+    "by_class",
+    "by_phone",
+    "closure_error",
+    "correlation",
+    "derivative_error",
+    "distances",
+    "diversity",
+    "dynamics_deviation",
+    "euclidean_error",
+    "jerk",
+    "lag",
+    "least_gaps",
+    "lip_gap",
+    "lip_vertex_error",
+    "log_spectral_distance",
+    "mean_vertex_error",
+    "phone_middles",
+    "spoken",
+    "squared_error",
+    "temporal_mean_vertex_error",
+    "vertex_error",
+]
