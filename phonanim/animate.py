@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -20,11 +20,13 @@ from phonanim.face import FaceModel
 from phonanim.files import content_hash
 from phonanim.language import to_phones
 from phonanim.options import DEFAULTS, Options
+from phonanim.overlay import hashes, lay
 from phonanim.phones import PhoneTrack
 from phonanim.rates import frame_count
 from phonanim.rig import load_rig
 from phonanim.rig.retarget import retarget
-from phonanim.style import dial
+from phonanim.smooth import firmness, smoothed
+from phonanim.style import dial, drawn, idle
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +60,10 @@ def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) 
     times = np.arange(len(modes)) / options.fps
     values = retarget(modes, model.face, rig, options.retarget, track, times, options.contacts)
     values = dial(values, rig, options.intensity, options.jaw, options.lips, options.gains)
+    if options.smooth and not drawn(rig):
+        values = smoothed(values, options.smooth, options.fps, firmness(modes, track, model.face, times))
+    values, remarks = lay(values, rig, options.overlays, options.blinks, track, times)
+    notes = (*notes, *idle(options, rig), *remarks)
     animation = Animation(
         values=values,
         channels=rig.controls,
@@ -103,6 +109,7 @@ def _provenance(path: Path, options: Options, notes: tuple[str, ...]) -> dict[st
         "input": path.name,
         "input_sha256": content_hash(path),
         "model_sha256": model_hash(options.model),
-        "options": asdict(options),
+        "options": options.plain(),
+        "overlays_sha256": hashes(options.overlays),
         "notes": list(notes),
     }

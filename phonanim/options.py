@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
 
 from phonanim.catalog import DEFAULT_MODEL
+
+
+@dataclass(frozen=True, slots=True)
+class Overlay:
+    """A pose or an animation laid over the speech: a file or a shipped name, times `gain`.
+
+    It shows from `span[0]` to `span[1]` seconds of the line, all along when there is no span.
+    """
+
+    source: str
+    gain: float = 1.0
+    span: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,7 +29,7 @@ class Options:
     `model` and `rig` are names or paths, `fps` is in hertz, `tier` is found when it is None,
     `speaker` is needed where several people speak, `lexicon` (a dictionary's path) where a file has
     words alone.
-    `gains` are of single controls, by name.
+    `gains` are of single controls, by name; `smooth` is seconds; `blinks` is the seed of a layer of blinks.
     60 frames per second show a closure of 30 ms, which 24 or 30 may miss.
     """
 
@@ -34,6 +47,13 @@ class Options:
     jaw: float = 1.0
     lips: float = 1.0
     gains: Mapping[str, float] = field(default_factory=dict)
+    smooth: float = 0.0
+    overlays: tuple[Overlay, ...] = ()
+    blinks: int | None = None
+
+    def plain(self) -> dict[str, Any]:
+        """The options as JSON reads them back."""
+        return dict(json.loads(json.dumps(asdict(self))))
 
 
 DEFAULTS = Options()

@@ -35,11 +35,6 @@ class PhoneTrack:
         """Phone code at each time, (times,) seconds -> (times,) uint8."""
         return self.codes[self.segment_at(times)]
 
-
-def silence(duration: float) -> PhoneTrack:
-    """A track in which nothing is said, `duration` seconds long (code 0 is silence)."""
-    return PhoneTrack(np.zeros(1, np.uint8), np.array([0.0, duration]), ("",))
-
     def away(self, chosen: NDArray[np.bool_], times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Seconds from each time to the nearest of the chosen segments, (segments,) -> (times,).
 
@@ -50,3 +45,8 @@ def silence(duration: float) -> PhoneTrack:
         later = np.searchsorted(begins, times, side="right")
         nearest: NDArray[np.float64] = np.minimum(times - ends[later], begins[later] - times)
         return np.maximum(nearest, 0.0)
+
+
+def silence(duration: float) -> PhoneTrack:
+    """A track in which nothing is said, `duration` seconds long (code 0 is silence)."""
+    return PhoneTrack(np.zeros(1, np.uint8), np.array([0.0, duration]), ("",))

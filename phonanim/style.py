@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import OptionError
+from phonanim.options import DEFAULTS, Options
 from phonanim.rig import Rig
 
 # mouthClose undoes jawOpen at the lips, so it belongs to the jaw: scaled alike, closed lips stay closed.
 JAW = re.compile(r"jaw|mouthClose|lips_?together", re.IGNORECASE)
 LIPS = re.compile(r"mouth|lip", re.IGNORECASE)
+BLENDING = ("intensity", "jaw", "lips", "gains", "smooth", "overlays", "blinks")  # options that scale or add
 
 
 def dial(
@@ -33,7 +35,7 @@ def dial(
     """
     own = own or {}
     _check(own, rig)
-    if rig.visemes is not None and rig.visemes.stepped:
+    if drawn(rig):
         return values
     gains = intensity * np.array([_gain(name, jaw, lips) for name in rig.controls])
     if rig.through is not None:
@@ -46,6 +48,19 @@ def dial(
     for low, high in rig.at_most:
         scaled[:, low] = np.minimum(scaled[:, low], scaled[:, high])
     return scaled.astype(np.float32)
+
+
+def drawn(rig: Rig) -> bool:
+    """Whether a rig shows one mouth at a time, which has no more or less."""
+    return rig.visemes is not None and rig.visemes.stepped
+
+
+def idle(options: Options, rig: Rig) -> tuple[str, ...]:
+    """A remark on the options that do nothing on a rig of drawn mouths, or none."""
+    given = [name for name in BLENDING if getattr(options, name) != getattr(DEFAULTS, name)]
+    if not given or not drawn(rig):
+        return ()
+    return (f"{rig.name} shows one mouth at a time, so {', '.join(given)} did nothing; choose another --rig",)
 
 
 def _check(own: Mapping[str, float], rig: Rig) -> None:

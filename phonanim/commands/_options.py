@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import fields
 from functools import wraps
@@ -11,7 +12,7 @@ from typing import Any
 import click
 
 from phonanim.errors import OptionError
-from phonanim.options import DEFAULTS, Options
+from phonanim.options import DEFAULTS, Options, Overlay
 from phonanim.rates import parse_rate
 from phonanim.threads import one_thread
 
@@ -25,7 +26,7 @@ def rate(ctx: click.Context, param: click.Parameter, value: str) -> float:
 
 
 class Gain(click.FloatRange):
-    """A number from 0 to 4; click lets NaN through its ranges."""
+    """A number within limits; click lets NaN through its ranges."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """The number itself."""
@@ -36,6 +37,7 @@ class Gain(click.FloatRange):
 
 
 GAIN = Gain(0, 4)
+SECONDS = Gain(0)
 
 
 def gains(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) -> dict[str, float]:
@@ -49,6 +51,39 @@ def gains(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) -
             raise click.BadParameter(f"{control} has two gains; give it one")
         found[control] = GAIN.convert(number, param, ctx)
     return found
+
+
+LAID = re.compile(r"(?P<source>.+?)(=(?P<gain>[\d.]+))?(@(?P<start>[\d.]+)-(?P<end>[\d.]+))?")
+
+
+def overlays(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) -> tuple[Overlay, ...]:
+    """Overlays, from FILE, FILE=GAIN, FILE@START-END or FILE=GAIN@START-END."""
+    found = []
+    for value in values:
+        parts = LAID.fullmatch(value)
+        if parts is None:
+            raise click.BadParameter("names no file; write FILE=GAIN@START-END, such as smile=0.5@1.2-3")
+        gain = GAIN.convert(parts["gain"] or "1", param, ctx)
+        span = tuple(SECONDS.convert(parts[end], param, ctx) for end in ("start", "end") if parts[end])
+        if span and span[0] >= span[1]:
+            raise click.BadParameter(f"{value}: its span must end after it starts, such as @1.2-3")
+        found.append(Overlay(parts["source"], gain, (span[0], span[1]) if span else None))
+    return tuple(found)
+
+
+def smoothing(ctx: click.Context, param: click.Parameter, value: str) -> float:
+    """Seconds of smoothing, from seconds or from the frequency in Hz that it halves the power of."""
+    from phonanim.smooth import LONGEST, width_of
+
+    number = value.lower().removesuffix("hz")
+    hertz = number != value.lower()
+    try:
+        seconds = width_of(float(number)) if hertz else float(number)
+    except (ValueError, ZeroDivisionError):
+        seconds = math.nan
+    if not 0 <= seconds <= LONGEST:
+        raise click.BadParameter(f"{value!r} is neither 0 to {LONGEST:g} seconds nor a rate such as 8Hz")
+    return seconds
 
 
 OPTIONS = (
@@ -97,6 +132,22 @@ OPTIONS = (
         callback=gains,
         help="Scale the motion of one control; more than one is fine.",
     ),
+    click.option(
+        "--smooth",
+        metavar="SECONDS|RATE",
+        callback=smoothing,
+        default="0",
+        help="Smooth the curves but keep closures: 0.05 or 6Hz.",
+    ),
+    click.option(
+        "--overlay",
+        "overlays",
+        metavar="FILE[=GAIN][@START-END]",
+        multiple=True,
+        callback=overlays,
+        help="Lay a pose or an animation over the speech; more than one is fine.",
+    ),
+    click.option("--blinks", type=click.IntRange(min=0), metavar="SEED", help="Blink, by this seed."),
 )
 
 

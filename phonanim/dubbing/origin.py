@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from phonanim.animate import model_hash
 from phonanim.dubbing.ledger import Outcome
 from phonanim.dubbing.lines import Line
 from phonanim.files import content_hash
+from phonanim.overlay import hashes
 from phonanim.rig.read import find_rig, read_document
 
 RIG_FILES = ("direct", "table", "head", "landmarks", "accents")  # the keys of a rig that name files beside it
@@ -25,7 +25,8 @@ def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
         "alignment": [line.alignment.name, content_hash(line.alignment)],
         "text": line.text,
         "audio": [line.audio.name, content_hash(line.audio)] if line.audio else None,
-        "options": asdict(line.options),
+        "options": line.options.plain(),
+        "overlays": hashes(line.options.overlays),
         "lexicon": content_hash(Path(line.options.lexicon)) if line.options.lexicon else None,
         "model": model_hash(line.options.model),
         "rig": rig_hash(line.options.rig),

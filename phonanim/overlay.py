@@ -1,0 +1,215 @@
+"""Overlays: expressions and blinks added to the speech, which keep away from what the lips say.
+
+Three things hold. While p b m f v sh zh ch jh are spoken, the mouth is that of the speech alone. While
+anything else is said, the mouth takes half of an overlay. Brows, eyes and cheeks take all of it.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.animation import Animation
+from phonanim.blinks import blinking, lids
+from phonanim.contacts import CONTACTS
+from phonanim.errors import OptionError
+from phonanim.exporters import load
+from phonanim.files import content_hash
+from phonanim.inventory import INVENTORY, LEXICON
+from phonanim.options import Overlay
+from phonanim.phones import PhoneTrack
+from phonanim.rig import Rig
+from phonanim.style import drawn
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+Array = NDArray[np.float64]
+
+POSES = LEXICON / "poses"
+EASE = 0.25  # seconds in which an overlay comes and goes
+HOLD = 0.08  # seconds before and after a contact in which the mouth leaves its overlay and takes it up
+SHARE = 0.5  # of an overlay that the mouth takes while it speaks; set by eye
+MOVES = 1e-4  # of full weight; less is standing still
+# What moves the lips, besides what the speech of the line itself moves.
+MOUTH = re.compile(r"jaw|mouth|lip|tongue|cheek_?puff|nose_?sneer|viseme", re.IGNORECASE)
+
+
+def lay(
+    values: NDArray[np.float32],
+    rig: Rig,
+    overlays: Sequence[Overlay],
+    blinks: int | None,
+    track: PhoneTrack,
+    times: Array,
+) -> tuple[NDArray[np.float32], tuple[str, ...]]:
+    """Add overlays and blinks to speech, (frames, controls) -> the same shape within limits, and remarks.
+
+    Offsets from rest are added. Raises OptionError when an overlay cannot be read or does not fit the rig,
+    and what the reader of an animation raises.
+    """
+    if drawn(rig) or not (overlays or blinks is not None):
+        return values, ()
+    offsets, notes = np.zeros(values.shape), []
+    for overlay in overlays:
+        added, left = _offsets(overlay, rig, times)
+        offsets += added
+        notes += left
+    mouth = _mouth(values, rig)
+    offsets[:, mouth] *= freedom(track, times)[:, None]
+    if blinks is not None:
+        offsets[:, lids(rig.controls)] += blinking(blinks, times)[:, None]
+        notes += [] if lids(rig.controls) else [f"{rig.name} has no control that blinks, so it does not"]
+    return _limited(values, offsets, rig), tuple(notes)
+
+
+def freedom(track: PhoneTrack, times: Array) -> Array:
+    """How much of an overlay the mouth takes at instants, (frames,) seconds -> (frames,) 0 to 1."""
+    silent = INVENTORY.where(kind="silence")[track.codes]
+    bound = np.isin(track.codes, INVENTORY.codes([p for contact in CONTACTS for p in contact.phones]))
+    spoken = SHARE + (1 - SHARE) * _eased(track.away(~silent, times) / EASE)
+    return np.asarray(np.minimum(spoken, _eased(track.away(bound, times) / HOLD)))
+
+
+def hashes(overlays: Sequence[Overlay]) -> list[str]:
+    """A hash of the contents of each overlay. Raises OptionError when one is not there."""
+    return [content_hash(find_overlay(overlay.source)) for overlay in overlays]
+
+
+def find_overlay(source: str) -> Path:
+    """The file of an overlay: a path, or the name of a shipped pose. Raises OptionError with the nearest."""
+    names = sorted(path.stem for path in POSES.glob("*.toml"))
+    if source in names:
+        return POSES / f"{source}.toml"
+    if Path(source).is_file():
+        return Path(source)
+    near = get_close_matches(source, names, n=1)
+    hint = f"did you mean {near[0]}?" if near else f"name a file, or one of {', '.join(names)}"
+    raise OptionError(f"overlay {source}: there is no such file or pose; {hint}")
+
+
+def _mouth(values: NDArray[np.float32], rig: Rig) -> NDArray[np.bool_]:
+    """Which controls are the mouth's: by their names, or because the speech moves them."""
+    named = np.array([MOUTH.search(name) is not None for name in rig.controls])
+    return np.asarray(named | (np.ptp(values, axis=0) > MOVES))
+
+
+def _offsets(overlay: Overlay, rig: Rig, times: Array) -> tuple[Array, list[str]]:
+    """What an overlay adds at instants, (frames, controls), and what of it was left out."""
+    path = find_overlay(overlay.source)
+    pose = _read_pose(path)
+    start, end = overlay.span or (-np.inf, np.inf)
+    if pose is not None:
+        base, offset = _posed(pose, rig, path)
+        still = offset[None]
+        notes: list[str] = []
+    else:
+        animation = load(path)
+        start, end = max(start, float(animation.times[0])), min(end, float(animation.times[-1]))
+        base, still, notes = _curves(animation, rig, path, times)
+    weight = overlay.gain * _window(start, end, times)
+    if not weight.any():
+        notes.append(
+            f"overlay {path}: shows nothing in a line of {times[-1]:.2f} s; give it another span or gain"
+        )
+    own = still if base is rig else still @ _table(rig)
+    return weight[:, None] * own, notes
+
+
+def _read_pose(path: Path) -> dict[str, Any] | None:
+    """Control values of a TOML or JSON file, None if it is an animation. Raises OptionError."""
+    if path.suffix.lower() not in (".toml", ".json"):
+        return None
+    try:
+        text = path.read_text(encoding="utf-8")
+        pose = tomllib.loads(text) if path.suffix.lower() == ".toml" else json.loads(text)
+    except (OSError, ValueError) as error:
+        raise OptionError(f"overlay {path}: cannot be read: {error}") from error
+    if not isinstance(pose, dict):
+        raise OptionError(f"overlay {path}: is no pose; write CONTROL = VALUE, such as mouthSmileLeft = 0.5")
+    return None if "format" in pose else pose
+
+
+def _posed(pose: dict[str, Any], rig: Rig, path: Path) -> tuple[Rig, Array]:
+    """The rig that a pose is of, this one or the one behind it, and its offsets from rest (controls,)."""
+    base = _base(pose, rig)
+    offset = np.zeros(len(base.controls))
+    for name, value in pose.items():
+        if name not in base.controls:
+            near = get_close_matches(name, base.controls, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"write a pose of {rig.name}'s controls"
+            raise OptionError(f"overlay {path}: {rig.name} has no control {name}; {hint}")
+        column = base.controls.index(name)
+        low, high = base.minimum[column], base.maximum[column]
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not number or not low <= value <= high:
+            raise OptionError(f"overlay {path}: {name} = {value!r}; give a number from {low:g} to {high:g}")
+        offset[column] = value - base.rest[column]
+    return base, offset
+
+
+def _curves(animation: Animation, rig: Rig, path: Path, times: Array) -> tuple[Rig, Array, list[str]]:
+    """The rig that an animation is of, its offsets from rest at instants, and what that rig lacks."""
+    base = _base(animation.channels, rig)
+    known = [name for name in animation.channels if name in base.controls]
+    moving = {name for name in animation.channels if np.abs(animation.channel(name)).max() > MOVES}
+    lost = [name for name in animation.channels if name in moving and name not in known]
+    if not known:
+        raise OptionError(
+            f"overlay {path}: none of its channels ({', '.join(animation.channels[:3])} ...) is a control "
+            f"of {rig.name}; choose another --rig"
+        )
+    offsets = np.zeros((len(times), len(base.controls)))
+    for name in known:
+        column = base.controls.index(name)
+        offsets[:, column] = np.interp(times, animation.times, animation.channel(name)) - base.rest[column]
+    told = f"overlay {path}: left out what {rig.name} has no control for: {', '.join(lost[:6])}"
+    return base, offsets, [told + (" ..." if len(lost) > 6 else "")] if lost else []
+
+
+def _base(names: Sequence[str] | dict[str, Any], rig: Rig) -> Rig:
+    """The rig that names belong to: this one, or the one that it goes through."""
+    behind = rig.through.rig if rig.through else rig
+    return rig if any(name in rig.controls for name in names) else behind
+
+
+def _table(rig: Rig) -> Array:
+    """How controls of the rig behind move this one's; shares of its motion are none of an overlay's."""
+    assert rig.through is not None
+    table = rig.through.table.copy()
+    table[:, [share for share, _, _ in rig.through.shares]] = 0.0
+    return table
+
+
+def _window(start: float, end: float, times: Array) -> Array:
+    """1 from start to end, coming and going within; no ease where the line itself begins or ends."""
+    come = np.ones(len(times)) if start <= times[0] else _eased((times - start) / EASE)
+    go = np.ones(len(times)) if end >= times[-1] else _eased((end - times) / EASE)
+    return np.asarray(come * go)
+
+
+def _eased(share: Array) -> Array:
+    """From 0 to 1 with soft ends."""
+    share = np.clip(share, 0.0, 1.0)
+    return np.asarray(share**2 * (3 - 2 * share))
+
+
+def _limited(values: NDArray[np.float32], offsets: Array, rig: Rig) -> NDArray[np.float32]:
+    """Speech and overlays within the limits; what speech alone did stays as it was, to the bit."""
+    moved = offsets.any(axis=0)
+    result = values.copy()
+    laid = np.clip(values[:, moved] + offsets[:, moved], rig.minimum[moved], rig.maximum[moved])
+    result[:, moved] = np.where(offsets[:, moved] == 0, values[:, moved], laid)
+    for low, high in rig.at_most:
+        result[:, low] = np.minimum(result[:, low], result[:, high])
+    return result
