@@ -20,9 +20,10 @@ BANDS = (0.0, 1.0, 2.0, 4.0, 8.0, 12.5)  # hertz; speech opens and shuts the mou
 
 def correlation(a: Curve, b: Curve) -> float:
     """Pearson's r of two curves, (frames,) each; NaN where one of them never moves."""
+    if np.ptp(a) == 0 or np.ptp(b) == 0:
+        return float("nan")
     a, b = a - a.mean(), b - b.mean()
-    scale = float(np.sqrt((a**2).sum() * (b**2).sum()))
-    return float((a * b).sum()) / scale if scale > 0 else float("nan")
+    return float((a * b).sum()) / float(np.sqrt((a**2).sum() * (b**2).sum()))
 
 
 def lag(predicted: Curve, captured: Curve, fps: float, reach: float = REACH) -> tuple[float, float]:
@@ -65,10 +66,13 @@ def log_spectral_distance(predicted: Curve, captured: Curve, fps: float) -> floa
 
     sqrt(1/F sum_f (10 log10 P(f) / Q(f))²), bins of 1 Hz, without the mean (Gray and Markel 1976). Spectra
     are Welch's, floored 60 dB below their own largest bin. About 0 for motion as lively as the captured one,
-    whatever its timing; large for stepped, jittery or sleepy motion. Raises EvaluationError below 4 frames.
+    whatever its timing; large for stepped, jittery or sleepy motion; NaN where one never moves. Raises
+    EvaluationError below 4 frames.
     """
+    if np.ptp(predicted) == 0 or np.ptp(captured) == 0:
+        return float("nan")
     decibels = [
-        10 * np.log10(np.maximum(p, FLOOR * p.max()) + 1e-30) for p in _spectra(predicted, captured, fps)
+        10 * np.log10(np.maximum(p, FLOOR * p.max())) for p in _spectra(predicted, captured, fps)
     ]
     return float(np.sqrt(np.mean((decibels[0] - decibels[1]) ** 2)))
 

@@ -1,0 +1,123 @@
+"""Masks: which vertices of a mesh belong to the lips, the mouth, the upper face.
+
+The shipped ones (lexicon/masks, made by scripts/build_masks.py) are for the reference face's landmarks and
+for the shipped head. One's own are lists of vertex numbers, as text, JSON or .npy.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import EvaluationError
+from phonanim.face import FaceModel
+from phonanim.inventory import LEXICON
+
+FOLDER = LEXICON / "masks"
+Rows = NDArray[np.int64]
+Masks = dict[str, Rows]
+PICKLES = (".pkl", ".pickle", ".p")
+
+
+@cache
+def head_masks() -> Masks:
+    """Vertices of the shipped head by region, rows of `phonanim.head.load_head().vertices`."""
+    return read_masks(FOLDER / "head.json")
+
+
+@cache
+def landmark_numbers() -> Masks:
+    """MediaPipe face-mesh numbers by region."""
+    return read_masks(FOLDER / "landmarks.json")
+
+
+def landmark_masks(face: FaceModel) -> Masks:
+    """Rows of the reference face's landmarks by region."""
+    return {
+        name: np.flatnonzero(np.isin(face.indices, numbers)) for name, numbers in landmark_numbers().items()
+    }
+
+
+def read_masks(path: Path) -> Masks:
+    """Read a JSON object of lists of vertex numbers by region. Raises EvaluationError."""
+    tree = _json(path)
+    if not isinstance(tree, dict):
+        raise EvaluationError(f"{path}: is a list without a name; give it one: --mask lips={path}")
+    return {
+        str(name): _numbers(values, f"{path}, {name}") for name, values in tree.items() if name != "source"
+    }
+
+
+def read_mask(path: Path) -> Rows:
+    """Read one list of vertex numbers: text (numbers with commas or spaces), a JSON list, or .npy.
+
+    An .npy holds numbers, or a truth value for each vertex. Pickles are refused, since reading one can run
+    anything that is in it. Raises EvaluationError naming the file and the mend.
+    """
+    suffix = path.suffix.lower()
+    if suffix in PICKLES:
+        raise EvaluationError(
+            f"{path}: a pickle may run code when it is read; open it where you trust it and save numbers: "
+            "numpy.savetxt('lips.txt', numbers, '%d')"
+        )
+    if suffix == ".npy":
+        return _numbers(_array(path), str(path))
+    if suffix == ".json":
+        return _numbers(_json(path), str(path))
+    return _numbers(_words(path), str(path))
+
+
+def parse_masks(texts: tuple[str, ...]) -> Masks:
+    """Masks from REGION=FILE, or from a JSON file of several regions. Raises EvaluationError."""
+    found: Masks = {}
+    for text in texts:
+        name, sign, file = text.partition("=")
+        found |= {name: read_mask(Path(file))} if sign else read_masks(Path(text))
+    return found
+
+
+def check_masks(masks: Masks, vertices: int) -> Masks:
+    """The masks as they are. Raises EvaluationError where one reaches beyond the mesh."""
+    for name, rows in masks.items():
+        if rows.max() >= vertices:
+            raise EvaluationError(
+                f"mask {name} names vertex {rows.max()}, the mesh ends at {vertices - 1}; take another"
+            )
+    return masks
+
+
+def _numbers(values: Any, where: str) -> Rows:
+    array = np.asarray(values)
+    if array.dtype == bool and array.ndim == 1:
+        array = np.flatnonzero(array)
+    if array.ndim != 1 or array.size == 0 or not np.issubdtype(array.dtype, np.integer) or array.min() < 0:
+        raise EvaluationError(f"{where}: is no list of vertex numbers (whole, from 0)")
+    return np.unique(array.astype(np.int64))
+
+
+def _words(path: Path) -> list[int]:
+    try:
+        words = [word for word in re.split(r"[\s,;]+", path.read_text(encoding="utf-8")) if word]
+        return [int(word) for word in words]
+    except (OSError, ValueError) as error:
+        raise EvaluationError(f"{path}: cannot be read as vertex numbers: {error}") from error
+
+
+def _json(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise EvaluationError(f"{path}: cannot be read as JSON: {error}") from error
+
+
+def _array(path: Path) -> NDArray[Any]:
+    try:
+        return np.asarray(np.load(path, allow_pickle=False))
+    except (OSError, ValueError) as error:
+        raise EvaluationError(f"{path}: cannot be read as a NumPy array: {error}") from error
