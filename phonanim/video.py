@@ -1,0 +1,116 @@
+"""Films: their frames as arrays, their rate, their sound."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import CorpusError, MissingExtraError
+from phonanim.files import atomic_path
+
+Frame = NDArray[np.uint8]
+
+RATE_TOLERANCE = 0.5  # of a frame: how far an instant may lie from the even grid
+SOUND_RATE = 16000  # hertz
+THREADS = 2  # a fixed number, so that the bytes do not depend on the machine
+
+
+@dataclass(frozen=True)
+class Film:
+    """What a film is before it is decoded; `rate` in frames per second."""
+
+    path: Path
+    rate: Fraction
+    frames: int
+    has_sound: bool
+
+
+def open_film(path: Path) -> Film:
+    """Look at a film. Raises CorpusError when it cannot be read or its frame rate is not constant."""
+    with _opened(path) as (_, stream):
+        instants = np.array(sorted(p.pts for p in stream.container.demux(stream) if p.pts is not None))
+        rate, step = stream.average_rate, float(stream.time_base)
+        has_sound = bool(stream.container.streams.audio)
+    if len(instants) < 2 or rate is None:
+        raise CorpusError(f"{path}: holds {len(instants)} frames; a recording needs at least two")
+    times = (instants - instants[0]) * step * float(rate)
+    worst = int(np.abs(times - np.arange(len(times))).argmax())
+    if abs(times[worst] - worst) > RATE_TOLERANCE:
+        raise CorpusError(
+            f"{path}: its frame rate is not constant (frame {worst} comes {times[worst] - worst:+.1f} frames "
+            "off the even grid); convert it to a constant rate first"
+        )
+    return Film(path, Fraction(rate), len(instants), has_sound)
+
+
+def read_frames(path: Path) -> Iterator[Frame]:
+    """The frames of a film one after the other, (rows, columns, 3) sRGB. Raises CorpusError."""
+    with _opened(path) as (av, stream):
+        stream.thread_type = "AUTO"
+        try:
+            for frame in stream.container.decode(stream):
+                yield frame.to_ndarray(format="rgb24")
+        except av.error.FFmpegError as error:
+            raise CorpusError(f"{path}: cannot be decoded: {error.strerror}; convert it to MP4") from error
+
+
+def read_clip(path: Path) -> Frame:
+    """All frames of a short film, (frames, rows, columns, 3) sRGB. Raises CorpusError."""
+    return np.stack(list(read_frames(path)))
+
+
+def read_sound(path: Path) -> NDArray[np.float32]:
+    """The sound of a film, (samples,) mono at 16 kHz. Raises CorpusError when there is none."""
+    av = library()
+    resampler = av.AudioResampler(format="flt", layout="mono", rate=SOUND_RATE)
+    with _opened(path) as (_, stream):
+        if not stream.container.streams.audio:
+            raise CorpusError(f"{path}: has no sound; phones are found in what is heard")
+        pieces = [
+            piece.to_ndarray()[0]
+            for frame in [*stream.container.decode(audio=0), None]
+            for piece in resampler.resample(frame)
+        ]
+    return np.concatenate(pieces).astype(np.float32)
+
+
+def write_film(frames: Iterable[Frame], path: Path, rate: Fraction, quality: int = 16) -> None:
+    """Write frames (rows, columns, 3), both even, as H.264; a lower `quality` number is finer."""
+    av = library()
+    with atomic_path(path) as partial, av.open(str(partial), "w") as film:
+        stream = film.add_stream("libx264", rate=rate, options={"crf": str(quality), "preset": "veryfast"})
+        stream.pix_fmt = "yuv420p"
+        stream.codec_context.thread_count = THREADS
+        for number, frame in enumerate(frames):
+            if number == 0:
+                stream.height, stream.width = frame.shape[:2]
+            film.mux(stream.encode(av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format="rgb24")))
+        film.mux(stream.encode(None))
+
+
+def library() -> Any:
+    """The `av` package. Raises MissingExtraError."""
+    try:
+        import av
+    except ImportError as error:
+        raise MissingExtraError("films need the video library: pip install 'phonanim[video]'") from error
+    return av
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[tuple[Any, Any]]:
+    av = library()
+    try:
+        with av.open(str(path)) as container:
+            if not container.streams.video:
+                raise CorpusError(f"{path}: holds no picture; give a film of the speaking face")
+            yield av, container.streams.video[0]
+    except (av.error.FFmpegError, OSError) as error:
+        raise CorpusError(f"{path}: cannot be read as a film: {error.strerror}") from error
