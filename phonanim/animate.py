@@ -63,7 +63,6 @@ def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) 
     if options.smooth and not drawn(rig):
         values = smoothed(values, options.smooth, options.fps, firmness(modes, track, model.face, times))
     values, remarks = lay(values, rig, options.overlays, options.blinks, track, times)
-    notes = (*notes, *idle(options, rig), *remarks)
     animation = Animation(
         values=values,
         channels=rig.controls,
@@ -72,7 +71,7 @@ def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) 
         phones=alignment.intervals,
         words=alignment.words,
         audio=audio,
-        provenance=_provenance(path, options, notes),
+        provenance=_provenance(path, options, (*notes, *idle(options, rig), *remarks)),
     )
     return Performance(animation, track, notes, modes, model.face)
 

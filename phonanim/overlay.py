@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 
 POSES = LEXICON / "poses"
 EASE = 0.25  # seconds in which an overlay comes and goes
-HOLD = 0.08  # seconds before and after a contact in which the mouth leaves its overlay and takes it up
+HOLD = 0.12  # seconds before and after a contact in which the mouth leaves its overlay and takes it up
 SHARE = 0.5  # of an overlay that the mouth takes while it speaks; set by eye
 MOVES = 1e-4  # of full weight; less is standing still
 # What moves the lips, besides what the speech of the line itself moves.
@@ -86,13 +86,18 @@ def hashes(overlays: Sequence[Overlay]) -> list[str]:
     return [content_hash(find_overlay(overlay.source)) for overlay in overlays]
 
 
+def is_pose(source: str) -> bool:
+    """Whether an overlay is a shipped pose, by its name."""
+    return source in [path.stem for path in POSES.glob("*.toml")]
+
+
 def find_overlay(source: str) -> Path:
     """The file of an overlay: a path, or the name of a shipped pose. Raises OptionError with the nearest."""
-    names = sorted(path.stem for path in POSES.glob("*.toml"))
-    if source in names:
+    if is_pose(source):
         return POSES / f"{source}.toml"
     if Path(source).is_file():
         return Path(source)
+    names = sorted(path.stem for path in POSES.glob("*.toml"))
     near = get_close_matches(source, names, n=1)
     hint = f"did you mean {near[0]}?" if near else f"name a file, or one of {', '.join(names)}"
     raise OptionError(f"overlay {source}: there is no such file or pose; {hint}")

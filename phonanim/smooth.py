@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 
 LONGEST = 1.0  # seconds
 REACH = 3.0  # standard deviations at which the window ends
+SHORTEST = 0.1  # frames; a narrower window is the frame itself
 CLOSED = 0.6  # mm between the inner lips: closed, as a tracker sees it
 RAMP = 0.06  # seconds from a closure to the smoothed curve; as long as lips take to close (phonanim.contacts)
 PER_WIDTH = 1 / math.sqrt(8 * math.log(2))  # standard deviations in the full width at half height
@@ -38,7 +39,7 @@ def smoothed(
     """
     deviation = seconds * PER_WIDTH * fps
     reach = math.ceil(REACH * deviation)
-    if reach == 0 or len(values) < 2:
+    if deviation < SHORTEST or len(values) < 2:
         return values
     window = np.exp(-0.5 * (np.arange(-reach, reach + 1) / deviation) ** 2)
     window /= window.sum()

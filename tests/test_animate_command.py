@@ -161,6 +161,18 @@ def test_dials(line):
     np.testing.assert_allclose(loud[:, jaw], np.minimum(1.5 * one[:, jaw], 1.0), atol=1e-5)
 
 
+def test_layers(line):
+    layers = ["--overlay", "smile=0.5@1-2", "--overlay", "angry", "--blinks", "7", "--smooth", "8Hz"]
+    assert run(["animate", "a.TextGrid", "-o", "a.npz", "-q", *layers]) == 0
+    about = json.loads(str(np.load("a.npz")["about"]))["provenance"]
+    assert about["options"]["overlays"] == [
+        {"source": "smile", "gain": 0.5, "span": [1.0, 2.0]},
+        {"source": "angry", "gain": 1.0, "span": None},
+    ]
+    assert (about["options"]["blinks"], len(about["overlays_sha256"])) == (7, 2)
+    assert about["options"]["smooth"] == pytest.approx(0.039, abs=0.001)
+
+
 def test_labels_nobody_knows(line, capsys):
     phones = [Interval("AA", 0.0, 0.5), Interval("QQQ", 0.5, 1.0)]
     write_textgrid(line / "b.TextGrid", {"phones": phones}, 1.0)
@@ -225,6 +237,14 @@ def test_bad_alignments_are_one_line_and_nothing_is_written(content, line, capsy
         (["--fps", "fast"], "'fast' is no frame rate"),
         (["--fps", "0"], "must lie from 1 to 1000"),
         (["--jaw", "nan"], "nan is not in the range 0<=x<=4"),
+        (["--smooth", "fast"], "'fast' is neither 0 to 1 seconds nor a rate such as 8Hz"),
+        (["--smooth", "2"], "'2' is neither 0 to 1 seconds"),
+        (["--smooth", "0Hz"], "'0Hz' is neither 0 to 1 seconds"),
+        (["--overlay", ""], "names no file; write FILE=GAIN@START-END, such as smile=0.5@1.2-3"),
+        (["--overlay", "smile=0.5@3-2"], "smile=0.5@3-2: its span must end after it starts, such as @1.2-3"),
+        (["--overlay", "smile=5"], "give a number from 0 to 4"),
+        (["--overlay", "smil"], "overlay smil: there is no such file or pose; did you mean smile?"),
+        (["--blinks", "-1"], "-1 is not in the range x>=0"),
         (["--audio", "missing.wav"], "missing.wav"),
     ],
 )
