@@ -19,11 +19,11 @@ from typing import Any
 
 import click
 import numpy as np
-from ema import Utterance, load_utterances
 from numpy.typing import NDArray
 
 from phonanim import contacts, metrics, regressors
 from phonanim.corpus import Corpus, load_corpus
+from phonanim.ema import Utterance, load_utterances
 from phonanim.face import FaceModel, fit_face, lip_aperture, lip_protrusion, lip_width
 from phonanim.inventory import INVENTORY
 from phonanim.training import fit_recipe, read_recipe

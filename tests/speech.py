@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
-from phonanim.face import FaceModel, fit_face
+from phonanim.alignment import Interval
+from phonanim.corpus import Corpus
+from phonanim.face import INNER_LIPS, OUTER_LIPS, FaceModel, fit_face
 from phonanim.inventory import INVENTORY
 from phonanim.phones import PhoneTrack
 from phonanim.regressors import Examples
@@ -55,3 +59,34 @@ def made_up_examples(rng: np.random.Generator, clips: int = 12, modes: int = 3) 
     times = tuple((np.arange(int(track.duration * 25)) + 0.5) / 25 for track in tracks)
     targets = tuple(levels[t.sample(at)].astype(np.float32) for t, at in zip(tracks, times, strict=True))
     return Examples(tracks, times, targets, (1.0,) * clips)
+
+
+def made_up_corpus(rng: np.random.Generator, clips: int = 24) -> Corpus:
+    """Clips of a mouth that opens as far as each phone says; the last quarter are test clips."""
+    numbers = tuple(sorted({*NUMBERS, *OUTER_LIPS, *INNER_LIPS}))
+    rows = {number: row for row, number in enumerate(numbers)}
+    mean = np.zeros((len(numbers), 3))
+    mean[:, 1] = -58
+    mean[[rows[6], rows[168], rows[2]], 1] = (0, 5, -40)
+    mean[:, 0] = rng.normal(0, 10, len(numbers))
+    lower = [rows[n] for n in (14, 17, 87, 88, 178, 317, 318, 402)]
+    wide = [rows[n] for n in (61, 291)]
+    opening, spread = rng.uniform(0, 10, 41), rng.normal(0, 2, 41)
+    tracks = tuple(random_track(rng) for _ in range(clips))
+    frames = np.array([int(track.duration * 25) for track in tracks])
+    codes = np.concatenate([t.sample((np.arange(n) + 0.5) / 25) for t, n in zip(tracks, frames, strict=True)])
+    landmarks = np.tile(mean, (len(codes), 1, 1)) + rng.normal(0, 0.1, (len(codes), *mean.shape))
+    landmarks[:, lower, 1] -= opening[codes][:, None]
+    landmarks[:, wide, 0] += spread[codes][:, None] * np.array([-1, 1])
+    return Corpus(
+        landmarks=landmarks.astype(np.float32),
+        indices=np.array(numbers),
+        fps=25.0,
+        clips=tuple(f"clip{number:02}" for number in range(clips)),
+        frames=frames,
+        tracks=tracks,
+        words=tuple((Interval(f"w{n % 4}", 0.1, t.duration),) for n, t in enumerate(tracks)),
+        split=tuple("test" if number >= 0.75 * clips else "train" for number in range(clips)),
+        audio=tuple(Path(f"clip{number:02}.wav") for number in range(clips)),
+        provenance={"source": "made up"},
+    )

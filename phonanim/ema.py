@@ -1,4 +1,4 @@
-"""Real articulography to check against: lip sensors and hand-labelled segments (SSFF and EMU)."""
+"""Electromagnetic articulography: lip sensors beside labelled segments (SSFF and EMU bundles)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ LAST = 0.12  # seconds that such a segment is taken to last
 
 @dataclass(frozen=True)
 class Utterance:
-    """`aperture` (samples,) mm is the vertical distance of the lip sensors at `times` (samples,) s."""
+    """`aperture` (samples,) mm is the vertical distance of the lip sensors at `times` (samples,) s.
+
+    `speech` (samples,) says where something is said, `audio` is the recording.
+    """
 
     name: str
     track: PhoneTrack
@@ -27,6 +30,7 @@ class Utterance:
     fps: float
     aperture: Array
     speech: NDArray[np.bool_]
+    audio: Path
 
 
 def read_ssff(path: Path) -> tuple[dict[str, Array], float]:
@@ -54,7 +58,8 @@ def _load(path: Path, name: str) -> Utterance:
     spoken = [i for i in alignment.intervals if i.label and not i.label.startswith("&")]
     moving = np.abs(upper["ul_posz"]) + np.abs(lower["ll_posz"]) > 0  # the traces end in zeros
     speech = (times >= spoken[0].start) & (times < spoken[-1].end) & moving
-    return Utterance(name, track, times, rate, upper["ul_posz"] - lower["ll_posz"], speech)
+    aperture = upper["ul_posz"] - lower["ll_posz"]
+    return Utterance(name, track, times, rate, aperture, speech, path.parent / f"{name}.wav")
 
 
 def _without_run_on(alignment: Alignment) -> Alignment:

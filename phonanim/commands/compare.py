@@ -1,0 +1,61 @@
+"""`phonanim compare`: models trained and measured on the same clips, with intervals, tests and figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from phonanim.commands import Talk, talk_options
+
+
+@click.command()
+@click.argument("plan", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(file_okay=False, path_type=Path),
+    default=Path("comparison"),
+    show_default=True,
+    help="Folder for benchmark.md, benchmark.json and the figures.",
+)
+@click.option(
+    "--work",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder that keeps the trained models (OUTPUT/models).",
+)
+@click.option("--workers", type=click.IntRange(min=1), help="Models trained side by side (one per core).")
+@click.option("--report-only", is_flag=True, help="Write the report again from benchmark.json.")
+@talk_options
+def command(
+    plan: Path, output: Path, work: Path | None, workers: int | None, report_only: bool, talk: Talk
+) -> None:
+    """Train or load the models of a plan, score them on the same held-out clips, and write a report.
+
+    Trained models are kept, so a comparison that was cut off goes on where it was.
+
+    \b
+    Examples:
+      phonanim compare benchmarks/compare.toml -o docs/benchmark --work work/compare
+      phonanim compare benchmarks/compare.toml -o docs/benchmark --report-only
+    """
+    from phonanim.threads import one_thread
+
+    one_thread()
+    from phonanim.comparison.plan import read_plan
+    from phonanim.comparison.report import read_document, write_document, write_report
+    from phonanim.comparison.run import compare
+    from phonanim.dubbing.processes import cores
+
+    found = read_plan(plan)
+    if report_only:
+        document = read_document(output)
+    else:
+        with talk.progress(plan.stem) as bar:
+            document = compare(
+                found, work or output / "models", workers or cores(), lambda what, done: bar(done)
+            )
+        write_document(document, output)
+    written = write_report(document, found, output)
+    talk.say(f"wrote {written}")
+    talk.result({"report": str(written), "json": str(output / "benchmark.json")})

@@ -1,0 +1,47 @@
+"""Another speaker, another language: lip aperture against the distance between sensors on real lips."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim import contacts, regressors
+from phonanim.audio import read_sound
+from phonanim.ema import Utterance, load_utterances
+from phonanim.face import lip_aperture
+from phonanim.statistics import pearson, pearson_sums
+
+LAGS = np.arange(-10, 11)  # samples of 5 ms at 200 Hz: a tenth of a second either way
+
+
+def ema_scores(model: regressors.Model, folder: Path, closing: bool) -> dict[str, Any]:
+    """Sums for Pearson's r of aperture over the speech of each utterance, and the lag (ms) of its best r.
+
+    Speakers rest with their lips as they like, so silence does not count. A positive lag: the
+    prediction comes late.
+    """
+    sums, lags = [], []
+    for utterance in load_utterances(folder):
+        aperture = lip_aperture(model.face.instance(ema_modes(model, utterance, closing)), model.face)
+        sums.append(pearson_sums(aperture[utterance.speech], utterance.aperture[utterance.speech]).tolist())
+        lags.append(_lag(aperture, utterance))
+    return {"aperture_r": sums, "lag_ms": lags}
+
+
+def ema_modes(model: regressors.Model, utterance: Utterance, closing: bool) -> NDArray[np.float32]:
+    """Modes at the instants of the sensors, (samples, modes)."""
+    sound = None if model.regressor.driven_by == "phones" else read_sound(utterance.audio)
+    modes = model.regressor.predict(utterance.track, utterance.times, sound)
+    if not closing:
+        return modes
+    return contacts.close(modes, utterance.track, model.face, utterance.fps, float(utterance.times[0]))
+
+
+def _lag(aperture: NDArray[np.float64], utterance: Utterance) -> float:
+    rows = np.flatnonzero(utterance.speech)
+    rows = rows[(rows >= LAGS.max()) & (rows < len(aperture) + LAGS.min())]
+    found = [float(pearson(pearson_sums(aperture[rows + lag], utterance.aperture[rows]))) for lag in LAGS]
+    return float(LAGS[int(np.argmax(found))] / utterance.fps * 1000)

@@ -1,0 +1,159 @@
+"""The figures of a comparison, as SVG or PNG files (extra `plots`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from phonanim.comparison.run import rows_of
+from phonanim.comparison.scores import MEASURES, value
+from phonanim.comparison.tables import heading
+from phonanim.errors import MissingExtraError
+from phonanim.face import INNER_LIPS, OUTER_LIPS, FaceModel
+from phonanim.files import atomic_path
+from phonanim.statistics import bootstrap_interval
+
+Document = dict[str, Any]
+DOTS = 110  # per inch
+
+
+def draw_all(
+    document: Document, face: FaceModel, fps: float, captured: Any, variant: str, folder: Path
+) -> list[str]:
+    """Draw every figure there is data for; -> their file names. `captured` (frames,) is the first mode."""
+    plots: dict[str, Callable[[Any], None]] = {
+        "bars": lambda figure: _bars(figure, document, variant),
+        "sentences": lambda figure: _sentences(figure, document, variant),
+        "first_mode": lambda figure: _first_mode(figure, document, captured, fps),
+        "heat": lambda figure: _heat(figure, document, face),
+        "cost": lambda figure: _cost(figure, document, variant),
+    }
+    for name, found in document.get("sweeps", {}).items():
+        plots[f"sweep_{name}"] = partial(_sweep, found=found)
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, plot in plots.items():
+        _draw(plot, folder / f"{name}.png")
+    return [f"{name}.png" for name in plots]
+
+
+def _draw(plot: Callable[[Any], None], path: Path) -> None:
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise MissingExtraError(
+            "figures need matplotlib; install it with pip install 'phonanim[plots]'"
+        ) from error
+    figure = Figure(figsize=(8, 4.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    plot(figure)
+    with atomic_path(path) as unfinished:
+        figure.savefig(unfinished, dpi=DOTS, metadata={"Software": None})
+
+
+def _bars(figure: Any, document: Document, variant: str) -> None:
+    """Errors on the test clips with their 95 % intervals."""
+    for axes, measure in zip(figure.subplots(1, 2), ("shape_mse", "aperture_r"), strict=True):
+        names, middles, reach = [], [], []
+        for name in document["models"]:
+            rows = rows_of(document, name, variant, "test/all")
+            if rows is None:
+                continue
+            rng = np.random.default_rng(document["seed"])
+            interval = bootstrap_interval(rows[measure], rng, MEASURES[measure].statistic)
+            names.append(name)
+            middles.append(value(measure, rows[measure]))
+            reach.append(np.abs(np.array(interval) - middles[-1]))
+        colours = ["tab:orange" if name == document["reference"] else "tab:blue" for name in names]
+        axes.barh(names, middles, xerr=np.array(reach).T, color=colours, capsize=3)
+        axes.set_xlabel(heading(measure))
+        axes.invert_yaxis()
+        if measure == "aperture_r":
+            axes.set_xlim(left=max(0.0, float(np.floor(10 * (min(middles) - 0.05)) / 10)))
+
+
+def _sentences(figure: Any, document: Document, variant: str) -> None:
+    """Error of every test sentence, sorted by the reference's (Taylor 2017, supplement, figure 2)."""
+    axes = figure.subplots()
+    reference = rows_of(document, document["reference"], variant, "test/all")
+    if reference is None:
+        return
+    sums = reference["parameter_mse"]
+    order = np.argsort(-(sums[:, 0] / sums[:, 1]), kind="stable")
+    for name in document["models"]:
+        rows = rows_of(document, name, variant, "test/all")
+        if rows is not None:
+            per_clip = rows["parameter_mse"][:, 0] / rows["parameter_mse"][:, 1]
+            width = 2.5 if name == document["reference"] else 1.0
+            axes.plot(per_clip[order], label=name, linewidth=width)
+    axes.set_xlabel(f"test sentences, sorted by the error of {document['reference']}")
+    axes.set_ylabel(heading("parameter_mse"))
+    axes.legend(fontsize="small", ncols=2)
+
+
+def _first_mode(figure: Any, document: Document, captured: Any, fps: float) -> None:
+    """The first shape mode over one test clip."""
+    axes = figure.subplots()
+    seconds = (np.arange(len(captured)) + 0.5) / fps
+    axes.plot(seconds, captured, color="black", linewidth=2.5, label="captured")
+    for name, found in document["models"].items():
+        if len(found["first_mode"]) == len(seconds):
+            axes.plot(seconds, found["first_mode"], label=name, linewidth=1)
+    axes.set_xlabel("seconds")
+    axes.set_ylabel("first shape mode, mm")
+    axes.set_title(f"clip {document['folds']['test']['clips'][0]}", fontsize="medium")
+    axes.legend(fontsize="small", ncols=2)
+
+
+def _heat(figure: Any, document: Document, face: FaceModel) -> None:
+    """Mean error of every landmark, on the mean face."""
+    models = document["models"]
+    columns = min(4, len(models))
+    rows = -(-len(models) // columns)
+    figure.set_size_inches(2.2 * columns, 1.9 * rows)
+    grid = np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel()
+    largest = max(np.percentile(np.array(m["landmark_error"])[face.moving], 99) for m in models.values())
+    for axes in grid:
+        axes.set_axis_off()
+    for axes, (name, found) in zip(grid, models.items(), strict=False):
+        points, error = face.mean[face.moving], np.array(found["landmark_error"])[face.moving]
+        dots = axes.scatter(points[:, 0], points[:, 1], c=error, s=9, cmap="inferno", vmin=0, vmax=largest)
+        for line in (OUTER_LIPS, INNER_LIPS):
+            ring = face.mean[face.rows((*line, line[0]))]
+            axes.plot(ring[:, 0], ring[:, 1], color="grey", linewidth=0.5)
+        axes.set_aspect("equal")
+        axes.set_title(name, fontsize="small")
+    figure.colorbar(dots, ax=grid.tolist(), label="mm", shrink=0.7)
+
+
+def _cost(figure: Any, document: Document, variant: str) -> None:
+    """Speed against error."""
+    axes = figure.subplots()
+    for name, found in document["models"].items():
+        rows = rows_of(document, name, variant, "test/all")
+        if rows is not None:
+            at = found["frames_per_s"], value("shape_mse", rows["shape_mse"])
+            axes.scatter(*at, s=20 + found["bytes"] / 1e6)
+            axes.annotate(name, at, xytext=(6, 3), textcoords="offset points", fontsize="small")
+    axes.set_xscale("log")
+    axes.set_xlabel("frames per second of one thread (the area of a dot is the model's size)")
+    axes.set_ylabel(heading("shape_mse"))
+
+
+def _sweep(figure: Any, found: dict[str, Any]) -> None:
+    """A setting against the error on held-out training clips."""
+    axes = figure.subplots()
+    series = list(dict.fromkeys(str(row.get(found["series"], "")) for row in found["rows"]))
+    for name in series:
+        rows = [row for row in found["rows"] if str(row.get(found["series"], "")) == name]
+        label = f"{found['series']} = {name}" if name else None
+        axes.plot([str(row[found["x"]]) for row in rows], [r["shape_mse"] for r in rows], "o-", label=label)
+    axes.set_xlabel(found["x"])
+    axes.set_ylabel(heading("shape_mse"))
+    axes.set_title(found["label"], fontsize="medium")
+    if series != [""]:
+        axes.legend(fontsize="small")

@@ -1,0 +1,140 @@
+"""Training what a comparison needs, side by side, each model once: those at hand are not trained again."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import multiprocessing
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from phonanim import __version__, regressors
+from phonanim.corpus import Corpus, load_corpus
+from phonanim.face import FaceModel, fit_face
+from phonanim.files import write_text
+from phonanim.threads import one_thread
+
+CLIPS = "clips"  # the sweep setting that is the share of the training clips
+
+
+@dataclass(frozen=True)
+class Job:
+    """A recipe to train on some clips of a corpus, with changed settings, into a folder."""
+
+    recipe: Path
+    corpus: Path
+    clips: tuple[int, ...]
+    folder: Path
+    settings: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def key(self) -> str:
+        """A hash of all that decides the model."""
+        facts = {
+            "recipe": self.recipe.read_text(encoding="utf-8"),
+            "settings": self.settings,
+            "clips": self.clips,
+            "corpus": _corpus_hash(self.corpus),
+            "version": __version__,
+        }
+        return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Trained:
+    """A model with the processor seconds that its training took (NaN where it was not trained here)."""
+
+    model: regressors.Model
+    seconds: float
+
+
+@lru_cache(maxsize=2)
+def corpus_at(folder: Path) -> Corpus:
+    """A corpus, read once in each process."""
+    return load_corpus(folder)
+
+
+@lru_cache(maxsize=2)
+def face_of(folder: Path) -> FaceModel:
+    """The reference face of all training clips of a corpus, so that parameters of all models compare."""
+    corpus = corpus_at(folder)
+    return fit_face(corpus.landmarks[corpus.rows(corpus.clips_of("train"))], corpus.indices)
+
+
+@lru_cache(maxsize=8)
+def _corpus_hash(folder: Path) -> str:
+    digest = hashlib.sha256()
+    for name in ("corpus.json", "landmarks.safetensors"):
+        digest.update((folder / name).read_bytes())
+    return digest.hexdigest()
+
+
+def fit_all(jobs: Sequence[Job], workers: int, progress: Callable[[float], None]) -> None:
+    """Train every job whose model is not at hand, in `workers` processes of one thread each.
+
+    Each leaves its folder whole or not at all, so an interrupted comparison goes on where it was.
+    """
+    waiting = [job for job in jobs if not at_hand(job)]
+    if not waiting:
+        return
+    one_thread()  # in the workers, which inherit it
+    spawn = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=spawn) as pool:
+        for done, future in enumerate(as_completed([pool.submit(fit, job) for job in waiting]), 1):
+            future.result()
+            progress(done / len(waiting))
+
+
+def at_hand(job: Job) -> bool:
+    """Whether the folder of a job holds the model that it would train."""
+    path = job.folder / "job.json"
+    return path.is_file() and json.loads(path.read_text(encoding="utf-8"))["key"] == job.key
+
+
+def fit(job: Job) -> None:
+    """Train one job and write its model folder, job.json last."""
+    from phonanim.training import fit_recipe, read_recipe
+
+    recipe = read_recipe(job.recipe)
+    recipe = replace(recipe, settings={**(recipe.settings or {}), **job.settings})
+    begin = time.process_time()
+    model = fit_recipe(
+        recipe,
+        corpus_at(job.corpus),
+        np.array(job.clips),
+        recipe.seed,
+        job.recipe,
+        face=face_of(job.corpus),
+    )
+    seconds = time.process_time() - begin
+    regressors.save(model, job.folder)
+    facts = {"key": job.key, "seconds": round(seconds, 1), "settings": job.settings}
+    write_text(job.folder / "job.json", json.dumps(facts, indent=1) + "\n")
+
+
+def load_trained(folder: Path) -> Trained:
+    """A model folder, with the seconds of its training where it was trained by `fit`."""
+    path = folder / "job.json"
+    seconds = float("nan")
+    if path.is_file():
+        seconds = float(json.loads(path.read_text(encoding="utf-8"))["seconds"])
+    return Trained(regressors.load(folder), seconds)
+
+
+def describe(model: regressors.Model) -> dict[str, Any]:
+    """Kind, driver, numbers learned and bytes of a model."""
+    tensors = model.regressor.tensors().values()
+    return {
+        "kind": model.card.get("kind", ""),
+        "driven_by": model.regressor.driven_by,
+        "numbers": int(sum(t.size for t in tensors)),
+        "bytes": int(sum(t.nbytes for t in tensors)),
+        "config": asdict(model.regressor.config),
+    }

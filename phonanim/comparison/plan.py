@@ -1,0 +1,103 @@
+"""What a comparison holds: a TOML file of models, clips and sweeps."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field, fields
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from phonanim.errors import ModelError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:  # pragma: no cover
+    import tomli as tomllib
+
+FOLDS = ("test", "words", "phones", "ema")
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """One model trained again and again: `x`, and perhaps `series`, are settings that take every value.
+
+    A setting is a key of [settings] of the recipe, or "clips", the share of the training clips.
+    """
+
+    recipe: Path
+    x: str
+    values: tuple[Any, ...]
+    series: str = ""
+    of: tuple[Any, ...] = ("",)
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A comparison: `models` are recipes (trained in every fold) or folders of trained models (test, ema).
+
+    `reference` is the model that the others are tested against. `words` are the folds of leave-words-out,
+    each a group of withheld words, `phones` those withheld together. `ema` is a folder of EMU bundles,
+    `tools` a file of benchmarks/tools.py.
+    """
+
+    corpus: Path
+    models: dict[str, Path]
+    reference: str
+    folds: tuple[str, ...] = FOLDS
+    words: tuple[tuple[str, ...], ...] = ()
+    phones: tuple[str, ...] = ()
+    ema: Path | None = None
+    tools: Path | None = None
+    seed: int = 0
+    sweeps: dict[str, Sweep] = field(default_factory=dict)
+    notes: dict[str, str] = field(default_factory=dict)
+
+
+def read_plan(path: Path) -> Plan:
+    """Read and check a plan; its paths are relative to it. Raises ModelError naming the key and the mend."""
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ModelError(f"{path}: cannot be read as TOML ({error})") from error
+    _check_keys(table, Plan, str(path))
+    for key in ("corpus", "models", "reference"):
+        if key not in table:
+            raise ModelError(f"{path}: lacks {key!r}; see benchmarks/compare.toml")
+    if table["reference"] not in table["models"]:
+        raise ModelError(f"{path}: reference {table['reference']!r} is none of its models")
+    folder = path.parent
+    for key in ("corpus", "ema", "tools"):
+        if key in table:
+            table[key] = folder / table[key]
+    table["models"] = {name: _existing(folder / where, path, name) for name, where in table["models"].items()}
+    table["sweeps"] = {name: _sweep(values, path, name) for name, values in table.get("sweeps", {}).items()}
+    table["words"] = tuple(tuple(group) for group in table.get("words", ()))
+    table["phones"] = tuple(table.get("phones", ()))
+    table["folds"] = tuple(table.get("folds", FOLDS))
+    for fold in table["folds"]:
+        if fold not in FOLDS:
+            raise ModelError(f"{path}: folds: there is no {fold!r}, only {', '.join(FOLDS)}")
+    return Plan(**table)
+
+
+def _existing(where: Path, plan: Path, name: str) -> Path:
+    if not where.exists():
+        raise ModelError(f"{plan}: models.{name}: {where} does not exist; it is a recipe or a model's folder")
+    return where
+
+
+def _sweep(values: dict[str, Any], path: Path, name: str) -> Sweep:
+    _check_keys(values, Sweep, f"{path}: sweeps.{name}")
+    settings: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
+    return Sweep(**{**settings, "recipe": _existing(path.parent / values["recipe"], path, name)})
+
+
+def _check_keys(table: dict[str, Any], kind: type, where: str) -> None:
+    known = [f.name for f in fields(kind)]
+    for key in table:
+        if key not in known:
+            near = get_close_matches(key, known, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
+            raise ModelError(f"{where}: there is no key {key!r}; {hint}")

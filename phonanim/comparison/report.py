@@ -1,0 +1,120 @@
+"""benchmark.md and its figures, from the document of a comparison."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from phonanim.comparison import tables
+from phonanim.comparison.figures import draw_all
+from phonanim.comparison.fit import corpus_at, face_of
+from phonanim.comparison.plan import Plan
+from phonanim.comparison.run import rows_of
+from phonanim.comparison.tables import markdown
+from phonanim.errors import ModelError
+from phonanim.files import write_text
+
+Document = dict[str, Any]
+ERRORS = ("parameter_mse", "shape_mse", "vertex_error", "lip_error")
+CURVES = ("aperture_r", "width_r", "speed_error", "pbm_gap")
+TESTED = ("parameter_mse", "shape_mse", "aperture_r", "width_r")
+SHORT = ("shape_mse", "aperture_r", "width_r")
+
+
+def write_document(document: Document, folder: Path) -> Path:
+    """benchmark.json: every sum of every clip, so that any statistic can be made of it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "benchmark.json"
+    write_text(path, json.dumps(document, separators=(",", ":")) + "\n")
+    return path
+
+
+def read_document(folder: Path) -> Document:
+    """The document that `write_document` wrote. Raises ModelError when it is not there."""
+    path = folder / "benchmark.json"
+    try:
+        found: Document = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ModelError(f"{path}: cannot be read as a comparison ({error}); run it first") from error
+    return found
+
+
+def write_report(document: Document, plan: Plan, folder: Path) -> Path:
+    """Write benchmark.md with its figures into a folder."""
+    corpus, face = corpus_at(plan.corpus), face_of(plan.corpus)
+    clip = corpus.clips.index(document["folds"]["test"]["clips"][0])
+    captured = face.project(corpus.landmarks[corpus.rows([clip])])[:, 0]
+    figures = draw_all(document, face, corpus.fps, captured, "raw", folder / "figures")
+    parts = [_opening(document), *_test(document, plan), *_generalization(document, plan)]
+    parts += [*_sweeps(document, plan), *_cost(document, plan), *_tools(document, plan)]
+    parts += [_picture(name) for name in ("first_mode", "heat") if f"{name}.png" in figures]
+    path = folder / "benchmark.md"
+    write_text(path, "\n\n".join(part for part in parts if part) + "\n")
+    return path
+
+
+def _opening(document: Document) -> str:
+    corpus, folds = document["corpus"], document["folds"]
+    return (
+        "# The comparison\n\n"
+        f"Every model below learned from the same {folds['test']['train']} clips and is measured on the same "
+        f"{len(folds['test']['clips'])} test clips of {corpus['source']}. Square brackets hold 95 % "
+        "intervals by bootstrap over sentences; p values are of paired permutation tests over sentences, "
+        "Holm-corrected within a table, in parentheses where they do not reach 0.05. "
+        "The measures are explained in [evaluation.md](../evaluation.md)."
+    )
+
+
+def _test(document: Document, plan: Plan) -> list[str]:
+    parts = ["## Test clips", plan.notes.get("test", "")]
+    for variant, title in (("raw", "As predicted"), ("contacts", "With the closures that `animate` adds")):
+        parts += [f"### {title}"]
+        parts += [markdown(tables.values(document, variant, "test/all", m)) for m in (ERRORS, CURVES)]
+        parts += [markdown(tables.differences(document, variant, "test/all", TESTED))]
+    parts += ["In speech alone, as predicted:"]
+    parts += [markdown(tables.values(document, "raw", "test/speech", ("shape_mse", *CURVES[:2])))]
+    return [*parts, _picture("bars"), _picture("sentences")]
+
+
+def _generalization(document: Document, plan: Plan) -> list[str]:
+    parts: list[str] = []
+    sections = {
+        "words": (("words*/clip", "Words that were never heard"), ("words*/word", "In those words alone")),
+        "phones": (("phones/near", "Phones that were never heard"),),
+    }
+    for note, found in sections.items():
+        for where, title in found:
+            if rows_of(document, document["reference"], "raw", where) is None:
+                continue
+            parts += [f"## {title}" if title != "In those words alone" else f"### {title}"]
+            parts += [plan.notes.get(note, "")] if where != "words*/word" else []
+            parts += [markdown(tables.values(document, "raw", where, SHORT))]
+            parts += [markdown(tables.differences(document, "raw", where, SHORT))]
+    spoken = tables.ema(document)
+    if spoken:
+        parts += ["## Another speaker, another language", plan.notes.get("ema", ""), markdown(spoken)]
+    return parts
+
+
+def _sweeps(document: Document, plan: Plan) -> list[str]:
+    parts: list[str] = []
+    for name, found in document.get("sweeps", {}).items():
+        parts += [f"## {found['label']}", plan.notes.get(name, "")]
+        parts += [markdown(tables.sweep(found, "shape_mse")), _picture(f"sweep_{name}")]
+    return parts
+
+
+def _cost(document: Document, plan: Plan) -> list[str]:
+    table = markdown(tables.cost(document))
+    return ["## Speed and size", plan.notes.get("cost", ""), table, _picture("cost")]
+
+
+def _tools(document: Document, plan: Plan) -> list[str]:
+    if "tools" not in document:
+        return []
+    return ["## Other tools, through the same head", plan.notes.get("tools", ""), document["tools"]]
+
+
+def _picture(name: str) -> str:
+    return f"![{name.replace('_', ' ')}](figures/{name}.png)"

@@ -1,0 +1,165 @@
+"""The way of a comparison: plan -> folds -> models -> predictions -> scores -> one JSON document."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim import contacts, regressors
+from phonanim.comparison.ema import ema_scores
+from phonanim.comparison.fit import Job, Trained, corpus_at, describe, face_of, fit_all, load_trained
+from phonanim.comparison.folds import Fold, folds
+from phonanim.comparison.plan import Plan
+from phonanim.comparison.scores import Scores, clip_scores
+from phonanim.comparison.sweeps import run_sweeps, sweep_jobs
+from phonanim.corpus import Corpus
+from phonanim.face import FaceModel
+from phonanim.training import predict_clip
+
+VARIANTS = ("raw", "contacts")
+SPEED_FRAMES = 4000  # frames that the speed of a model is measured on
+Document = dict[str, Any]
+Progress = Callable[[str, float], None]
+
+
+def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda what, done: None) -> Document:
+    """Train or load every model of a plan and score it in every fold; -> the document of all sums.
+
+    `work` keeps the trained models. Sums are per clip, so that any interval or test can be made of them.
+    """
+    corpus, face = corpus_at(plan.corpus), face_of(plan.corpus)
+    found = list(folds(plan, corpus))
+    jobs = [job for fold in found for job in _jobs(plan, fold, work)] + sweep_jobs(plan, corpus, work)
+    fit_all(jobs, workers, lambda done: progress("training", done))
+    document: Document = {
+        "reference": plan.reference,
+        "seed": plan.seed,
+        "corpus": {"clips": len(corpus.clips), "frames": int(corpus.frames.sum()), **corpus.provenance},
+        "folds": {f.name: {"train": len(f.train), "clips": [corpus.clips[c] for c in f.test]} for f in found},
+        "models": {},
+    }
+    for number, name in enumerate(plan.models):
+        document["models"][name] = _score_model(plan, name, found, work, corpus, face)
+        progress("scoring", (number + 1) / len(plan.models))
+    document["sweeps"] = run_sweeps(plan, corpus, face, work)
+    return document
+
+
+def model_folder(plan: Plan, name: str, fold: Fold, work: Path) -> Path | None:
+    """Where the model of a fold lies; None where a trained model was given, which only fits the test fold."""
+    where = plan.models[name]
+    if where.is_file():
+        return work / safe(name) / fold.name
+    return where if fold.name == "test" else None
+
+
+def safe(name: str) -> str:
+    """A model's name as a folder's."""
+    return re.sub(r"[^\w.+-]+", "_", name)
+
+
+def _jobs(plan: Plan, fold: Fold, work: Path) -> Iterable[Job]:
+    for name, where in plan.models.items():
+        if where.is_file():
+            yield Job(where, plan.corpus, tuple(fold.train.tolist()), work / safe(name) / fold.name)
+
+
+def _score_model(
+    plan: Plan, name: str, found: list[Fold], work: Path, corpus: Corpus, face: FaceModel
+) -> Document:
+    row: Document = {"scores": {}}
+    for fold in found:
+        folder = model_folder(plan, name, fold, work)
+        if folder is None:
+            continue
+        trained = load_trained(folder)
+        predicted = {
+            int(clip): predict_clip(trained.model.regressor, corpus, int(clip)) for clip in fold.test
+        }
+        for variant in VARIANTS:
+            row["scores"].setdefault(variant, {}).update(
+                _score_fold(trained.model, predicted, variant, fold, corpus, face)
+            )
+        if fold.name == "test":
+            row |= describe(trained.model) | {"training_s": trained.seconds}
+            row |= {"frames_per_s": _speed(trained, corpus, fold), **_pictures(trained, predicted, corpus)}
+            if plan.ema is not None and "ema" in plan.folds:
+                row["ema"] = {v: ema_scores(trained.model, plan.ema, v == "contacts") for v in VARIANTS}
+    return row
+
+
+def _score_fold(
+    model: regressors.Model,
+    predicted: dict[int, NDArray[np.float32]],
+    variant: str,
+    fold: Fold,
+    corpus: Corpus,
+    face: FaceModel,
+) -> dict[str, dict[str, list[Any]]]:
+    """Sums by "fold/where", measure and clip."""
+    rows: dict[str, list[dict[str, NDArray[np.float64]]]] = {where: [] for where in fold.where}
+    for clip, modes in predicted.items():
+        shapes = model.face.instance(with_contacts(modes, model, corpus, clip) if variant != "raw" else modes)
+        captured = corpus.landmarks[corpus.rows([clip])]
+        for name, where in fold.where.items():
+            chosen = where(corpus, clip)
+            rows[name].append(clip_scores(shapes, captured, face, corpus.tracks[clip], corpus.fps, chosen))
+    return {
+        f"{fold.name}/{name}": {measure: [r[measure].tolist() for r in clips] for measure in clips[0]}
+        for name, clips in rows.items()
+    }
+
+
+def with_contacts(
+    modes: NDArray[np.float32], model: regressors.Model, corpus: Corpus, clip: int
+) -> NDArray[np.float32]:
+    """Predicted modes of a clip with the closures that `animate` guarantees."""
+    return contacts.close(modes, corpus.tracks[clip], model.face, corpus.fps, 0.5 / corpus.fps)
+
+
+def _speed(trained: Trained, corpus: Corpus, fold: Fold) -> float:
+    """Frames per processor second on test clips, whatever sound it hears read beforehand."""
+    regressor = trained.model.regressor
+    predict_clip(regressor, corpus, int(fold.test[0]))  # what is read once is read
+    frames, begin = 0, time.process_time()
+    for clip in fold.test:
+        frames += len(predict_clip(regressor, corpus, int(clip)))
+        if frames > SPEED_FRAMES:
+            break
+    return frames / (time.process_time() - begin)
+
+
+def _pictures(trained: Trained, predicted: dict[int, NDArray[np.float32]], corpus: Corpus) -> Document:
+    """What the figures need beyond sums: the first mode of the first clip, the error of each landmark."""
+    face, first = trained.model.face, next(iter(predicted))
+    apart = np.concatenate(
+        [face.instance(modes) - corpus.landmarks[corpus.rows([clip])] for clip, modes in predicted.items()]
+    )
+    return {
+        "first_mode": predicted[first][:, 0].round(3).tolist(),
+        "landmark_error": np.linalg.norm(apart, axis=2).mean(axis=0).round(4).tolist(),
+    }
+
+
+def rows_of(document: Document, name: str, variant: str, where: str) -> Scores | None:
+    """Sums of one model, (clips, sums) by measure; several folds joined where `where` ends with *."""
+    scores = document["models"][name]["scores"].get(variant, {})
+    fold, _, frames = where.partition("/")
+    names = [key for key in scores if key.partition("/")[2] == frames and _matches(key, fold)]
+    if not names:
+        return None
+    return {
+        measure: np.concatenate([np.array(scores[key][measure]) for key in names])
+        for measure in scores[names[0]]
+    }
+
+
+def _matches(key: str, fold: str) -> bool:
+    name = key.partition("/")[0]
+    return name.startswith(fold[:-1]) if fold.endswith("*") else name == fold

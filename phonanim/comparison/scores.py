@@ -1,0 +1,95 @@
+"""What is measured of a clip, as sums that pool over clips: the rows that phonanim.statistics works on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim import metrics
+from phonanim.face import INNER_LIPS, OUTER_LIPS, FaceModel, lip_aperture, lip_width
+from phonanim.phones import PhoneTrack
+from phonanim.statistics import Statistic, pearson, pearson_sums, ratio
+
+Array = NDArray[np.float64]
+Scores = dict[str, Array]  # measure -> (clips, sums)
+
+
+@dataclass(frozen=True)
+class Measure:
+    """`statistic` of the sums, in `unit`; `better` says which way it improves."""
+
+    label: str
+    unit: str
+    statistic: Statistic
+    better: Literal["less", "more"]
+
+
+MEASURES = {
+    "parameter_mse": Measure("parameter MSE", "mm²", ratio, "less"),
+    "shape_mse": Measure("shape MSE", "mm²", ratio, "less"),
+    "vertex_error": Measure("vertex error", "mm", ratio, "less"),
+    "lip_error": Measure("LVE", "mm", ratio, "less"),
+    "speed_error": Measure("velocity error", "mm/s", ratio, "less"),
+    "aperture_r": Measure("aperture r", "", pearson, "more"),
+    "width_r": Measure("width r", "", pearson, "more"),
+    "pbm_gap": Measure("p b m gap", "mm", ratio, "less"),
+}
+
+
+def clip_scores(
+    shapes: NDArray[np.floating],
+    captured: NDArray[np.floating],
+    face: FaceModel,
+    track: PhoneTrack,
+    fps: float,
+    where: NDArray[np.bool_],
+) -> dict[str, Array]:
+    """Sums of every measure over the chosen frames of one clip.
+
+    `shapes` and `captured` are (frames, landmarks, 3) mm at (n + 0.5) / fps seconds, `where` (frames,).
+    Parameter MSE is the squared distance in the space of the face's modes divided by their number, shape
+    MSE the mean squared coordinate error of the moving landmarks (Taylor 2017, section 8.1), LVE the mean
+    over frames of the largest distance of a lip point (Richard 2021), velocity error the mean distance of
+    the moving landmarks' velocities.
+    """
+    apart = (shapes - captured)[:, face.moving]
+    parameters = face.project(shapes) - face.project(captured)
+    lips = face.rows((*OUTER_LIPS, *INNER_LIPS))
+    velocity = np.linalg.norm(np.diff(apart, axis=0) * fps, axis=2).mean(axis=1)
+    largest = np.linalg.norm((shapes - captured)[:, lips], axis=2).max(axis=1)
+    aperture, width = lip_aperture, lip_width
+    return {
+        "parameter_mse": _sum((parameters**2).mean(axis=1)[where]),
+        "shape_mse": _sum((apart**2).mean(axis=(1, 2))[where]),
+        "vertex_error": _sum(np.linalg.norm(apart, axis=2).mean(axis=1)[where]),
+        "lip_error": _sum(largest[where]),
+        "speed_error": _sum(velocity[where[1:] & where[:-1]]),
+        "aperture_r": pearson_sums(aperture(shapes, face)[where], aperture(captured, face)[where]),
+        "width_r": pearson_sums(width(shapes, face)[where], width(captured, face)[where]),
+        "pbm_gap": _sum(_gaps(shapes, face, track, fps, where)),
+    }
+
+
+def value(name: str, rows: Array) -> float:
+    """One number for some clips, (clips, sums)."""
+    return float(MEASURES[name].statistic(np.asarray(rows).sum(axis=0)))
+
+
+def _sum(values: Array) -> Array:
+    return np.array([values.sum(), len(values)], np.float64)
+
+
+def _gaps(
+    shapes: NDArray[np.floating],
+    face: FaceModel,
+    track: PhoneTrack,
+    fps: float,
+    where: NDArray[np.bool_],
+) -> Array:
+    """Lip gap at the frame nearest to the middle of every p, b and m that is looked at."""
+    frames = np.round(metrics.phone_middles(track, ("p", "b", "m")) * fps - 0.5)
+    frames = np.clip(frames, 0, len(shapes) - 1).astype(int)
+    return metrics.lip_gap(shapes[frames[where[frames]]], face)

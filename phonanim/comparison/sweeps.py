@@ -1,0 +1,79 @@
+"""One setting varied at a time: windows, features, the amount of training data."""
+
+from __future__ import annotations
+
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from phonanim.comparison.fit import CLIPS, Job, load_trained
+from phonanim.comparison.folds import everywhere
+from phonanim.comparison.plan import Plan, Sweep
+from phonanim.comparison.scores import MEASURES, clip_scores, value
+from phonanim.corpus import Corpus
+from phonanim.face import FaceModel
+from phonanim.training import predict_clip
+
+HELD_OUT = 0.1  # of the training clips: sweeps are choices, and choices do not look at the test clips
+
+
+def sweep_jobs(plan: Plan, corpus: Corpus, work: Path) -> list[Job]:
+    """What the sweeps of a plan have to train."""
+    train, _ = split(plan, corpus)
+    return [
+        Job(
+            sweep.recipe,
+            plan.corpus,
+            tuple(train[: max(1, round(len(train) * float(values.get(CLIPS, 1.0))))].tolist()),
+            _folder(work, name, values),
+            {key: setting for key, setting in values.items() if key != CLIPS},
+        )
+        for name, sweep in plan.sweeps.items()
+        for values in points(sweep)
+    ]
+
+
+def points(sweep: Sweep) -> list[dict[str, Any]]:
+    """Settings of every point of a sweep."""
+    return [
+        {sweep.x: x, **({sweep.series: series} if sweep.series else {})}
+        for series, x in product(sweep.of, sweep.values)
+    ]
+
+
+def run_sweeps(plan: Plan, corpus: Corpus, face: FaceModel, work: Path) -> dict[str, Any]:
+    """Scores of every point on the clips held out of the training clips."""
+    _, held_out = split(plan, corpus)
+    found: dict[str, Any] = {}
+    for name, sweep in plan.sweeps.items():
+        rows = []
+        for values in points(sweep):
+            trained = load_trained(_folder(work, name, values))
+            scores = [
+                clip_scores(
+                    trained.model.face.instance(predict_clip(trained.model.regressor, corpus, clip)),
+                    corpus.landmarks[corpus.rows([clip])],
+                    face,
+                    corpus.tracks[clip],
+                    corpus.fps,
+                    everywhere(corpus, clip),
+                )
+                for clip in held_out.tolist()
+            ]
+            measured = {m: value(m, np.array([row[m] for row in scores])) for m in MEASURES}
+            rows.append({**values, **measured, "training_s": trained.seconds})
+        found[name] = {"x": sweep.x, "series": sweep.series, "label": sweep.label or name, "rows": rows}
+    return found
+
+
+def split(plan: Plan, corpus: Corpus) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Training clips in random order, and those held out of them."""
+    shuffled = np.random.default_rng(plan.seed).permutation(corpus.clips_of("train"))
+    count = round(HELD_OUT * len(shuffled))
+    return shuffled[count:], np.sort(shuffled[:count])
+
+
+def _folder(work: Path, name: str, values: dict[str, Any]) -> Path:
+    return work / "sweeps" / name / "_".join(f"{key}-{setting}" for key, setting in values.items())

@@ -1,0 +1,187 @@
+"""The comparison on a small made-up corpus: every fold, table and figure, and what is wrong in a plan."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from speech import made_up_corpus
+
+from phonanim.comparison import tables
+from phonanim.comparison.fit import at_hand
+from phonanim.comparison.folds import folds
+from phonanim.comparison.plan import read_plan
+from phonanim.comparison.report import read_document
+from phonanim.comparison.run import _jobs, compare, rows_of
+from phonanim.comparison.scores import MEASURES, clip_scores, value
+from phonanim.corpus import load_corpus, save_corpus
+from phonanim.errors import ModelError
+from phonanim.face import fit_face
+
+PLAN = """
+corpus = "corpus"
+reference = "tree"
+folds = ["test", "words", "phones"]
+words = [["w1"], ["w2"]]
+phones = ["m"]
+
+[models]
+tree = "tree.toml"
+mean = "mean.toml"
+
+[sweeps.leaf]
+recipe = "tree.toml"
+x = "leaf"
+values = [2, 40]
+
+[sweeps.amount]
+recipe = "mean.toml"
+x = "clips"
+values = [0.3, 1.0]
+series = "smoothing"
+of = [0.04, 0.2]
+label = "Amount of data"
+
+[notes]
+test = "A note about the test clips."
+"""
+
+
+@pytest.fixture(scope="module")
+def house(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    pytest.importorskip("sklearn")
+    folder = tmp_path_factory.mktemp("comparison")
+    save_corpus(made_up_corpus(np.random.default_rng(3)), folder / "corpus")
+    (folder / "tree.toml").write_text('kind = "tree"\ncorpus = "corpus"\n[settings]\nleaf = 4\n')
+    (folder / "mean.toml").write_text('kind = "phone_mean"\ncorpus = "corpus"\n')
+    (folder / "plan.toml").write_text(PLAN)
+    return folder
+
+
+def command(house: Path, *arguments: str) -> None:
+    from phonanim.commands.compare import command as run
+
+    found = CliRunner().invoke(run, [str(house / "plan.toml"), "-o", str(house / "out"), *arguments])
+    assert found.exit_code == 0, found.output
+
+
+@pytest.fixture(scope="module")
+def report(house: Path) -> str:
+    pytest.importorskip("matplotlib")
+    command(house, "--workers", "1", "--quiet")
+    return (house / "out" / "benchmark.md").read_text()
+
+
+def test_the_report_holds_every_table_and_figure(house: Path, report: str) -> None:
+    for heading in ("Test clips", "Words that were never heard", "Phones that", "Amount of data", "Speed"):
+        assert f"## {heading}" in report
+    assert "A note about the test clips." in report
+    for line in report.splitlines():
+        if line.startswith("!["):
+            assert (house / "out" / line.partition("(")[2].rstrip(")")).stat().st_size > 5000
+    assert "**" in report
+
+
+def test_a_second_run_trains_nothing_and_says_the_same(house: Path, report: str) -> None:
+    models = {p: p.stat().st_mtime_ns for p in (house / "out/models").rglob("*.safetensors")}
+    assert models
+    command(house, "--workers", "1", "--quiet")
+    assert models == {p: p.stat().st_mtime_ns for p in (house / "out/models").rglob("*.safetensors")}
+    again = (house / "out" / "benchmark.md").read_text()
+    assert without_speed(again) == without_speed(report)
+    command(house, "--report-only", "--quiet")
+    assert (house / "out" / "benchmark.md").read_text() == again
+
+
+def without_speed(report: str) -> str:
+    return report.partition("## Speed")[0]
+
+
+def test_a_changed_recipe_is_trained_again(house: Path, report: str) -> None:
+    plan = read_plan(house / "plan.toml")
+    corpus = load_corpus(plan.corpus)
+    job = next(iter(_jobs(plan, next(iter(folds(plan, corpus))), house / "out/models")))
+    assert at_hand(job)
+    text = job.recipe.read_text()
+    job.recipe.write_text(text.replace("leaf = 4", "leaf = 5"))
+    try:
+        assert not at_hand(job)
+    finally:
+        job.recipe.write_text(text)
+
+
+def test_no_fold_learns_from_what_it_is_measured_on(house: Path) -> None:
+    plan = read_plan(house / "plan.toml")
+    corpus = load_corpus(plan.corpus)
+    found = list(folds(plan, corpus))
+    assert [fold.name for fold in found] == ["test", "words1", "words2", "phones"]
+    for fold in found:
+        assert not set(fold.train.tolist()) & set(fold.test.tolist())
+        assert all(corpus.split[clip] == "train" for clip in fold.train)
+    assert all("w1" not in [w.label for w in corpus.words[clip]] for clip in found[1].train)
+    assert all("m" not in corpus.tracks[clip].labels for clip in found[3].train)
+
+
+def test_a_trained_model_may_be_compared_as_it_is(house: Path, report: str, tmp_path: Path) -> None:
+    text = PLAN.partition("[sweeps")[0].replace("tree.toml", str(house / "out/models/tree/test"))
+    (tmp_path / "plan.toml").write_text(
+        text.replace('"corpus"', f'"{house}/corpus"').replace("mean.toml", str(house / "mean.toml"))
+    )
+    document = compare(read_plan(tmp_path / "plan.toml"), tmp_path / "work", 1)
+    whole = json.loads((house / "out/benchmark.json").read_text())
+    scores = document["models"]["tree"]["scores"]["raw"]
+    assert scores == {
+        k: v for k, v in whole["models"]["tree"]["scores"]["raw"].items() if k.startswith("test/")
+    }
+    assert rows_of(document, "tree", "raw", "words*/clip") is None
+    assert [row[0] for row in tables.values(document, "raw", "words*/clip", ("shape_mse",))] == [
+        "model",
+        "mean",
+    ]
+
+
+def test_scores_by_hand() -> None:
+    """A lower lip held 2 mm too low: what every measure makes of it."""
+    corpus = made_up_corpus(np.random.default_rng(1))
+    face = fit_face(corpus.landmarks, corpus.indices)
+    captured = corpus.landmarks[corpus.rows([0])].astype(np.float64)
+    lower = face.rows((14, 17, 87, 88, 178, 317, 318, 402))
+    wrong = captured.copy()
+    wrong[:, lower, 1] -= 2.0
+    where = np.ones(len(captured), bool)
+    rows = clip_scores(wrong, captured, face, corpus.tracks[0], corpus.fps, where)
+    moving = int(face.moving.sum())
+    found = {name: value(name, sums[None]) for name, sums in rows.items()}
+    assert found["vertex_error"] == pytest.approx(2.0 * 8 / moving)
+    assert found["shape_mse"] == pytest.approx(4.0 * 8 / (3 * moving))
+    assert found["lip_error"] == pytest.approx(2.0)
+    assert found["speed_error"] == pytest.approx(0.0, abs=1e-9)
+    assert found["aperture_r"] == pytest.approx(1.0)
+    assert set(rows) == set(MEASURES)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("reference = ", "referense = "), "there is no key 'referense'; did you mean 'reference'"),
+        (('reference = "tree"', ""), "lacks 'reference'"),
+        (('reference = "tree"', 'reference = "oak"'), "reference 'oak' is none of its models"),
+        (('"phones"]', '"fones"]'), "there is no 'fones', only test, words, phones, ema"),
+        (('mean = "mean.toml"', 'mean = "meen.toml"'), r"models.mean: .*meen.toml does not exist"),
+        (('x = "leaf"', 'y = "leaf"'), r"sweeps.leaf: there is no key 'y'"),
+        (("[models]", "[models"), "cannot be read as TOML"),
+    ],
+)
+def test_what_is_wrong_in_a_plan(house: Path, change: tuple[str, str], message: str) -> None:
+    path = house / "wrong.toml"
+    path.write_text(PLAN.replace(*change))
+    with pytest.raises(ModelError, match=message):
+        read_plan(path)
+
+
+def test_a_report_of_nothing(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match=r"benchmark.json: cannot be read as a comparison .*; run it first"):
+        read_document(tmp_path)
