@@ -1,0 +1,158 @@
+"""`phonanim study`: ask people which take they prefer, and count what they say."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from phonanim.commands import Talk, talk_options
+from phonanim.errors import StudyError
+
+if TYPE_CHECKING:
+    from phonanim.study.results import Exclusion, Participant
+
+INTERVALS_SEED = 2017  # of the bootstrap: the same answers give the same intervals
+
+
+@click.group()
+def command() -> None:
+    """Ask people which take they prefer, and count what they say.
+
+    \b
+    Example:
+      phonanim study make ours/ other/ -o study.html
+      phonanim study analyse results/
+    """
+
+
+@command.command()
+@click.argument("takes", nargs=-1, required=True, type=click.Path(exists=True, path_type=Path))
+@click.option(
+    "-o", "--output", required=True, type=click.Path(dir_okay=False, path_type=Path), help="HTML file."
+)
+@click.option("--ours", metavar="SYSTEM", help="Compare this one with each other; all pairs otherwise.")
+@click.option(
+    "--choices",
+    type=click.Choice(["forced", "none", "equal"]),
+    default="forced",
+    help="Besides left and right: nothing, 'neither fits', or 'both alike'.",
+)
+@click.option("--rating/--no-rating", default=True, help="Ask for one to five stars.")
+@click.option("--practice", type=click.IntRange(0), default=3, help="Lines for practice, not counted.")
+@click.option("--controls", type=click.IntRange(0), default=3, help="Trials with an obviously wrong take.")
+@click.option(
+    "--trials", type=click.IntRange(0), default=0, help="Test trials a participant, at random; 0: all."
+)
+@click.option("--title", default="Which animation fits the speech?", help="Heading of the page.")
+@click.option(
+    "--question", default="In which take does the face fit the speech better?", help="What is asked."
+)
+@click.option("--thanks", default="Thank you. That was all.", help="What is said at the end.")
+@click.option("--post", metavar="URL", default="", help="Where the answers are sent.")
+@click.option("--seed", type=click.IntRange(0), default=0, help="Of the choice of practice lines.")
+@talk_options
+def make(
+    takes: tuple[Path, ...],
+    output: Path,
+    ours: str | None,
+    choices: str,
+    rating: bool,
+    practice: int,
+    controls: int,
+    trials: int,
+    title: str,
+    question: str,
+    thanks: str,
+    post: str,
+    seed: int,
+    talk: Talk,
+) -> None:
+    """Write a web page, in one file, that shows takes side by side and asks which is better.
+
+    TAKES are folders of films (MP4 or WebM, with sound), one a system, with the same names in each; or one
+    table with the column `item` and a column of paths for each system.
+
+    \b
+    Examples:
+      phonanim study make ours/ lstm/ tree/ --ours ours -o study.html
+      phonanim study make takes.csv --choices none --post https://example.org/answers -o study.html
+    """
+    import numpy as np
+
+    from phonanim.study.page import Wording, write_page
+    from phonanim.study.plan import plan_trials
+    from phonanim.study.takes import read_takes, systems_of
+
+    lines = read_takes(takes)
+    planned = plan_trials(lines, np.random.default_rng(seed), choices, ours, practice, controls)
+    words = Wording(title, question, thanks, choices, rating, trials, post)
+    size = write_page(output, planned, words)
+    counts = {kind: sum(trial.kind == kind for trial in planned) for kind in ("practice", "test", "control")}
+    shown = min(counts["test"], trials or counts["test"]) + counts["practice"] + counts["control"]
+    talk.say(
+        f"wrote {output} ({size / 1e6:.1f} MB): {len(lines)} lines, {', '.join(systems_of(lines))}; "
+        f"{shown} trials a participant"
+    )
+    talk.result({"page": str(output), "bytes": size, "trials": counts, "trials_a_participant": shown})
+
+
+@command.command()
+@click.argument("results", nargs=-1, required=True, type=click.Path(exists=True, path_type=Path))
+@click.option("--ours", metavar="SYSTEM", help="Stands first in its pairs.")
+@click.option("--allow", type=click.IntRange(0), default=0, help="Controls that a participant may fail.")
+@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="Markdown file.")
+@talk_options
+def analyse(results: tuple[Path, ...], ours: str | None, allow: int, output: Path | None, talk: Talk) -> None:
+    """Count the answers: wins and losses by majority, preferences, ratings, and tests.
+
+    RESULTS are the JSON files that the page made, folders of them, or one CSV with counts by line (columns
+    group, ours, other, item, for, against).
+
+    \b
+    Examples:
+      phonanim study analyse results/ --ours ours -o study.md
+      phonanim study analyse examples/taylor2017_judgements.csv
+    """
+    import numpy as np
+
+    from phonanim.files import write_text
+    from phonanim.study.analysis import compare, rate
+    from phonanim.study.report import markdown
+    from phonanim.study.tally import count, read_counts
+
+    rng = np.random.default_rng(INTERVALS_SEED)
+    kept: tuple[Participant, ...] = ()
+    excluded: tuple[Exclusion, ...] = ()
+    if results[0].suffix.lower() == ".csv":
+        if len(results) > 1:
+            raise StudyError(f"{results[0]}: counts stand in one CSV file; give it alone")
+        tallies = read_counts(results[0])
+    else:
+        kept, excluded = attentive(results, allow)
+        tallies = count(kept, ours)
+    comparisons, ratings = compare(tallies, rng), rate(kept, rng, ours)
+    text = markdown(comparisons, ratings, excluded, len(kept))
+    if output:
+        write_text(output, text + "\n")
+        talk.say(f"wrote {output}")
+    facts = {
+        "participants": len(kept),
+        "excluded": [asdict(one) for one in excluded],
+        "comparisons": [asdict(one) for one in comparisons],
+        "ratings": [asdict(one) for one in ratings],
+    }
+    talk.result(facts, "" if output else text)
+
+
+def attentive(results: tuple[Path, ...], allow: int) -> tuple[tuple[Participant, ...], tuple[Exclusion, ...]]:
+    """Whose answers count, and whose do not. Raises StudyError when nobody's do."""
+    from phonanim.study.results import read_results, screen
+
+    kept, excluded = screen(read_results(results), allow)
+    if not kept:
+        reasons = "; ".join(f"{one.name} {one.reason}" for one in excluded)
+        raise StudyError(f"nobody's answers count: {reasons}")
+    return kept, excluded

@@ -1,0 +1,106 @@
+"""The page of a study: one HTML file that holds the films, works offline and keeps the answers."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from phonanim.errors import StudyError
+from phonanim.files import write_text
+from phonanim.study.plan import Take, Trial
+from phonanim.study.takes import TYPES
+
+FORMAT = "phonanim study 1"
+PARTS = Path(__file__).parent / "page"
+SCRIPTS = ("chance.js", "player.js", "study.js")
+MAX_MEGABYTES = 300
+"""Most that the films of a page have: browsers refuse texts of some 500 MB, and base64 adds a third."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wording:
+    """What a study says and asks.
+
+    `limit` is the number of test trials that each participant sees, drawn at random; 0 for all. `post` is
+    where the answers are sent; without it, or where it cannot be reached, participants download them.
+    """
+
+    title: str = "Which animation fits the speech?"
+    question: str = "In which take does the face fit the speech better?"
+    thanks: str = "Thank you. That was all."
+    choices: str = "forced"
+    rating: bool = True
+    limit: int = 0
+    post: str = ""
+
+
+def write_page(path: Path, trials: Sequence[Trial], wording: Wording) -> int:
+    """Write the page and return its size in bytes.
+
+    Raises StudyError when the films are too large or `post` is no web address, OutputError when the
+    destination cannot be written.
+    """
+    if wording.post and urlsplit(wording.post).scheme not in ("http", "https"):
+        raise StudyError(f"--post {wording.post}: is no web address; begin it with https://")
+    fields = {
+        "title": html.escape(wording.title),
+        "style": _part("study.css"),
+        "data": json.dumps(_data(trials, wording), ensure_ascii=False).replace("</", "<\\/"),
+        "script": "\n".join(map(_part, SCRIPTS)),
+    }
+    page = re.sub(r"\{\{(\w+)\}\}", lambda match: fields[match[1]], _part("study.html"))
+    write_text(path, page)
+    return len(page.encode())
+
+
+def _data(trials: Sequence[Trial], wording: Wording) -> dict[str, Any]:
+    """What the scripts need: the words, the films once each, and the trials that point at them."""
+    films = list(dict.fromkeys(film for trial in trials for take in trial.takes for film in _films(take)))
+    _check_size(films)
+    number = {film: index for index, film in enumerate(films)}
+    data = {
+        "format": FORMAT,
+        **asdict(wording),
+        "trials": [_trial(trial, number) for trial in trials],
+        "films": [_address(film) for film in films],
+    }
+    digest = hashlib.sha256(json.dumps(data, sort_keys=True).encode())
+    return {"id": digest.hexdigest()[:12], **data}
+
+
+def _films(take: Take) -> tuple[Path, Path]:
+    return take.picture, take.sound
+
+
+def _check_size(films: Sequence[Path]) -> None:
+    megabytes = sum(film.stat().st_size for film in films) / 1e6
+    if megabytes > MAX_MEGABYTES:
+        raise StudyError(
+            f"the films have {megabytes:.0f} MB; a page holds {MAX_MEGABYTES}: "
+            "make them smaller, or make two studies"
+        )
+
+
+def _trial(trial: Trial, number: dict[Path, int]) -> dict[str, Any]:
+    takes = [
+        {"system": take.system, "picture": number[take.picture], "sound": number[take.sound]}
+        for take in trial.takes
+    ]
+    return {"item": trial.item, "kind": trial.kind, "takes": takes, "expected": trial.expected}
+
+
+def _address(film: Path) -> str:
+    """A film as a data address."""
+    return f"data:{TYPES[film.suffix.lower()]};base64,{base64.b64encode(film.read_bytes()).decode('ascii')}"
+
+
+def _part(name: str) -> str:
+    return (PARTS / name).read_text(encoding="utf-8")

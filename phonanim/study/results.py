@@ -1,0 +1,126 @@
+"""The answers of a study: read, and without those of people who did not attend."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from phonanim.errors import StudyError
+
+FORMAT = "phonanim study result 1"
+SIDES = ("left", "right")
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """One trial: the systems by side, what was chosen ("left", "right", "none" or "equal"), 1 to 5 stars."""
+
+    item: str
+    kind: str
+    left: str
+    right: str
+    choice: str
+    rating: int | None
+    expected: str | None
+
+    @property
+    def attentive(self) -> bool:
+        """Whether a control was answered as attentive people do: one star, too, where neither take fits."""
+        right = self.expected in (None, self.choice)
+        return right and not (self.expected == "none" and self.rating not in (None, 1))
+
+
+@dataclass(frozen=True, slots=True)
+class Participant:
+    """The answers of one participant; `ended` is empty when some trials are missing."""
+
+    name: str
+    study: str
+    ended: str
+    answers: tuple[Answer, ...]
+
+    @property
+    def failed(self) -> int:
+        """How many controls were failed."""
+        return sum(answer.kind == "control" and not answer.attentive for answer in self.answers)
+
+
+@dataclass(frozen=True, slots=True)
+class Exclusion:
+    """A participant whose answers do not count, and why."""
+
+    name: str
+    reason: str
+
+
+def read_results(paths: Sequence[Path]) -> tuple[Participant, ...]:
+    """The participants in JSON files, and in folders of them, of one study.
+
+    Raises StudyError when a file is damaged, there is none, or they are of several studies.
+    """
+    participants = tuple(_read(file) for path in paths for file in _files(path))
+    if not participants:
+        raise StudyError(f"{paths[0]}: holds no answers (.json)")
+    studies = sorted({participant.study for participant in participants})
+    if len(studies) > 1:
+        raise StudyError(f"the answers are of several studies ({', '.join(studies)}); analyse each alone")
+    return participants
+
+
+def screen(
+    participants: Sequence[Participant], allowed: int = 0
+) -> tuple[tuple[Participant, ...], tuple[Exclusion, ...]]:
+    """Those whose answers count, and those who did not finish, answered before, or failed more controls
+    than are allowed.
+    """
+    kept: dict[str, Participant] = {}
+    excluded = []
+    for participant in sorted(participants, key=lambda one: (one.ended or "~", one.name)):
+        reason = _fault(participant, participant.name in kept, allowed)
+        if reason:
+            excluded.append(Exclusion(participant.name, reason))
+        else:
+            kept[participant.name] = participant
+    return tuple(kept.values()), tuple(excluded)
+
+
+def _fault(participant: Participant, again: bool, allowed: int) -> str:
+    if not participant.ended:
+        return "did not finish"
+    if again:
+        return "answered more than once; the first counts"
+    if participant.failed > allowed:
+        return f"failed {participant.failed} controls"
+    return ""
+
+
+def _files(path: Path) -> list[Path]:
+    return sorted(path.glob("*.json")) if path.is_dir() else [path]
+
+
+def _read(path: Path) -> Participant:
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise StudyError(f"{path}: cannot be read as JSON: {error}") from error
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
+        raise StudyError(f"{path}: holds no answers of a study; its format is not {FORMAT!r}")
+    try:
+        answers = tuple(_answers(document))
+        return Participant(str(document["participant"]), document["study"], document["ended"] or "", answers)
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        raise StudyError(f"{path}: is damaged ({error!r}); ask for it again") from error
+
+
+def _answers(document: dict[str, Any]) -> Iterator[Answer]:
+    for number, answer in enumerate(document["answers"], start=1):
+        names = ("item", "kind", "left", "right", "choice", "rating", "expected")
+        found = Answer(**{name: answer[name] for name in names})
+        if found.choice not in (*SIDES, document["choices"]):
+            raise ValueError(f"answer {number} chooses {found.choice!r}")
+        if found.rating not in (None, 1, 2, 3, 4, 5):
+            raise ValueError(f"answer {number} gives {found.rating!r} stars")
+        yield found

@@ -1,0 +1,134 @@
+"""The films of a study: one of each system for each line."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+from phonanim.errors import StudyError
+
+TYPES = {".mp4": "video/mp4", ".webm": "video/webm"}
+TABLES = (".csv", ".tsv")
+KINDS = ("test", "practice")
+SOUND_MARKS = (b"soun", b"A_OPUS", b"A_VORBIS")  # of a sound track in MP4, and in WebM
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One spoken line: its film by system, and whether it is for `practice` or for the `test` itself."""
+
+    item: str
+    films: Mapping[str, Path]
+    kind: str = "test"
+
+
+def read_takes(sources: Sequence[Path]) -> tuple[Line, ...]:
+    """The lines of a table, or of folders with one film a line, the folder's name being the system.
+
+    A table has the column `item`, one column a system with the paths of its films, and maybe `kind`
+    (test or practice). Raises StudyError when a film is missing, or is no film with sound.
+    """
+    tables = [source for source in sources if source.suffix.lower() in TABLES]
+    if tables and len(sources) > 1:
+        raise StudyError(f"{tables[0]}: a table holds all systems; give it alone, or folders")
+    lines = _of_table(tables[0]) if tables else _of_folders(sources)
+    for line in lines:
+        for film in line.films.values():
+            check_film(film)
+    return lines
+
+
+def systems_of(lines: Sequence[Line]) -> tuple[str, ...]:
+    """The systems, in the order in which they were given."""
+    return tuple(lines[0].films)
+
+
+def check_film(path: Path) -> None:
+    """Raises StudyError unless the file is an MP4 or WebM film with a sound track."""
+    if path.suffix.lower() not in TYPES:
+        raise StudyError(f"{path}: browsers play {' and '.join(TYPES)}; make it one of them")
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be read: {error.strerror}") from error
+    if data[4:8] != b"ftyp" and data[:4] != b"\x1a\x45\xdf\xa3":
+        raise StudyError(f"{path}: is no MP4 or WebM film; make it anew")
+    if not any(mark in data for mark in SOUND_MARKS):
+        raise StudyError(f"{path}: has no sound; make it with `phonanim animate --audio`")
+
+
+def _of_folders(folders: Sequence[Path]) -> tuple[Line, ...]:
+    films = {folder.resolve().name: _films(folder) for folder in folders}
+    if len(films) < len(folders):
+        raise StudyError("two folders have the same name; name each after its system")
+    if len(films) < 2:
+        raise StudyError(f"{folders[0]}: is one system; a study compares two or more folders")
+    for (one, before), (other, after) in pairwise(films.items()):
+        for stem in sorted(set(before) ^ set(after)):
+            lacking = one if stem in after else other
+            raise StudyError(f"{lacking}: has no film {stem}; every folder needs one of the same name")
+    stems = next(iter(films.values()))
+    return tuple(Line(stem, {system: found[stem] for system, found in films.items()}) for stem in stems)
+
+
+def _films(folder: Path) -> dict[str, Path]:
+    """The films of a folder by their stem."""
+    if not folder.is_dir():
+        raise StudyError(f"{folder}: is no folder with films and no table ({' '.join(TABLES)})")
+    found: dict[str, Path] = {}
+    for path in sorted(folder.iterdir()):
+        if path.suffix.lower() in TYPES and not path.name.startswith("."):
+            if path.stem in found:
+                raise StudyError(f"{path}: the folder has {found[path.stem].name} too; keep one of them")
+            found[path.stem] = path
+    if not found:
+        raise StudyError(f"{folder}: holds no film ({' '.join(TYPES)})")
+    return found
+
+
+def _of_table(path: Path) -> tuple[Line, ...]:
+    header, *rows = _cells(path)
+    if "item" not in header or len(set(header)) < len(header):
+        raise StudyError(f"{path}: needs one column 'item' and one a system; it has {', '.join(header)}")
+    systems = [name for name in header if name not in ("item", "kind")]
+    if len(systems) < 2:
+        raise StudyError(f"{path}: names {len(systems)} systems; a study compares two or more")
+    lines = [
+        _line(path, number, dict(zip(header, row, strict=False)), systems) for number, row in rows_of(rows)
+    ]
+    items = [line.item for line in lines]
+    for item in items:
+        if items.count(item) > 1:
+            raise StudyError(f"{path}: the item {item} stands in two rows; name each line once")
+    if not lines:
+        raise StudyError(f"{path}: holds no line; give it one row a line")
+    return tuple(lines)
+
+
+def rows_of(rows: Sequence[list[str]]) -> list[tuple[int, list[str]]]:
+    """Rows that are not empty, with their number, the header being row 1."""
+    return [(number, row) for number, row in enumerate(rows, start=2) if any(row)]
+
+
+def _cells(path: Path) -> list[list[str]]:
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        reader = csv.reader(io.StringIO(text), delimiter="\t" if path.suffix.lower() == ".tsv" else ",")
+        return [[cell.strip() for cell in row] for row in reader] or [[]]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise StudyError(f"{path}: cannot be read as a table: {error}") from error
+
+
+def _line(path: Path, number: int, cells: Mapping[str, str], systems: Sequence[str]) -> Line:
+    place = f"{path} row {number}"
+    missing = [name for name in ("item", *systems) if not cells.get(name)]
+    if missing:
+        raise StudyError(f"{place}: has nothing for {missing[0]!r}; fill it in")
+    kind = cells.get("kind") or "test"
+    if kind not in KINDS:
+        raise StudyError(f"{place}: the kind is {kind!r}; it is one of {', '.join(KINDS)}")
+    return Line(cells["item"], {name: path.parent / cells[name] for name in systems}, kind)

@@ -1,0 +1,95 @@
+"""Judgements counted: for each line, how many preferred the one system and how many the other."""
+
+from __future__ import annotations
+
+import csv
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from phonanim.errors import StudyError
+from phonanim.study.results import SIDES, Answer, Participant
+
+COLUMNS = ("group", "ours", "other", "item", "for", "against")
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """The judgements of one line and pair: for `ours`, against it, and for neither."""
+
+    group: str
+    ours: str
+    other: str
+    item: str
+    wins: int
+    losses: int
+    neither: int = 0
+
+
+def count(participants: Sequence[Participant], ours: str | None = None) -> tuple[Tally, ...]:
+    """The test answers, counted by pair and line. In each pair `ours`, or else the first by name, leads.
+
+    Raises StudyError when `ours` was in no test.
+    """
+    votes: dict[tuple[str, str, str], Counter[str]] = defaultdict(Counter)
+    for answer in tests(participants):
+        first, second = ordered(answer, ours)
+        votes[first, second, answer.item][chosen(answer)] += 1
+    if ours and not any(ours in pair for pair in votes):
+        raise StudyError(f"no system is called {ours!r}; there are {', '.join(_systems(votes))}")
+    return tuple(
+        Tally("", first, second, item, found[first], found[second], found[""])
+        for (first, second, item), found in sorted(votes.items())
+    )
+
+
+def tests(participants: Iterable[Participant]) -> list[Answer]:
+    """The answers that are no practice and no control."""
+    return [answer for one in participants for answer in one.answers if answer.kind == "test"]
+
+
+def chosen(answer: Answer) -> str:
+    """The system that was chosen; empty for neither."""
+    return {"left": answer.left, "right": answer.right}[answer.choice] if answer.choice in SIDES else ""
+
+
+def ordered(answer: Answer, ours: str | None) -> tuple[str, str]:
+    """The two systems, `ours` first, by name otherwise."""
+    first, second = sorted((answer.left, answer.right), key=lambda name: (name != ours, name))
+    return first, second
+
+
+def read_counts(path: Path) -> tuple[Tally, ...]:
+    """Counts that others published: a CSV with the columns group, ours, other, item, for and against.
+
+    Lines that begin with # are remarks. Raises StudyError naming the row that is damaged.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise StudyError(f"{path}: cannot be read: {error}") from error
+    kept = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
+    reader = csv.DictReader(line for _, line in kept)
+    missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
+    if missing:
+        raise StudyError(f"{path}: has no column {missing[0]!r}; it needs {', '.join(COLUMNS)}")
+    numbers = (number for number, _ in kept[1:])
+    tallies = tuple(_tally(path, number, row) for number, row in zip(numbers, reader, strict=True))
+    if not tallies:
+        raise StudyError(f"{path}: holds no counts; give it one row a line and pair")
+    return tallies
+
+
+def _tally(path: Path, number: int, row: Mapping[str, str]) -> Tally:
+    try:
+        wins, losses = int(row["for"]), int(row["against"])
+    except (TypeError, ValueError):
+        wins = losses = -1
+    if min(wins, losses) < 0:
+        raise StudyError(f"{path} row {number}: 'for' and 'against' must be whole numbers from 0")
+    return Tally(row["group"], row["ours"], row["other"], row["item"], wins, losses)
+
+
+def _systems(pairs: Iterable[tuple[str, str, str]]) -> list[str]:
+    return sorted({system for first, second, _ in pairs for system in (first, second)})
