@@ -1,0 +1,89 @@
+"""Features on disk: one file for each recording and encoder, named by a hash of both."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.audio import Sound
+from phonanim.errors import OutputError
+from phonanim.files import atomic_path
+
+FOLDER = "PHONANIM_CACHE"
+Values = NDArray[np.float16]
+LARGEST = float(np.finfo(np.float16).max)
+
+
+def cache_folder() -> Path | None:
+    """Where features are kept: PHONANIM_CACHE, or the platform's cache folder; None when it is set to ""."""
+    named = os.environ.get(FOLDER)
+    if named is not None:
+        return Path(named) if named else None
+    if sys.platform == "win32":
+        base = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData/Local"
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library/Caches"
+    else:
+        base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "phonanim"
+
+
+def kept(
+    identity: str, sound: Sound, shape: tuple[int, int, int], pieces: Iterable[NDArray[np.float32]]
+) -> Values:
+    """Features from the cache; when they are not there, `pieces` one after the other, and kept from now on.
+
+    Raises OutputError when the cache cannot be written.
+    """
+    folder = cache_folder()
+    if folder is None:
+        return np.concatenate([_half(piece) for piece in pieces])
+    path = folder / "features" / f"{fingerprint(identity, sound)}.npy"
+    found = _read(path, shape)
+    if found is None:
+        _write(path, shape, pieces)
+        found = np.load(path, mmap_mode="r")
+    return found
+
+
+def fingerprint(identity: str, sound: Sound) -> str:
+    """A hash of an encoder and a recording, 64 hex digits."""
+    digest = hashlib.sha256(f"{identity}\n{sound.rate}\n".encode())
+    digest.update(sound.samples.astype("<f4").tobytes())
+    return digest.hexdigest()
+
+
+def _read(path: Path, shape: tuple[int, int, int]) -> Values | None:
+    """What is kept in a file; None when it is absent, damaged, or of another shape."""
+    try:
+        found: Values = np.load(path, mmap_mode="r")
+    except (OSError, ValueError, EOFError):
+        return None
+    return found if found.shape == shape and found.dtype == np.float16 else None
+
+
+def _write(path: Path, shape: tuple[int, int, int], pieces: Iterable[NDArray[np.float32]]) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"{path.parent}: cannot be made ({error.strerror}); set {FOLDER} to a folder for the cache"
+        ) from error
+    with atomic_path(path) as partial:
+        values = np.lib.format.open_memmap(partial, "w+", np.float16, shape)
+        row = 0
+        for piece in pieces:
+            values[row : row + len(piece)] = _half(piece)
+            row += len(piece)
+        values.flush()
+        del values  # a file that is mapped cannot be renamed on every platform
+
+
+def _half(piece: NDArray[np.float32]) -> Values:
+    return np.clip(piece, -LARGEST, LARGEST).astype(np.float16)

@@ -1,0 +1,10 @@
+"""HuBERT (Hsu et al. 2021), what enters its transformer and every layer of it, through transformers."""
+
+from __future__ import annotations
+
+from phonanim.encoders._transformers import Hidden, load_hidden
+
+
+def load() -> Hidden:
+    """The encoder with the weights in its folder. Raises ModelError that says how to get them."""
+    return load_hidden("hubert", "HubertModel", "facebook/hubert-base-ls960")

@@ -1,0 +1,58 @@
+"""Mel-frequency cepstral coefficients and how they change: no weights are needed.
+
+Medina (2023), section 3.2.2: 27 mel bins over windows of 2080 samples (130 ms), every 20 ms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.encoders import HOP, RATE
+from phonanim.encoders._mel import filters, power
+
+BINS = 27
+SIZE = 2080  # samples
+FLOOR = 1e-8  # of the power of a full-scale bin: digital silence has no logarithm
+REACH = 2  # steps at each side that a change is taken over
+
+
+@dataclass(frozen=True)
+class Cepstra:
+    """27 cepstral coefficients and their slopes, one layer."""
+
+    layers: int = 1
+    dims: int = 2 * BINS
+    identity: str = f"mfcc {BINS} of {SIZE}, slopes over {REACH}"
+    start: float = 0.0
+    window: int = 60
+    margin: int = 1
+
+    def run(self, samples: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Features of (steps * HOP,) samples -> (steps, 1, 54)."""
+        mel = power(samples, SIZE, HOP) @ filters(RATE, SIZE, BINS)
+        cepstra = np.log(mel + FLOOR) @ _cosines(BINS)
+        return np.column_stack([cepstra, slopes(cepstra)])[:, None].astype(np.float32)
+
+
+def slopes(curves: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Least-squares slope of each curve over 2 * REACH + 1 steps, (steps, n) -> (steps, n) a step."""
+    padded = np.pad(curves, ((REACH, REACH), (0, 0)), mode="edge")
+    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * REACH + 1, axis=0)
+    weights = np.arange(-REACH, REACH + 1)
+    return np.asarray(around @ (weights / (weights**2).sum()))
+
+
+def _cosines(count: int) -> NDArray[np.float64]:
+    """The orthonormal cosine transform of type II, (count, count)."""
+    n = np.arange(count)
+    table = np.sqrt(2 / count) * np.cos(np.pi * (n[:, None] + 0.5) * n / count)
+    table[:, 0] /= np.sqrt(2)
+    return np.asarray(table)
+
+
+def load() -> Cepstra:
+    """The encoder."""
+    return Cepstra()

@@ -1,0 +1,10 @@
+"""WavLM (Chen et al. 2022), what enters its transformer and every layer of it, through transformers."""
+
+from __future__ import annotations
+
+from phonanim.encoders._transformers import Hidden, load_hidden
+
+
+def load() -> Hidden:
+    """The encoder with the weights in its folder. Raises ModelError that says how to get them."""
+    return load_hidden("wavlm", "WavLMModel", "microsoft/wavlm-base-plus")

@@ -1,0 +1,88 @@
+"""Whisper's encoder (Radford et al. 2022) in NumPy, every layer of it, whichever size the weights have."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.encoders._mel import filters, power
+from phonanim.encoders._weights import whisper_tensors
+from phonanim.neural import attend, gelu, layer_norm
+
+MEL_SIZE, MEL_HOP = 400, 160  # samples of 16 kHz
+RANGE = 8.0  # powers of ten below the loudest bin, where what is heard ends
+QUIETEST = 1e-10  # power
+
+Floats = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Whisper:
+    """The encoder with its weights, named as `encoders._weights` names them.
+
+    Layer 0 is the sum of the convolutions and the positions, layer i the output of block i; the last has
+    the final normalization, as the decoder of Whisper hears it.
+    """
+
+    tensors: dict[str, Floats]
+    heads: int
+    identity: str
+    start: float = 0.0
+    window: int = 12
+    margin: int = 1
+
+    @cached_property
+    def layers(self) -> int:
+        """Blocks, and one for what enters the first of them."""
+        return 1 + sum(name.endswith("query") for name in self.tensors)
+
+    @property
+    def dims(self) -> int:
+        """384 for the tiny model."""
+        return self.tensors["positions"].shape[1]
+
+    def run(self, samples: Floats) -> Floats:
+        """Features of (steps * HOP,) samples -> (steps, layers, dims)."""
+        signal = gelu(_convolve(self.log_mel(samples), self.tensors["conv1"], 1) + self.tensors["conv1_bias"])
+        signal = gelu(_convolve(signal, self.tensors["conv2"], 2) + self.tensors["conv2_bias"])
+        signal = signal + self.tensors["positions"][: len(signal)]
+        found = [signal]
+        for number in range(self.layers - 1):
+            signal = self._block(signal, f"block{number}_")
+            found.append(signal)
+        found[-1] = layer_norm(signal, self.tensors["norm"], self.tensors["norm_bias"])
+        return np.stack(found, axis=1)
+
+    def log_mel(self, samples: Floats) -> Floats:
+        """What Whisper hears of (samples,) at 16 kHz: (frames, mels) at 100 Hz, about -1 to 1."""
+        bands = self.tensors["conv1"].shape[1]
+        mel = power(samples, MEL_SIZE, MEL_HOP) @ filters(16000, MEL_SIZE, bands)
+        decades = np.log10(np.maximum(mel, QUIETEST))
+        return np.asarray((np.maximum(decades, decades.max() - RANGE) + 4) / 4, np.float32)
+
+    def _block(self, signal: Floats, name: str) -> Floats:
+        """Self-attention and two fully connected layers, each on the normalized signal and added to it."""
+        part = {key.removeprefix(name): t for key, t in self.tensors.items() if key.startswith(name)}
+        heard = layer_norm(signal, part["norm1"], part["norm1_bias"])
+        query, key, value = (heard @ part[n] + part.get(f"{n}_bias", 0) for n in ("query", "key", "value"))
+        signal = signal + attend(query, key, value, self.heads) @ part["out"] + part["out_bias"]
+        heard = layer_norm(signal, part["norm2"], part["norm2_bias"])
+        return np.asarray(
+            signal + gelu(heard @ part["wide"] + part["wide_bias"]) @ part["narrow"] + part["narrow_bias"]
+        )
+
+
+def _convolve(signal: Floats, kernel: Floats, stride: int) -> Floats:
+    """Convolution of width 3 with zeros at the ends, (steps, in) by (3, in, out) -> (steps / stride, out)."""
+    padded = np.pad(signal, ((1, 1), (0, 0)))
+    taps = [padded[tap : tap + len(signal) : stride] for tap in range(3)]
+    return np.asarray(np.concatenate(taps, axis=1) @ kernel.reshape(-1, kernel.shape[2]))
+
+
+def load() -> Whisper:
+    """The encoder with the weights that are found. Raises ModelError that says how to get them."""
+    tensors, heads, identity = whisper_tensors()
+    return Whisper(tensors, heads, identity)
