@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import PurePath
 from typing import Any, Literal
 
 from phonanim.catalog import DEFAULT_MODEL
@@ -52,8 +53,11 @@ class Options:
     blinks: int | None = None
 
     def plain(self) -> dict[str, Any]:
-        """The options as JSON reads them back."""
-        return dict(json.loads(json.dumps(asdict(self))))
+        """The options as JSON reads them back, files by their names, which are the same on every machine."""
+        overlays = [replace(overlay, source=PurePath(overlay.source).name) for overlay in self.overlays]
+        lexicon = PurePath(self.lexicon).name if self.lexicon else None
+        named = replace(self, overlays=tuple(overlays), lexicon=lexicon)
+        return dict(json.loads(json.dumps(asdict(named))))
 
 
 DEFAULTS = Options()

@@ -105,7 +105,7 @@ def test_gains_of_single_controls(line, capsys):
     ("gains", "message"),
     [
         (["jawOpen"], "'jawOpen' is not CONTROL=NUMBER, such as jawOpen=1.2"),
-        (["jawOpen=nan"], "nan is not in the range 0<=x<=4"),
+        (["jawOpen=nan"], "jawOpen = 'nan'; give a number from 0 to 4"),
         (["jawOpen=1", "jawOpen=2"], "jawOpen has two gains; give it one"),
         (["jawOpn=1"], "gain jawOpn=1: arkit has no such control; did you mean jawOpen?"),
     ],

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from phonanim.dubbing.ledger import NAME, Outcome, append, appending, locked, read_ledger, write_ledger
+from phonanim.dubbing.ledger import NAME, locked, read_ledger, recording, write_ledger
+from phonanim.dubbing.outcome import Outcome
 from phonanim.errors import OutputError
 
 DONE = Outcome("a", "row 2", {"version": "1"}, {"a.csv": "hash"}, {"frames": 3})
@@ -23,9 +24,9 @@ def test_no_ledger_is_an_empty_one(tmp_path):
 
 
 def test_the_last_outcome_of_an_id_counts(tmp_path):
-    with appending(tmp_path) as ledger:
-        append(ledger, Outcome("a", "row 2", error="no"))
-        append(ledger, DONE)
+    with recording(tmp_path) as record:
+        record(Outcome("a", "row 2", error="no"))
+        record(DONE)
     assert read_ledger(tmp_path) == {"a": DONE}
 
 
@@ -35,8 +36,8 @@ def test_a_line_that_a_kill_cut_short_costs_that_line_only(tmp_path, cut):
     path = tmp_path / NAME
     path.write_bytes(path.read_bytes()[:-cut])
     assert read_ledger(tmp_path) in ({"a": DONE}, {"a": DONE, "b": FAILED})
-    with appending(tmp_path) as ledger:
-        append(ledger, FAILED)
+    with recording(tmp_path) as record:
+        record(FAILED)
     assert read_ledger(tmp_path) == {"a": DONE, "b": FAILED}
 
 
@@ -52,7 +53,7 @@ def test_a_ledger_that_cannot_be_written(tmp_path):
     (tmp_path / NAME).mkdir()
     with (
         pytest.raises(OutputError, match=r"ledger.jsonl: cannot be written: Is a directory"),
-        appending(tmp_path),
+        recording(tmp_path),
     ):
         pass
 
@@ -61,8 +62,8 @@ def test_a_ledger_that_cannot_be_written(tmp_path):
 def test_a_full_disk(tmp_path):
     (tmp_path / NAME).symlink_to("/dev/full")
     message = "ledger.jsonl: cannot be written: No space left"
-    with pytest.raises(OutputError, match=message), appending(tmp_path) as ledger:
-        append(ledger, DONE)
+    with pytest.raises(OutputError, match=message), recording(tmp_path) as record:
+        record(DONE)
 
 
 def test_one_run_at_a_time(tmp_path):

@@ -3,6 +3,7 @@ import json
 import pytest
 
 from phonanim.dubbing.lines import read_lines
+from phonanim.dubbing.row import Common
 from phonanim.dubbing.table import COLUMNS, read_table
 from phonanim.errors import OptionError
 from phonanim.options import Options
@@ -28,7 +29,7 @@ def table(folder, text, name="table.csv"):
 
 
 def test_a_folder(folder):
-    lines = read_lines(str(folder), Options())
+    lines = read_lines(str(folder), Common())
     assert ids(lines) == ["a", "b", "sub/c"]
     assert lines.lines[0].audio == folder / "a.wav"
     assert lines.lines[1].audio is None
@@ -36,24 +37,25 @@ def test_a_folder(folder):
 
 
 def test_a_pattern(folder):
-    assert ids(read_lines(f"{folder}/**/*.[tT]ext[gG]rid", Options())) == ["a", "b", "sub/c"]
-    assert ids(read_lines(f"{folder}/sub/*", Options())) == ["c"]
-    assert ids(read_lines(f"{folder}/n*.txt", Options())) == ["notes"]
+    assert ids(read_lines(f"{folder}/**/*.[tT]ext[gG]rid", Common())) == ["a", "b", "sub/c"]
+    assert ids(read_lines(f"{folder}/sub/*", Common())) == ["c"]
+    assert ids(read_lines(f"{folder}/n*.txt", Common())) == ["notes"]
 
 
 def test_a_table_overrides_the_options(folder):
     source = table(
         folder, "ID,Text Grid,Lang,Character,Frame-Rate,jaw\nx,a.TextGrid,english,arkit,29.97,1.5\n"
     )
-    lines = read_lines(source, Options(fps=50.0, lips=2.0))
+    lines = read_lines(source, Common(Options(fps=50.0, lips=2.0)))
     (line,) = lines.lines
     assert (line.id, line.alignment, line.audio) == ("x", folder / "a.TextGrid", folder / "a.wav")
     assert line.options == Options(language="english", fps=30000 / 1001, jaw=1.5, lips=2.0)
 
 
 def test_speakers_and_dictionaries_of_a_table(folder):
+    (folder / "words.dict").write_text("")
     source = table(folder, "alignment,Actor,Dictionary\na.TextGrid,Ann,words.dict\n")
-    (line,) = read_lines(source, Options()).lines
+    (line,) = read_lines(source, Common()).lines
     assert line.options == Options(speaker="Ann", lexicon=str(folder / "words.dict"))
 
 
@@ -66,13 +68,13 @@ def test_every_kind_of_table(folder, name):
         text = "\n".join(json.dumps(dict(zip(rows[0], row, strict=True))) for row in rows[1:]) + "\n\n"
     encoding = {"utf16.csv": "utf-16", "excel.csv": "utf-8-sig"}.get(name, "utf-8")
     (folder / name).write_text(text, encoding)
-    lines = read_lines(str(folder / name), Options())
+    lines = read_lines(str(folder / name), Common())
     assert ids(lines) == ["x", "y"]
     assert [line.options.language for line in lines.lines] == ["english", "auto"]
 
 
 def test_columns_nobody_knows_are_told(folder):
-    lines = read_lines(table(folder, "alignment,Director\na.TextGrid,Ann\n"), Options())
+    lines = read_lines(table(folder, "alignment,Director\na.TextGrid,Ann\n"), Common())
     assert lines.remarks == ("table.csv: the column 'Director' is not used",)
     assert ids(lines) == ["a"]
 
@@ -95,7 +97,7 @@ def test_no_column_has_two_meanings():
 )
 def test_a_bad_row_is_named_and_the_rest_stays(folder, row, message):
     lines = read_lines(
-        table(folder, f"id,alignment,fps\na,a.TextGrid,\n{row}\nc,sub/c.textgrid,25\n"), Options()
+        table(folder, f"id,alignment,fps\na,a.TextGrid,\n{row}\nc,sub/c.textgrid,25\n"), Common()
     )
     assert ids(lines) == ["a", "c"]
     (fault,) = lines.faults
@@ -113,7 +115,7 @@ def test_a_bad_row_is_named_and_the_rest_stays(folder, row, message):
     ],
 )
 def test_bad_cells(folder, column, value, message):
-    lines = read_lines(table(folder, f"alignment,{column}\na.TextGrid,{value}\n"), Options())
+    lines = read_lines(table(folder, f"alignment,{column}\na.TextGrid,{value}\n"), Common())
     assert [fault.message for fault in lines.faults] == [message]
 
 
@@ -160,4 +162,4 @@ def test_sources_of_no_use(folder):
         (folder / "missing", "missing: does not exist; name a folder, a pattern in quotes, or a table"),
     ]:
         with pytest.raises(OptionError, match=message):
-            read_lines(str(source), Options())
+            read_lines(str(source), Common())

@@ -4,7 +4,7 @@ import pytest
 
 from phonanim.dubbing import make as module
 from phonanim.dubbing.job import Job
-from phonanim.dubbing.lines import Line
+from phonanim.dubbing.line import Line
 from phonanim.dubbing.make import make
 from phonanim.options import DEFAULTS
 

@@ -11,8 +11,8 @@ from pathlib import Path, PurePosixPath
 import pytest
 
 from phonanim.dubbing.job import Job, Result
-from phonanim.dubbing.ledger import Outcome
-from phonanim.dubbing.lines import Line
+from phonanim.dubbing.line import Line
+from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.processes import cores, run_jobs
 from phonanim.options import Options
 

@@ -1,7 +1,7 @@
 import html.parser
 import json
 
-from phonanim.dubbing.ledger import Outcome
+from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.report import headline, summary, totals_of, worst_first, write_reports
 
 

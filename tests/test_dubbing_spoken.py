@@ -11,7 +11,7 @@ import pytest
 
 from phonanim.__main__ import run
 from phonanim.dubbing.lines import read_lines
-from phonanim.options import Options
+from phonanim.dubbing.row import Common
 
 TEXT = "My father watched Bob move a cheap blue lamp from the wash room."
 
@@ -80,13 +80,13 @@ def test_a_word_that_is_not_in_the_dictionary(folder: Path) -> None:
 
 @pytest.mark.parametrize("cells", [("", "", "words", ""), ("", "a.wav", "", "")])
 def test_a_row_with_neither(cells: tuple[str, ...], folder: Path) -> None:
-    (fault,) = read_lines(table(folder, ("x", *cells)), Options()).faults
+    (fault,) = read_lines(table(folder, ("x", *cells)), Common()).faults
     assert fault.message == "the row names no alignment; fill its cell, or those of audio and text"
 
 
 def test_a_table_of_recordings_and_texts_alone(folder: Path) -> None:
     (folder / "t.csv").write_text("wav,transcript\na.wav,hello\n")
-    (line,) = read_lines("t.csv", Options()).lines
+    (line,) = read_lines("t.csv", Common()).lines
     assert (line.id, line.text, line.alignment, line.audio) == (
         "a",
         "hello",

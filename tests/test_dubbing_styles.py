@@ -8,6 +8,7 @@ import pytest
 
 from phonanim.__main__ import run
 from phonanim.dubbing.lines import read_lines
+from phonanim.dubbing.row import Common
 from phonanim.dubbing.styles import DIALS, find_style, read_styles
 from phonanim.errors import OptionError
 from phonanim.options import Options
@@ -34,7 +35,7 @@ def test_the_shipped_styles() -> None:
 def test_options_then_style_then_cells(tmp_path: Path) -> None:
     styles = own(tmp_path, "[Loud]\nintensity = 2\njaw = 1.5\n")
     source = table(tmp_path, "x,a.TextGrid,LOUD,\ny,a.TextGrid,loud,0.5\nz,a.TextGrid,,\n")
-    lines = read_lines(source, Options(jaw=3.0, lips=0.9), styles)
+    lines = read_lines(source, Common(Options(jaw=3.0, lips=0.9), read_styles(styles)))
     assert [line.options for line in lines.lines] == [
         Options(intensity=2.0, jaw=1.5, lips=0.9),
         Options(intensity=2.0, jaw=0.5, lips=0.9),
@@ -43,7 +44,7 @@ def test_options_then_style_then_cells(tmp_path: Path) -> None:
 
 
 def test_an_unknown_style_costs_its_row(tmp_path: Path) -> None:
-    lines = read_lines(table(tmp_path, "x,a.TextGrid,shuoted,\ny,a.TextGrid,quiet,\n"), Options())
+    lines = read_lines(table(tmp_path, "x,a.TextGrid,shuoted,\ny,a.TextGrid,quiet,\n"), Common())
     assert [line.id for line in lines.lines] == ["y"]
     assert lines.faults[0].message == "style = 'shuoted' is not known; did you mean 'shouted'?"
     assert lines.faults[0].place == "t.csv row 2"

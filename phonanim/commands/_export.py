@@ -49,14 +49,13 @@ def save_each(animation: Animation, outputs: Sequence[Path], exports: dict[str, 
 
     Raises OptionError for an option that none of them has, and what the exporters raise.
     """
-    from phonanim.exporters import options_of, save
+    from phonanim.exporters import allotted, save
 
-    taken = {path: [name for name in exports if name in options_of(path)] for path in outputs}
-    idle = [name for name in exports if not any(name in names for names in taken.values())]
+    options, idle = allotted(exports, outputs)
     if idle:
         raise OptionError(f"--{idle[0]} does nothing for {', '.join(map(str, outputs))}; leave it out")
-    for path, names in taken.items():
-        save(animation, path, **{name: exports[name] for name in names})
+    for path, given in zip(outputs, options, strict=True):
+        save(animation, path, **given)
 
 
 def key_notes(animation: Animation, outputs: Sequence[Path], exports: dict[str, object]) -> Iterator[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable
 from dataclasses import fields
 from functools import wraps
@@ -14,15 +13,25 @@ import click
 from phonanim.errors import OptionError
 from phonanim.options import DEFAULTS, Options, Overlay
 from phonanim.rates import parse_rate
+from phonanim.spelling import LARGEST, parse_gains, parse_overlay, parse_smoothing
 from phonanim.threads import one_thread
 
 
-def rate(ctx: click.Context, param: click.Parameter, value: str) -> float:
-    """Frames per second; NTSC rates are taken exactly."""
-    try:
-        return parse_rate(value)
-    except OptionError as error:
-        raise click.BadParameter(str(error)) from error
+def read_by(parse: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
+    """A callback of click from a function that raises OptionError."""
+
+    def read(ctx: click.Context, param: click.Parameter, value: Any) -> Any:
+        try:
+            return parse(value)
+        except OptionError as error:
+            raise click.BadParameter(str(error)) from error
+
+    return read
+
+
+def overlays(values: tuple[str, ...]) -> tuple[Overlay, ...]:
+    """Several overlays."""
+    return tuple(map(parse_overlay, values))
 
 
 class Gain(click.FloatRange):
@@ -36,55 +45,7 @@ class Gain(click.FloatRange):
         return number
 
 
-GAIN = Gain(0, 4)
-SECONDS = Gain(0)
-
-
-def gains(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) -> dict[str, float]:
-    """Gains by control, from CONTROL=NUMBER."""
-    found = {}
-    for value in values:
-        control, sign, number = value.partition("=")
-        if not (control and sign):
-            raise click.BadParameter(f"{value!r} is not CONTROL=NUMBER, such as jawOpen=1.2")
-        if control in found:
-            raise click.BadParameter(f"{control} has two gains; give it one")
-        found[control] = GAIN.convert(number, param, ctx)
-    return found
-
-
-LAID = re.compile(r"(?P<source>.+?)(=(?P<gain>[\d.]+))?(@(?P<start>[\d.]+)-(?P<end>[\d.]+))?")
-
-
-def overlays(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) -> tuple[Overlay, ...]:
-    """Overlays, from FILE, FILE=GAIN, FILE@START-END or FILE=GAIN@START-END."""
-    found = []
-    for value in values:
-        parts = LAID.fullmatch(value)
-        if parts is None:
-            raise click.BadParameter("names no file; write FILE=GAIN@START-END, such as smile=0.5@1.2-3")
-        gain = GAIN.convert(parts["gain"] or "1", param, ctx)
-        span = tuple(SECONDS.convert(parts[end], param, ctx) for end in ("start", "end") if parts[end])
-        if span and span[0] >= span[1]:
-            raise click.BadParameter(f"{value}: its span must end after it starts, such as @1.2-3")
-        found.append(Overlay(parts["source"], gain, (span[0], span[1]) if span else None))
-    return tuple(found)
-
-
-def smoothing(ctx: click.Context, param: click.Parameter, value: str) -> float:
-    """Seconds of smoothing, from seconds or from the frequency in Hz that it halves the power of."""
-    from phonanim.smooth import LONGEST, width_of
-
-    number = value.lower().removesuffix("hz")
-    hertz = number != value.lower()
-    try:
-        seconds = width_of(float(number)) if hertz else float(number)
-    except (ValueError, ZeroDivisionError):
-        seconds = math.nan
-    if not 0 <= seconds <= LONGEST:
-        raise click.BadParameter(f"{value!r} is neither 0 to {LONGEST:g} seconds nor a rate such as 8Hz")
-    return seconds
-
+GAIN = Gain(0, LARGEST)
 
 OPTIONS = (
     click.option("--rig", default=DEFAULTS.rig, help="Rig, by name or TOML file."),
@@ -92,7 +53,7 @@ OPTIONS = (
     click.option(
         "--fps",
         metavar="RATE",
-        callback=rate,
+        callback=read_by(parse_rate),
         default=f"{DEFAULTS.fps:g}",
         help="Frames per second: 25, 29.97, ...",
     ),
@@ -129,13 +90,13 @@ OPTIONS = (
         "gains",
         metavar="CONTROL=NUMBER",
         multiple=True,
-        callback=gains,
+        callback=read_by(parse_gains),
         help="Scale the motion of one control; more than one is fine.",
     ),
     click.option(
         "--smooth",
         metavar="SECONDS|RATE",
-        callback=smoothing,
+        callback=read_by(parse_smoothing),
         default="0",
         help="Smooth the curves but keep closures: 0.05 or 6Hz.",
     ),
@@ -144,7 +105,7 @@ OPTIONS = (
         "overlays",
         metavar="FILE[=GAIN][@START-END]",
         multiple=True,
-        callback=overlays,
+        callback=read_by(overlays),
         help="Lay a pose or an animation over the speech; more than one is fine.",
     ),
     click.option("--blinks", type=click.IntRange(min=0), metavar="SEED", help="Blink, by this seed."),

@@ -22,8 +22,7 @@ FOUND = 1
     "--delivered",
     "folder",
     required=True,
-    type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="The folder with the outputs.",
+    help="The folder with the outputs, by path or URL.",
 )
 @click.option(
     "--styles",
@@ -31,7 +30,7 @@ FOUND = 1
     help="TOML with the styles that a table names; those of phonanim otherwise.",
 )
 @talk_options
-def command(source: str, folder: Path, styles: Path | None, talk: Talk) -> int:
+def command(source: str, folder: str, styles: Path | None, talk: Talk) -> int:
     """Compare lines (a table, a folder, or a pattern) with what was delivered for them.
 
     Finds lines that are missing, unreadable, stale (made from something else than what is there now),
@@ -45,10 +44,12 @@ def command(source: str, folder: Path, styles: Path | None, talk: Talk) -> int:
     """
     from phonanim.dubbing.audit import audit, counts
     from phonanim.dubbing.lines import read_lines
-    from phonanim.options import DEFAULTS
+    from phonanim.dubbing.row import Common
+    from phonanim.dubbing.storage import place
+    from phonanim.dubbing.styles import read_styles
 
-    lines = read_lines(source, DEFAULTS, styles)
-    findings = audit(lines, folder)
+    lines = read_lines(source, Common(styles=read_styles(styles)))
+    findings = audit(lines, place(folder))
     totals = counts(findings)
     talk.result(
         {"lines": len(lines.lines), "counts": totals, "findings": [asdict(finding) for finding in findings]},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,12 +12,15 @@ from typing import TYPE_CHECKING
 import click
 
 from phonanim.commands import Talk, talk_options
+from phonanim.commands._export import export_options
 from phonanim.commands._options import animation_options
 
 if TYPE_CHECKING:
     from phonanim.dubbing.job import Result
     from phonanim.dubbing.lines import Lines
+    from phonanim.dubbing.row import Common
     from phonanim.dubbing.run import Engine
+    from phonanim.dubbing.storage import Place
     from phonanim.options import Options
 
 SOME_FAILED = 1
@@ -24,9 +28,7 @@ SOME_FAILED = 1
 
 @click.command()
 @click.argument("source")
-@click.option(
-    "-o", "--output", "folder", required=True, type=click.Path(path_type=Path), help="Output folder."
-)
+@click.option("-o", "--output", "folder", required=True, help="Output folder, by path or URL.")
 @click.option(
     "--format",
     "formats",
@@ -40,6 +42,8 @@ SOME_FAILED = 1
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="TOML with the styles that a table names; those of phonanim otherwise.",
 )
+@export_options
+@click.option("--edits", metavar="FOLDER", help="An animator's changes, OUTPUT.edits.json for each line.")
 @click.option(
     "--workers", type=click.IntRange(1, 512), help="Processes; as many as there are cores otherwise."
 )
@@ -54,10 +58,12 @@ SOME_FAILED = 1
 @talk_options
 def command(
     source: str,
-    folder: Path,
+    folder: str,
     formats: tuple[str, ...],
     options: Options,
     styles: Path | None,
+    exports: dict[str, object],
+    edits: str | None,
     workers: int | None,
     engine: str,
     scheduler: str | None,
@@ -66,47 +72,71 @@ def command(
 ) -> int:
     """Animate many lines: a folder, a pattern in quotes, or a table.
 
-    A table (.csv .tsv .jsonl) has a column `alignment`, or `audio` and `text`, and may have id, audio and
-    output, and the options rig, model, language, tier, speaker, lexicon, fps, unknown, style, intensity, jaw
-    and lips. A line that was made from the same things is kept; a line that fails does not stop the others,
-    and makes the exit code 1. The output folder also gets report.html, report.json, summary.txt and
-    ledger.jsonl. With --json every line is an event on stdout.
+    A table (.csv .tsv .jsonl) has a column `alignment`, or `audio` and `text`, and may have id, output,
+    character, edits, timecode and style, and the options rig, model, language, tier, speaker, lexicon, fps,
+    unknown, intensity, jaw, lips, gain, smooth and overlay. URLs (s3://...) stand where paths do. A line
+    that was made from the same things is kept; a line that fails does not stop the others, and makes the
+    exit code 1. The output folder also gets report.html, report.json, summary.txt and ledger.jsonl. With
+    --json every line is an event on stdout.
 
     \b
     Examples:
       phonanim batch lines/ -o curves/ --format csv --rig arkit
       phonanim batch 'takes/**/*.TextGrid' -o out/ --format glb --format npz --workers 4
+      phonanim batch script.csv -o out/ --format glb --character hero.glb --edits edits/
+      phonanim batch s3://show/script.csv -o s3://show/out --engine dask --scheduler tcp://10.0.0.1:8786
       phonanim batch script.csv -o out/ --dry-run
     """
     from phonanim.dubbing.lines import read_lines
     from phonanim.dubbing.report import headline, totals_of
+    from phonanim.dubbing.row import Common
     from phonanim.dubbing.run import run
+    from phonanim.dubbing.storage import place
+    from phonanim.dubbing.styles import read_styles
 
     formats = tuple(dict.fromkeys(name.lower().lstrip(".") for name in formats))
-    check(formats, options)
-    lines = read_lines(source, options, styles)
+    check(formats, options, exports)
+    target = place(folder)
+    common = anchored(Common(options, read_styles(styles), exports, place(edits) if edits else None))
+    lines = read_lines(source, common)
     if dry_run:
-        return rehearse(lines, folder, formats, talk)
+        return rehearse(lines, target, formats, talk)
     started = time.monotonic()
     with talk.progress(source) as progress:
         tell = teller(len(lines.lines), talk, progress)
-        outcomes = run(lines, folder, formats, choose(engine, scheduler, workers), tell)
+        outcomes = run(lines, target, formats, choose(engine, scheduler, workers), tell)
     totals = totals_of(outcomes)
     talk.event(
-        "end", **totals, wall_seconds=round(time.monotonic() - started, 3), report=folder / "report.html"
+        "end", **totals, wall_seconds=round(time.monotonic() - started, 3), report=target / "report.html"
     )
     talk.say(headline(totals))
-    talk.say(f"read {folder / 'report.html'}; it has the worst lines first")
+    talk.say(f"read {target / 'report.html'}; it has the worst lines first")
     return SOME_FAILED if totals["failed"] else 0
 
 
-def check(formats: tuple[str, ...], options: Options) -> None:
-    """Raise at once what would fail every line: an unknown format, model or rig."""
-    from phonanim.animate import load_cached_rig, load_model
-    from phonanim.exporters import find_exporter
+def anchored(common: Common) -> Common:
+    """The same with absolute paths, for workers elsewhere. Raises OptionError where there is no overlay."""
+    from phonanim.overlay import find_overlay
 
-    for name in formats:
-        find_exporter(Path(f"line.{name}"))
+    options = common.options
+    overlays = (replace(one, source=str(find_overlay(one.source).absolute())) for one in options.overlays)
+    lexicon = str(Path(options.lexicon).absolute()) if options.lexicon else None
+    return replace(
+        common,
+        options=replace(options, overlays=tuple(overlays), lexicon=lexicon),
+        exports={name: v.absolute() if isinstance(v, Path) else v for name, v in common.exports.items()},
+    )
+
+
+def check(formats: tuple[str, ...], options: Options, exports: dict[str, object]) -> None:
+    """Raise at once what would fail every line: an unknown format, model or rig, an option of no use."""
+    from phonanim.animate import load_cached_rig, load_model
+    from phonanim.errors import OptionError
+    from phonanim.exporters import allotted
+
+    _, idle = allotted(exports, [Path(f"line.{name}") for name in formats])
+    if idle:
+        raise OptionError(f"--{idle[0]} does nothing for {', '.join(formats)}; leave it out")
     load_model(options.model)
     load_cached_rig(options.rig)
 
@@ -144,7 +174,7 @@ def teller(count: int, talk: Talk, progress: Callable[[float], None]) -> Callabl
     return tell
 
 
-def rehearse(lines: Lines, folder: Path, formats: tuple[str, ...], talk: Talk) -> int:
+def rehearse(lines: Lines, folder: Place, formats: tuple[str, ...], talk: Talk) -> int:
     """Say what a run would do with each line."""
     from phonanim.dubbing.run import needed
 

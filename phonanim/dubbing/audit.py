@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -13,13 +14,16 @@ from phonanim.alignment import read_alignment
 from phonanim.animate import model_hash
 from phonanim.animation import Animation
 from phonanim.audio import duration
-from phonanim.dubbing.ledger import Outcome, read_ledger
-from phonanim.dubbing.lines import Line, Lines
-from phonanim.dubbing.origin import rig_hash
+from phonanim.dubbing.ledger import read_ledger
+from phonanim.dubbing.line import Line
+from phonanim.dubbing.lines import Lines, below, files_below
+from phonanim.dubbing.origin import digest_of, file_of, rig_hash
+from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.spoken import aligned
-from phonanim.errors import PhonanimError
+from phonanim.dubbing.staging import Copies
+from phonanim.dubbing.storage import Place
+from phonanim.errors import OptionError, PhonanimError
 from phonanim.exporters import find_exporter, load, suffixes
-from phonanim.files import content_hash
 from phonanim.labels import is_silent
 
 OWN = ("report.json", "report.html", "summary.txt", "ledger.jsonl")
@@ -37,18 +41,21 @@ class Finding:
     text: str
 
 
-def audit(lines: Lines, folder: Path) -> list[Finding]:
-    """Compare the lines with what lies in `folder`, in the order of the lines, orphans last."""
+def audit(lines: Lines, folder: Place) -> list[Finding]:
+    """Compare the lines with what lies in `folder`, in the order of the lines, orphans last.
+
+    Raises OptionError when there is no such folder.
+    """
+    if not folder.is_dir():
+        raise OptionError(f"{folder}: there is no such folder; name the one with the outputs")
     ledger = read_ledger(folder)
     delivered = files_of(folder)
     findings = [Finding("missing", fault.id, "", f"{fault.place}: {fault.message}") for fault in lines.faults]
     for line in lines.lines:
         files = delivered.pop(str(line.output), [])
         findings += _findings(line, files, ledger.get(line.id), folder)
-    orphans = sorted(path for files in delivered.values() for path in files)
-    return findings + [
-        Finding("orphan", str(path.relative_to(folder)), "", "no line has it") for path in orphans
-    ]
+    orphans = sorted(str(below(path, folder)) for files in delivered.values() for path in files)
+    return findings + [Finding("orphan", name, "", "no line has it") for name in orphans]
 
 
 def counts(findings: Iterable[Finding]) -> dict[str, dict[str, int]]:
@@ -59,18 +66,18 @@ def counts(findings: Iterable[Finding]) -> dict[str, dict[str, int]]:
     return {language: dict(sorted(problems.items())) for language, problems in sorted(found.items())}
 
 
-def files_of(folder: Path) -> dict[str, list[Path]]:
+def files_of(folder: Place) -> dict[str, list[Place]]:
     """The delivered files by their path without suffix, relative to the folder."""
-    found: dict[str, list[Path]] = {}
-    for path in sorted(folder.rglob("*")):
+    found: dict[str, list[Place]] = {}
+    for path in files_below(folder):
         suffix = max((end for end in suffixes() if path.name.lower().endswith(end)), key=len, default="")
-        name = path.relative_to(folder).as_posix()
+        name = str(below(path, folder))
         if suffix and path.is_file() and not path.name.startswith(".") and name not in OWN:
             found.setdefault(name[: -len(suffix)], []).append(path)
     return found
 
 
-def _findings(line: Line, files: list[Path], known: Outcome | None, folder: Path) -> Iterator[Finding]:
+def _findings(line: Line, files: list[Place], known: Outcome | None, folder: Place) -> Iterator[Finding]:
     language = line.options.language
     if not files:
         yield Finding("missing", line.id, language, f"{folder / line.output}.*: does not exist")
@@ -79,50 +86,69 @@ def _findings(line: Line, files: list[Path], known: Outcome | None, folder: Path
     if changed:
         yield Finding("stale", line.id, language, "; ".join(changed))
     for path in files:
-        if not hasattr(find_exporter(path), "read"):
-            continue
-        for problem, text in _faults(line, path, aligned(line, folder)):
-            yield Finding(problem, line.id, language, text)
+        if hasattr(find_exporter(Path(path.name)), "read"):
+            for problem, text in _looked_at(line, path, aligned(line, folder)):
+                yield Finding(problem, line.id, language, text)
 
 
-def _changes(line: Line, files: list[Path], known: Outcome | None, folder: Path) -> list[str]:
+def _changes(line: Line, files: list[Place], known: Outcome | None, folder: Place) -> list[str]:
     """What is not as it was when the outputs were made; by times where no ledger tells."""
     if known is None or not known.done:
-        made = min(path.stat().st_mtime for path in files)
-        newer = [path for path in (line.alignment, line.audio) if path and path.stat().st_mtime > made]
-        return [f"{path} is newer than what was made from it" for path in newer]
+        return _newer(line, files)
     changed = [
         f"{name} has changed" for name, value in _now(line, known).items() if known.origin.get(name) != value
     ]
     for name, digest in known.outputs.items():
-        path = folder / name
-        if not path.is_file():
-            changed.append(f"{path} is gone")
-        elif content_hash(path) != digest:
-            changed.append(f"{path} was changed after it was made")
+        found = digest_of(folder / name)
+        if found != digest:
+            changed.append(f"{folder / name} {'was changed after it was made' if found else 'is gone'}")
     return changed
 
 
+def _newer(line: Line, files: list[Place]) -> list[str]:
+    """The sources that are newer than the outputs; of shared storage the times are not known."""
+    made = [path.stat().st_mtime for path in files if isinstance(path, Path)]
+    sources = [path for path in (line.alignment, line.audio) if isinstance(path, Path)]
+    return [
+        f"{path} is newer than what was made from it"
+        for path in sources
+        if made and path.stat().st_mtime > min(made)
+    ]
+
+
 def _now(line: Line, known: Outcome) -> Mapping[str, object]:
-    """The origin of a line as it would be now, with the options that it was made with."""
+    """The origin of a line as it would be now, with the options that it was made with.
+
+    Of edits, those that the line itself names: a folder of them was known to the run alone.
+    """
     options = known.origin["options"]
     return {
-        "alignment": [line.alignment.name, content_hash(line.alignment)],
+        "alignment": file_of(line.alignment),
         "text": line.text,
-        "audio": [line.audio.name, content_hash(line.audio)] if line.audio else None,
+        "audio": file_of(line.audio),
         "model": model_hash(options["model"]),
         "rig": rig_hash(options["rig"]),
+        **({"edits": file_of(line.edits)} if line.edits else {}),
     }
 
 
-def _faults(line: Line, path: Path, alignment_path: Path) -> Iterator[tuple[str, str]]:
+def _looked_at(line: Line, path: Place, alignment: Place) -> list[tuple[str, str]]:
+    """What is wrong with one file, wherever it and its sources lie."""
+    with tempfile.TemporaryDirectory(prefix="phonanim-") as scratch:
+        near = Copies(Path(scratch))
+        audio = near.fetch(line.audio) if line.audio else None
+        faults = list(_faults(line, near.fetch(path), near.fetch(alignment), audio))
+        return [(problem, near.named(text)) for problem, text in faults]
+
+
+def _faults(line: Line, path: Path, alignment_path: Path, audio: Path | None) -> Iterator[tuple[str, str]]:
     """What is wrong with one file: (problem, text)."""
     try:
         animation = load(path)
         alignment = read_alignment(
             alignment_path, line.options.tier, line.options.speaker, line.options.lexicon
         )
-        seconds = duration(line.audio) if line.audio else alignment.duration
+        seconds = duration(audio) if audio else alignment.duration
     except PhonanimError as error:
         yield "unreadable", str(error)
         return

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from phonanim.dubbing.job import Job, Result, Task
-from phonanim.dubbing.ledger import Outcome
+from phonanim.dubbing.outcome import Outcome
 from phonanim.errors import MissingExtraError, OptionError
 
 RETRIES = 2

@@ -2,80 +2,61 @@
 
 from __future__ import annotations
 
-import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from functools import partial
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
+from phonanim.dubbing import parts
+from phonanim.dubbing.outcome import Outcome, decode, encode
+from phonanim.dubbing.storage import Place, Remote
 from phonanim.errors import OutputError
 from phonanim.files import atomic_path
 
 NAME = "ledger.jsonl"
 
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """What became of one line.
-
-    `origin` is everything that the outputs depend on; `outputs` are paths relative to the output folder
-    with their content hashes; `facts` are for the report; `error` says why there are no outputs.
-    """
-
-    id: str
-    place: str
-    origin: Mapping[str, Any] = field(default_factory=dict)
-    outputs: Mapping[str, str] = field(default_factory=dict)
-    facts: Mapping[str, Any] = field(default_factory=dict)
-    error: str = ""
-
-    @property
-    def done(self) -> bool:
-        """Whether the outputs are there."""
-        return not self.error
+Record = Callable[[Outcome], None]
 
 
-def read_ledger(folder: Path) -> dict[str, Outcome]:
+def read_ledger(folder: Place) -> dict[str, Outcome]:
     """The last outcome of each id; empty when there is no ledger. A line cut short by a kill is left out."""
+    if isinstance(folder, Remote):
+        return parts.read(folder, NAME)
     try:
-        lines = (folder / NAME).read_text("utf-8", errors="replace").splitlines()
+        return decode((folder / NAME).read_text("utf-8", errors="replace").splitlines())
     except FileNotFoundError:
         return {}
-    found = filter(None, map(_outcome, lines))
-    return {outcome.id: outcome for outcome in found}
 
 
-def write_ledger(folder: Path, outcomes: Iterable[Outcome]) -> None:
+def write_ledger(folder: Place, outcomes: Iterable[Outcome]) -> None:
     """Write the ledger anew: one outcome an id, in the order given."""
+    text = "".join(map(encode, outcomes))
+    if isinstance(folder, Remote):
+        parts.write(folder, NAME, text)
+        return
     with atomic_path(folder / NAME) as partial:
-        partial.write_text("".join(map(_line, outcomes)), "utf-8")
+        partial.write_text(text, "utf-8")
+
+
+def recording(folder: Place) -> AbstractContextManager[Record]:
+    """A function that adds an outcome to the ledger, so that it outlives a kill. Raises OutputError."""
+    return parts.recording(folder) if isinstance(folder, Remote) else _appending(folder)
 
 
 @contextmanager
-def appending(folder: Path) -> Iterator[IO[str]]:
-    """The ledger open for appending, after a line end if a kill left one out. Raises OutputError."""
-    try:
-        with (folder / NAME).open("a+", encoding="utf-8") as stream:
-            _end_line(stream)
-            yield stream
-    except OSError as error:
-        raise OutputError(f"{folder / NAME}: cannot be written: {error.strerror or error}") from error
+def locked(folder: Place) -> Iterator[None]:
+    """Hold the folder for one run; a kill releases it. Raises OutputError when another run holds it.
 
-
-def append(stream: IO[str], outcome: Outcome) -> None:
-    """Add an outcome; it is with the operating system when this returns."""
-    stream.write(_line(outcome))
-    stream.flush()
-
-
-@contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Hold the folder for one run; a kill releases it. Raises OutputError when another run holds it."""
+    Shared storage has no such locks: there the user must keep two runs apart.
+    """
     try:
         import fcntl
-    except ImportError:  # on Windows, where the user must keep two runs apart
+    except ImportError:  # on Windows, where the user must too
+        yield
+        return
+    if isinstance(folder, Remote):
         yield
         return
     descriptor = os.open(folder, os.O_RDONLY)
@@ -88,20 +69,26 @@ def locked(folder: Path) -> Iterator[None]:
         os.close(descriptor)
 
 
+@contextmanager
+def _appending(folder: Path) -> Iterator[Record]:
+    """The same for a path: after a line end, if a kill left one out."""
+    try:
+        with (folder / NAME).open("a+", encoding="utf-8") as stream:
+            _end_line(stream)
+            yield partial(_append, stream)
+    except OSError as error:
+        raise OutputError(f"{folder / NAME}: cannot be written: {error.strerror or error}") from error
+
+
+def _append(stream: IO[str], outcome: Outcome) -> None:
+    """Add an outcome; it is with the operating system when this returns."""
+    stream.write(encode(outcome))
+    stream.flush()
+
+
 def _end_line(stream: IO[str]) -> None:
     size = stream.seek(0, os.SEEK_END)
     if size:
         stream.seek(size - 1)
         if stream.read(1) != "\n":
             stream.write("\n")
-
-
-def _line(outcome: Outcome) -> str:
-    return json.dumps(asdict(outcome), ensure_ascii=False) + "\n"
-
-
-def _outcome(line: str) -> Outcome | None:
-    try:
-        return Outcome(**json.loads(line))
-    except (ValueError, TypeError):
-        return None

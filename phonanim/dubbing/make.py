@@ -3,47 +3,81 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from functools import lru_cache
+from pathlib import Path
+from typing import cast
 
-from phonanim.animate import perform
+from phonanim.animate import Performance, load_cached_rig, load_model, model_hash, perform, with_edits
 from phonanim.dubbing.checks import facts_of
 from phonanim.dubbing.job import Job, Result
-from phonanim.dubbing.ledger import Outcome
-from phonanim.dubbing.origin import is_current, origin_of
+from phonanim.dubbing.line import Line
+from phonanim.dubbing.origin import is_current, origin_of, rig_hash, shared_file_of
+from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.spoken import align_line, aligned
-from phonanim.errors import PhonanimError
-from phonanim.exporters import save
+from phonanim.dubbing.staging import Copies, at_hand, copies, deliver, forget_copies
+from phonanim.dubbing.storage import forget_listings
+from phonanim.errors import OptionError, PhonanimError
+from phonanim.exporters import allotted, save
 from phonanim.files import content_hash
 
 
 def make(job: Job) -> Result:
     """Animate a line and write its outputs, unless they are there already, made from the same things."""
+    begin(job.run)
     line = job.line
-    try:
-        origin = origin_of(line, job.formats)
-        if job.known and is_current(job.known, origin, job.folder):
-            return Result(replace(job.known, place=line.place), made=False)
-        return Result(_made(job, origin), made=True)
-    except PhonanimError as error:
-        why = str(error)
-    except OSError as error:
-        why = f"{error.filename or line.alignment}: {error.strerror or error}"
-    except Exception as error:  # a fault of phonanim costs its line, not the night's run
-        why = f"{line.alignment}: a fault of phonanim, please report it: {type(error).__name__}: {error}"
+    with copies(job) as near:
+        try:
+            return _made(job, near)
+        except PhonanimError as error:
+            why = near.named(str(error))
+        except OSError as error:
+            why = near.named(f"{error.filename or line.alignment}: {error.strerror or error}")
+        except Exception as error:  # a fault of phonanim costs its line, not the night's run
+            why = f"{line.alignment}: a fault of phonanim, please report it: {type(error).__name__}: {error}"
     return Result(Outcome(line.id, line.place, error=why), made=True)
 
 
-def _made(job: Job, origin: dict[str, Any]) -> Outcome:
-    line = job.line
-    outputs = {}
-    alignment = aligned(line, job.folder)
+@lru_cache(maxsize=1)
+def begin(run: str) -> None:
+    """Forget what an earlier run left in this process: its files may have changed since."""
+    for remembered in (load_model, load_cached_rig, model_hash, rig_hash, shared_file_of):
+        remembered.cache_clear()
+    forget_listings()
+    forget_copies()
+
+
+def _made(job: Job, near: Copies) -> Result:
+    """The result of a line, whose files are fetched and whose outputs are delivered as need be."""
+    here = at_hand(job, near)
+    origin = origin_of(here.line, job.formats)
+    if job.known and is_current(job.known, origin, job.folder):
+        return Result(replace(job.known, place=job.line.place), made=False)
+    folder = cast("Path", here.folder)
+    performance, outputs = _written(here.line, folder, origin["outputs"])
+    deliver(list(outputs), folder, job.folder)
+    facts = facts_of(performance, cast("Path | None", here.line.audio))
+    return Result(Outcome(job.line.id, job.line.place, origin, outputs, facts), made=True)
+
+
+def _written(line: Line, folder: Path, names: list[str]) -> tuple[Performance, dict[str, str]]:
+    """The performance of a line, and the content hashes of the outputs that were written of it."""
+    alignment = cast("Path", aligned(line, folder))
+    made = [] if line.text is None else [alignment]
     if line.text is not None:
         align_line(line, alignment)
-        outputs[alignment.relative_to(job.folder).as_posix()] = content_hash(alignment)
-    performance = perform(alignment, line.options, line.audio)
-    for name in origin["outputs"]:
-        path = job.folder / name
+    performance = _edited(perform(alignment, line.options, cast("Path | None", line.audio)), line)
+    paths = [folder / name for name in names]
+    options, idle = allotted(line.exports, paths)
+    if idle:
+        raise OptionError(f"{line.alignment}: {idle[0]} does nothing for {', '.join(names)}; leave it out")
+    for path, given in zip(paths, options, strict=True):
         path.parent.mkdir(parents=True, exist_ok=True)
-        save(performance.animation, path)
-        outputs[name] = content_hash(path)
-    return Outcome(line.id, line.place, origin, outputs, facts_of(performance, line.audio))
+        save(performance.animation, path, **given)
+    return performance, {path.relative_to(folder).as_posix(): content_hash(path) for path in (*made, *paths)}
+
+
+def _edited(performance: Performance, line: Line) -> Performance:
+    if line.edits is None:
+        return performance
+    animation = with_edits(performance.animation, cast("Path", line.edits), line.options)
+    return replace(performance, animation=animation, notes=tuple(animation.provenance["notes"]))

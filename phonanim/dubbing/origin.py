@@ -3,44 +3,69 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Mapping
-from functools import cache
-from pathlib import Path
+from functools import cache, lru_cache
 from typing import Any
 
 from phonanim import __version__
 from phonanim.animate import model_hash
-from phonanim.dubbing.ledger import Outcome
-from phonanim.dubbing.lines import Line
+from phonanim.dubbing.line import Line
+from phonanim.dubbing.outcome import Outcome
+from phonanim.dubbing.storage import Place, Remote, hash_of, is_url, place
+from phonanim.errors import OptionError
 from phonanim.files import content_hash
-from phonanim.overlay import hashes
+from phonanim.options import Options, Overlay
+from phonanim.overlay import find_overlay
 from phonanim.rig.read import find_rig, read_document
 
 RIG_FILES = ("direct", "table", "head", "landmarks", "accents")  # the keys of a rig that name files beside it
 
 
 def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
-    """Everything that the outputs depend on: contents, options, model, rig, version, names."""
-    return {
-        "alignment": [line.alignment.name, content_hash(line.alignment)],
+    """Everything that the outputs depend on: contents, options, model, rig, version, names.
+
+    It is the same for a file and its copy under the same name.
+    """
+    origin = {
+        "alignment": file_of(line.alignment),
         "text": line.text,
-        "audio": [line.audio.name, content_hash(line.audio)] if line.audio else None,
-        "options": line.options.plain(),
-        "overlays": hashes(line.options.overlays),
-        "lexicon": content_hash(Path(line.options.lexicon)) if line.options.lexicon else None,
+        "audio": file_of(line.audio),
+        "edits": file_of(line.edits),
+        "exports": {name: _export(value) for name, value in sorted(line.exports.items())},
+        "options": _options(line.options),
         "model": model_hash(line.options.model),
         "rig": rig_hash(line.options.rig),
         "version": __version__,
         "outputs": [f"{line.output}.{suffix}" for suffix in formats],
     }
+    return dict(json.loads(json.dumps(origin)))  # as the ledger will give it back
 
 
-def is_current(known: Outcome, origin: Mapping[str, Any], folder: Path) -> bool:
+def is_current(known: Outcome, origin: Mapping[str, Any], folder: Place) -> bool:
     """Whether the outputs in the ledger were made from the same things and are there unchanged."""
     if not known.done or known.origin != origin:
         return False
-    files = {folder / name: digest for name, digest in known.outputs.items()}
-    return all(path.is_file() and content_hash(path) == digest for path, digest in files.items())
+    return all(digest_of(folder / name) == digest for name, digest in known.outputs.items())
+
+
+def digest_of(path: Place) -> str:
+    """The content hash of an output; empty when it is gone."""
+    try:
+        return hash_of(path) if isinstance(path, Remote) or path.is_file() else ""
+    except OptionError:  # shared storage is not asked twice for the same file
+        return ""
+
+
+def file_of(path: Place | None) -> list[str] | None:
+    """The name and the content hash of a file of one line."""
+    return [path.name, hash_of(path)] if path else None
+
+
+@lru_cache(maxsize=1024)
+def shared_file_of(path: Place) -> list[str]:
+    """The same for a file that many lines use, such as a character."""
+    return [path.name, hash_of(path)]
 
 
 @cache
@@ -53,3 +78,22 @@ def rig_hash(name: str) -> str:
     if "through" in document:
         hashes.append(rig_hash(document["through"]))
     return hashlib.sha256(" ".join(hashes).encode()).hexdigest()
+
+
+def overlay_place(overlay: Overlay) -> Place:
+    """Where an overlay lies. Raises OptionError when there is none."""
+    return place(overlay.source) if is_url(overlay.source) else find_overlay(overlay.source)
+
+
+def _options(options: Options) -> dict[str, Any]:
+    """The options, with names and hashes of files instead of paths."""
+    lexicon = shared_file_of(place(options.lexicon).absolute()) if options.lexicon else None
+    overlays = [
+        [*shared_file_of(overlay_place(overlay).absolute()), overlay.gain, overlay.span]
+        for overlay in options.overlays
+    ]
+    return {**options.plain(), "lexicon": lexicon, "overlays": overlays}
+
+
+def _export(value: Any) -> Any:
+    return shared_file_of(value.absolute()) if isinstance(value, Place) else value

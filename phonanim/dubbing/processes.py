@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from phonanim.dubbing.job import Job, Result, Task
-from phonanim.dubbing.ledger import Outcome
+from phonanim.dubbing.outcome import Outcome
 from phonanim.threads import one_thread
 
 TRIES = 2  # a job whose worker dies goes to a second one: the first may have been killed from outside

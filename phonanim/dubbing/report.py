@@ -7,12 +7,11 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from phonanim import __version__
-from phonanim.dubbing.ledger import Outcome
-from phonanim.files import write_text
+from phonanim.dubbing.outcome import Outcome
+from phonanim.dubbing.storage import Place, write
 
 WORST = 20  # lines in the summary
 
@@ -31,7 +30,7 @@ tr.good td:first-child { border-left: 4px solid #4a9a5a; }
 """
 
 
-def write_reports(folder: Path, outcomes: Sequence[Outcome], remarks: Sequence[str]) -> None:
+def write_reports(folder: Place, outcomes: Sequence[Outcome], remarks: Sequence[str]) -> None:
     """Write report.json, summary.txt and report.html: the same for the same outcomes, whenever made."""
     ordered = worst_first(outcomes)
     totals = totals_of(ordered)
@@ -41,9 +40,9 @@ def write_reports(folder: Path, outcomes: Sequence[Outcome], remarks: Sequence[s
         "remarks": list(remarks),
         "lines": [_entry(outcome) for outcome in ordered],
     }
-    write_text(folder / "report.json", json.dumps(document, indent=1, ensure_ascii=False) + "\n")
-    write_text(folder / "summary.txt", summary(totals, ordered, remarks))
-    write_text(folder / "report.html", page(totals, ordered, remarks))
+    write(folder / "report.json", json.dumps(document, indent=1, ensure_ascii=False) + "\n")
+    write(folder / "summary.txt", summary(totals, ordered, remarks))
+    write(folder / "report.html", page(totals, ordered, remarks))
 
 
 def worst_first(outcomes: Iterable[Outcome]) -> list[Outcome]:

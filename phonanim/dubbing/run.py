@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Callable, Iterable, Iterator
-from pathlib import Path
 
 from phonanim.dubbing.job import Job, Result
-from phonanim.dubbing.ledger import Outcome, append, appending, locked, read_ledger, write_ledger
+from phonanim.dubbing.ledger import locked, read_ledger, recording, write_ledger
 from phonanim.dubbing.lines import Lines
 from phonanim.dubbing.origin import is_current, origin_of
+from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.report import write_reports
+from phonanim.dubbing.storage import Place, Remote
 from phonanim.errors import OutputError, PhonanimError
 from phonanim.files import PARTIAL
 
@@ -18,7 +20,7 @@ Engine = Callable[[Iterable[Job]], Iterator[Result]]
 
 def run(
     lines: Lines,
-    folder: Path,
+    folder: Place,
     formats: tuple[str, ...],
     engine: Engine,
     tell: Callable[[Result], None] = lambda result: None,
@@ -33,11 +35,11 @@ def run(
         sweep_all(folder)
         known = read_ledger(folder)
         found: dict[str, Outcome] = {}
-        with appending(folder) as ledger:
+        with recording(folder) as record:
             for result in engine(jobs_of(lines, folder, formats, known)):
                 found[result.outcome.id] = result.outcome
                 if result.made:
-                    append(ledger, result.outcome)
+                    record(result.outcome)
                 tell(result)
         outcomes = [found[line.id] for line in lines.lines] + faults_of(lines)
         write_ledger(folder, sorted((known | found).values(), key=lambda outcome: outcome.id))
@@ -45,9 +47,12 @@ def run(
     return outcomes
 
 
-def jobs_of(lines: Lines, folder: Path, formats: tuple[str, ...], known: dict[str, Outcome]) -> Iterator[Job]:
+def jobs_of(
+    lines: Lines, folder: Place, formats: tuple[str, ...], known: dict[str, Outcome]
+) -> Iterator[Job]:
     """A job for each line, with what the ledger knows of it."""
-    return (Job(line, folder.absolute(), formats, known.get(line.id)) for line in lines.lines)
+    run = secrets.token_hex(4)
+    return (Job(line, folder.absolute(), formats, known.get(line.id), run) for line in lines.lines)
 
 
 def faults_of(lines: Lines) -> list[Outcome]:
@@ -55,7 +60,7 @@ def faults_of(lines: Lines) -> list[Outcome]:
     return [Outcome(fault.id, fault.place, error=f"{fault.place}: {fault.message}") for fault in lines.faults]
 
 
-def needed(lines: Lines, folder: Path, formats: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+def needed(lines: Lines, folder: Place, formats: tuple[str, ...]) -> Iterator[tuple[str, str]]:
     """What a run would do with each line: (id, "make" | "keep" | why it would fail); nothing is written."""
     for job in jobs_of(lines, folder, formats, read_ledger(folder)):
         try:
@@ -65,15 +70,22 @@ def needed(lines: Lines, folder: Path, formats: tuple[str, ...]) -> Iterator[tup
             yield job.line.id, str(error)
 
 
-def make_folder(folder: Path) -> None:
-    """Make the output folder and those above it. Raises OutputError."""
+def make_folder(folder: Place) -> None:
+    """Make the output folder and those above it; shared storage needs none. Raises OutputError."""
+    if isinstance(folder, Remote):
+        return
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"{folder}: cannot be made: {error.strerror}") from error
 
 
-def sweep_all(folder: Path) -> None:
-    """Remove the unfinished files that a killed run left, in every folder of the output."""
+def sweep_all(folder: Place) -> None:
+    """Remove the unfinished files that a killed run left, in every folder of the output.
+
+    Shared storage has none: objects are put there whole.
+    """
+    if isinstance(folder, Remote):
+        return
     for leftover in folder.rglob(f".*{PARTIAL}*"):
         leftover.unlink(missing_ok=True)

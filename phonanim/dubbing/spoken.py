@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import cast
 
 from phonanim.aligner import align
-from phonanim.dubbing.lines import Line
+from phonanim.dubbing.line import Line
+from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError
 from phonanim.labels import load_language
 from phonanim.textgrid import write_textgrid
@@ -13,7 +15,7 @@ from phonanim.textgrid import write_textgrid
 SUFFIX = ".aligned.TextGrid"
 
 
-def aligned(line: Line, folder: Path) -> Path:
+def aligned(line: Line, folder: Place) -> Place:
     """Where the alignment of a line is, or will be once it is made into `folder`."""
     return line.alignment if line.text is None else folder / f"{line.output}{SUFFIX}"
 
@@ -26,6 +28,6 @@ def align_line(line: Line, target: Path) -> None:
             f"{line.alignment}: text is aligned in English only, not in {language!r}; give an alignment "
             "(phonanim align --aligner mfa makes one)"
         )
-    found = align(line.alignment, line.text)
+    found = align(cast("Path", line.alignment), line.text)
     target.parent.mkdir(parents=True, exist_ok=True)
     write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)

@@ -9,9 +9,9 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
-from pathlib import Path
 from typing import Any
 
+from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError
 
 SUFFIXES = (".csv", ".tsv", ".jsonl", ".ndjson")
@@ -23,7 +23,8 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "audio": ("wav", "sound", "recording", "audiofile", "audiopath", "voice", "voicefile", "media"),
     "text": ("transcript", "transcription", "sentence", "said"),
     "language": ("lang", "locale", "alphabet"),
-    "rig": ("character", "char", "rigname", "face", "head"),
+    "rig": ("rigname", "face", "head"),
+    "character": ("char", "charactername", "avatar", "characterfile", "glb", "vrm"),
     "model": ("modelname",),
     "tier": ("phonetier",),
     "speaker": ("who", "talker", "actor"),
@@ -34,6 +35,11 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "intensity": ("strength",),
     "jaw": (),
     "lips": (),
+    "gain": ("gains", "controlgains"),
+    "smooth": ("smoothing",),
+    "overlay": ("overlays", "overlayfile", "pose"),
+    "edits": ("edit", "editsfile", "sidecar", "changes", "animatorsedits"),
+    "timecode": ("tc", "starttimecode", "timecodein", "tcin"),
     "output": ("out", "outputpath", "outputname", "target", "destination"),
 }
 
@@ -54,7 +60,7 @@ class Table:
     unused: tuple[str, ...]
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Place) -> Table:
     """Read a table of lines. Raises OptionError naming the missing column or the damaged row."""
     records = list(_records(path))
     if not records:
@@ -66,7 +72,7 @@ def read_table(path: Path) -> Table:
     return Table(rows, tuple(header for header, column in columns.items() if column is None))
 
 
-def _records(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
+def _records(path: Place) -> Iterator[tuple[int, dict[str, Any]]]:
     """Row number as an editor or a spreadsheet shows it (from 1, the header included), and the row."""
     text = _text(path)
     if path.suffix.lower() in (".jsonl", ".ndjson"):
@@ -84,7 +90,7 @@ def _records(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
         raise OptionError(f"{path} row {reader.line_num}: is no row of a table ({error})") from error
 
 
-def _json_records(path: Path, text: str) -> Iterator[tuple[int, dict[str, Any]]]:
+def _json_records(path: Place, text: str) -> Iterator[tuple[int, dict[str, Any]]]:
     for number, line in enumerate(text.splitlines(), start=1):
         if not line.strip():
             continue
@@ -99,7 +105,7 @@ def _json_records(path: Path, text: str) -> Iterator[tuple[int, dict[str, Any]]]
         yield number, record
 
 
-def _text(path: Path) -> str:
+def _text(path: Place) -> str:
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -125,7 +131,7 @@ def _canonical(header: str) -> str | None:
     return None
 
 
-def _check(path: Path, columns: dict[str, str | None]) -> None:
+def _check(path: Place, columns: dict[str, str | None]) -> None:
     known = [column for column in columns.values() if column]
     if "alignment" not in known and not {"audio", "text"} <= set(known):
         near = get_close_matches("alignment", list(columns), n=1, cutoff=0.5)

@@ -6,11 +6,13 @@ can be read back, `read(path) -> Animation`. A name that begins with `_` is a he
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import import_module
 from inspect import signature
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -39,6 +41,13 @@ def find_exporter(path: Path) -> ModuleType:
 def options_of(path: Path) -> tuple[str, ...]:
     """The names of the options of a path's format, such as `keys` or `character`."""
     return tuple(signature(find_exporter(path).write).parameters)[2:]
+
+
+def allotted(options: Mapping[str, Any], paths: Sequence[Path]) -> tuple[list[dict[str, Any]], list[str]]:
+    """For each path those options that its format has, and the names of those that none of them has."""
+    known = [options_of(path) for path in paths]
+    given = [{name: value for name, value in options.items() if name in names} for names in known]
+    return given, [name for name in options if not any(name in names for names in known)]
 
 
 def formats() -> dict[str, str]:

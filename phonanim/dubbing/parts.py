@@ -1,0 +1,65 @@
+"""The ledger on shared storage, where a file cannot grow: parts, each a whole object, until the run ends.
+
+A part holds the outcomes of some seconds. When the run ends, the whole ledger is written and the parts are
+removed, the oldest first: those that a kill leaves are then the newest, and say nothing old of any line.
+"""
+
+from __future__ import annotations
+
+import secrets
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import PurePosixPath
+
+from phonanim.dubbing.outcome import Outcome, decode, encode
+from phonanim.dubbing.storage import Remote, forget_listings
+
+FOLDER = "ledger.parts"
+PERIOD = 5.0  # seconds; what ended since the last part is made again after a kill
+
+
+def read(folder: Remote, name: str) -> dict[str, Outcome]:
+    """The ledger of that name, with the parts of a run that was killed."""
+    forget_listings()
+    whole = folder / name
+    texts = [part.read_bytes() for part in ([whole] if whole.is_file() else []) + _parts(folder)]
+    return decode(line for text in texts for line in text.decode("utf-8", "replace").splitlines())
+
+
+def write(folder: Remote, name: str, text: str) -> None:
+    """Write the whole ledger, and remove its parts."""
+    (folder / name).write_bytes(text.encode("utf-8"))
+    for part in _parts(folder):
+        part.unlink()
+
+
+@contextmanager
+def recording(folder: Remote) -> Iterator[Callable[[Outcome], None]]:
+    """A function that takes outcomes, which become a part every few seconds and at the end."""
+    waiting: list[Outcome] = []
+    last = time.monotonic()
+
+    def record(outcome: Outcome) -> None:
+        nonlocal last
+        waiting.append(outcome)
+        if time.monotonic() - last >= PERIOD:
+            _write(folder, waiting)
+            last = time.monotonic()
+
+    try:
+        yield record
+    finally:
+        _write(folder, waiting)
+
+
+def _write(folder: Remote, waiting: list[Outcome]) -> None:
+    """Make a part of what waits. Its name sorts by time, and is no other run's."""
+    if waiting:
+        name = PurePosixPath(FOLDER, f"{time.time_ns():020}-{secrets.token_hex(4)}.jsonl")
+        (folder / name).write_bytes("".join(map(encode, waiting)).encode("utf-8"))
+        waiting.clear()
+
+
+def _parts(folder: Remote) -> list[Remote]:
+    return (folder / FOLDER).files()

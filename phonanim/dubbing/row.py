@@ -1,0 +1,132 @@
+"""From a row of a table to a line: paths made absolute, cells before the options of the run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from phonanim.audio import SUFFIXES as RECORDINGS
+from phonanim.dubbing.line import Line
+from phonanim.dubbing.names import safe_name
+from phonanim.dubbing.storage import Place, place
+from phonanim.dubbing.styles import DIALS, Styles, find_style, read_styles
+from phonanim.dubbing.table import Row
+from phonanim.errors import OptionError
+from phonanim.options import DEFAULTS, Options, Overlay
+from phonanim.overlay import is_pose
+from phonanim.rates import parse_rate
+from phonanim.spelling import parse_gain, parse_gains, parse_overlay, parse_smoothing
+
+TEXTS = ("rig", "model", "language", "tier", "speaker", "unknown")
+CHARACTERS = (".glb", ".vrm")
+EDITS = ".edits.json"
+UNKNOWN = ("error", "nearest", "silence")
+# Columns with numbers, the option that each is of, and how it is read.
+PARSED: dict[str, tuple[str, Callable[[str], Any]]] = {
+    "fps": ("fps", parse_rate),
+    "smooth": ("smooth", parse_smoothing),
+    "gain": ("gains", lambda cell: parse_gains(cell.split(";"))),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Common:
+    """What the lines of a run share, unless a row says otherwise.
+
+    `exports` are options of output formats; `edits` is a folder with an animator's changes of each line,
+    `<output>.edits.json`.
+    """
+
+    options: Options = DEFAULTS
+    styles: Styles = field(default_factory=read_styles)
+    exports: Mapping[str, Any] = field(default_factory=dict)
+    edits: Place | None = None
+
+
+def line_of(id: str, row: Row, root: Place, common: Common) -> Line:
+    """The line of a row, whose paths are relative to `root`. Raises OptionError for cells of no use."""
+    cells = row.cells
+    spoken = "alignment" not in cells
+    if spoken and not {"audio", "text"} <= cells.keys():
+        raise OptionError("the row names no alignment; fill its cell, or those of audio and text")
+    output = safe_name(cells.get("output", id))
+    alignment = _found(cells["audio" if spoken else "alignment"], root)
+    return Line(
+        id=id,
+        place=row.place,
+        alignment=alignment,
+        audio=_found(cells["audio"], root) if "audio" in cells else _beside(alignment),
+        options=replace(common.options, **_overrides(cells, root, common.styles)),
+        output=output,
+        text=cells["text"] if spoken else None,
+        edits=_found(cells["edits"], root) if "edits" in cells else _sidecar(common.edits, str(output)),
+        exports={**common.exports, **_exports(cells, root)},
+    )
+
+
+def is_character(cell: str) -> bool:
+    """Whether a cell names a file to animate; otherwise it names a rig."""
+    return cell.lower().endswith(CHARACTERS)
+
+
+def _found(name: str, root: Place) -> Place:
+    path = place(name, root).absolute()
+    if not path.is_file():
+        raise OptionError(f"{path}: does not exist; correct the path")
+    return path
+
+
+def _beside(alignment: Place) -> Place | None:
+    """The recording of the same stem, if there is one."""
+    candidates = (alignment.with_suffix(suffix) for suffix in RECORDINGS)
+    return next((path for path in candidates if path.is_file()), None)
+
+
+def _sidecar(folder: Place | None, output: str) -> Place | None:
+    if folder is None:
+        return None
+    path = (folder / f"{output}{EDITS}").absolute()
+    return path if path.is_file() else None
+
+
+def _exports(cells: Mapping[str, str], root: Place) -> dict[str, Any]:
+    chosen: dict[str, Any] = {}
+    if is_character(cells.get("character", "")):
+        chosen["character"] = _found(cells["character"], root)
+    if "timecode" in cells:
+        chosen["timecode"] = cells["timecode"]
+    return chosen
+
+
+def _overrides(cells: Mapping[str, str], root: Place, styles: Styles) -> dict[str, Any]:
+    """What the cells say of the options: of several that say the same, the style stands last."""
+    chosen: dict[str, Any] = dict(find_style(cells["style"], styles)) if "style" in cells else {}
+    chosen |= {name: cells[name] for name in TEXTS if name in cells} | _rig(cells)
+    if chosen.get("unknown", "error") not in UNKNOWN:
+        raise OptionError(f"unknown = {chosen['unknown']!r}; choose error, nearest or silence")
+    chosen |= {name: parse_gain(name, cells[name]) for name in DIALS if name in cells}
+    chosen |= {field: parse(cells[name]) for name, (field, parse) in PARSED.items() if name in cells}
+    if "lexicon" in cells:
+        chosen["lexicon"] = str(_found(cells["lexicon"], root))
+    if "overlay" in cells:
+        chosen["overlays"] = tuple(_overlay(text, root) for text in cells["overlay"].split(";"))
+    return chosen
+
+
+def _rig(cells: Mapping[str, str]) -> dict[str, str]:
+    """The rig that a cell of characters names."""
+    name = cells.get("character", "")
+    if not name or is_character(name):
+        return {}
+    if "rig" in cells:
+        raise OptionError(f"character = {name!r} and rig = {cells['rig']!r} both name a rig; give one")
+    return {"rig": name}
+
+
+def _overlay(text: str, root: Place) -> Overlay:
+    """An overlay whose file is relative to the table, unless it is a shipped pose."""
+    overlay = parse_overlay(text)
+    if is_pose(overlay.source):
+        return overlay
+    return replace(overlay, source=str(_found(overlay.source, root)))
