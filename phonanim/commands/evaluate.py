@@ -1,0 +1,221 @@
+"""`phonanim evaluate`: score the output of any tool against a reference."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from phonanim.commands import Talk, talk_options
+
+if TYPE_CHECKING:
+    from phonanim.phones import PhoneTrack
+    from phonanim.scoring import Scores
+    from phonanim.surfaces import Settings
+
+PATH = click.Path(exists=True, path_type=Path)
+FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
+SEED = 0  # of the bootstrap, so that the same files give the same intervals
+# What a table of files shows, the first four of these that were measured.
+LEADING = (
+    "lve_mm",
+    "mve_mm",
+    "aperture_r",
+    "pbm_least_gap_mm",
+    "control_mse",
+    "control_l1",
+    "control_lag_ms",
+)
+
+
+@click.command()
+@click.argument("predictions", type=PATH)
+@click.option("--reference", type=PATH, required=True, help="What it should be: a file, or a folder.")
+@click.option("--mask", "masks", multiple=True, metavar="[REGION=]FILE", help="Vertices of a region.")
+@click.option("--alignment", type=PATH, help="What is said: a file, or a folder of them by stem.")
+@click.option("--language", default="auto", help="Label set of the alignment.")
+@click.option("--template", type=FILE, help="The mesh at rest: .ply, .obj or .npy.")
+@click.option("--reference-template", type=FILE, help="The reference's, where it is another face.")
+@click.option("--lips", help="Four vertices of the mesh: upper lip, lower lip, right and left corner.")
+@click.option("--unit", type=click.Choice(["m", "cm", "mm"]), help="Of vertices; found by size otherwise.")
+@click.option("--fps", metavar="RATE", help="Rate of a .npy of predictions (default 30).")
+@click.option("--reference-fps", metavar="RATE", help="Rate of a .npy of references (default --fps).")
+@talk_options
+def command(
+    predictions: Path,
+    reference: Path,
+    masks: tuple[str, ...],
+    alignment: Path | None,
+    language: str,
+    template: Path | None,
+    reference_template: Path | None,
+    lips: str | None,
+    unit: str | None,
+    fps: str | None,
+    reference_fps: str | None,
+    talk: Talk,
+) -> None:
+    """Score PREDICTIONS of any tool against a reference, file by file or folder by folder.
+
+    Reads curves (.npz .json .csv .glb .usda .track.json) and vertices or controls (.npy in the layouts of
+    VOCA, FaceFormer, CodeTalker and FaceDiffuser). ARKit curves are also scored in millimetres on the shipped
+    head. docs/evaluation.md says what each measure means.
+
+    \b
+    Examples:
+      phonanim evaluate line.npz --reference capture.csv --alignment line.TextGrid
+      phonanim evaluate ofx.track.json --reference capture.glb --json
+      phonanim evaluate out/ --reference vertices_npy/ --mask lips=lve.txt --mask upper=fdd.txt --fps 25
+    """
+    from phonanim.masks import parse_masks
+    from phonanim.predictions import pair_files, read_template
+    from phonanim.rates import parse_rate
+    from phonanim.surfaces import Settings
+
+    own = parse_rate(fps) if fps else None
+    rates = own, parse_rate(reference_fps) if reference_fps else own
+    settings = Settings(
+        masks=parse_masks(masks),
+        lips=_four(lips) if lips else (),
+        template=read_template(template) if template else None,
+        reference_template=read_template(reference_template) if reference_template else None,
+        unit=unit,
+    )
+    pairs = pair_files(predictions, reference)
+    with talk.progress("scoring") as progress:
+        rows, diversities = score_all(pairs, rates, settings, alignment, language, progress)
+    facts = report(rows, diversities)
+    for note in dict.fromkeys(note for scores in rows.values() for note in scores.notes):
+        talk.say(f"note: {note}")
+    talk.result(facts, "\n".join(one(rows) if len(rows) == 1 else several(rows, facts)))
+
+
+def score_all(
+    pairs: list[tuple[Path, Path]],
+    rates: tuple[float | None, float | None],
+    settings: Settings,
+    alignment: Path | None,
+    language: str,
+    progress: Any,
+) -> tuple[dict[str, Scores], list[float]]:
+    """The scores of every prediction by name, and the diversity of each line that has several."""
+    from dataclasses import replace
+
+    from phonanim.errors import PhonanimError
+    from phonanim.predictions import read_motion
+    from phonanim.scoring import score, spread
+
+    rows: dict[str, Scores] = {}
+    takes: dict[Path, list[Any]] = {}
+    other = settings.template if settings.reference_template is None else settings.reference_template
+    for done, (mine, theirs) in enumerate(pairs, start=1):
+        said = replace(settings, track=spoken_in(alignment, mine, language) if alignment else None)
+        predicted = read_motion(mine, rates[0], settings.template)
+        captured = read_motion(theirs, rates[1], other)
+        try:
+            rows[mine.name] = score(predicted, captured, said)
+        except PhonanimError as error:
+            raise type(error)(f"{mine} against {theirs}: {error}") from error
+        takes.setdefault(theirs, []).append(predicted)
+        progress(done / len(pairs))
+    found = (spread(group, settings) for group in takes.values() if len(group) > 1)
+    return rows, [value for value in found if value is not None]
+
+
+def spoken_in(alignment: Path, prediction: Path, language: str) -> PhoneTrack:
+    """The phones of a line, from a file or from the one of its stem in a folder. Raises EvaluationError."""
+    from phonanim.alignment import read_alignment
+    from phonanim.errors import EvaluationError
+    from phonanim.language import to_phones
+    from phonanim.predictions import stem
+
+    if alignment.is_dir():
+        named = sorted(path for path in alignment.iterdir() if path.stem == stem(prediction))
+        if not named:
+            raise EvaluationError(
+                f"{alignment}: has no alignment named {stem(prediction)}; leave it out or add it"
+            )
+        alignment = named[0]
+    return to_phones(read_alignment(alignment), language)[0]
+
+
+def report(rows: dict[str, Scores], diversities: list[float]) -> dict[str, Any]:
+    """Everything, for scripts; what is not a number is null."""
+    summary = summarized(rows)
+    if diversities:
+        summary["diversity_mm"] = {"mean": sum(diversities) / len(diversities), "files": len(diversities)}
+    return {
+        "files": {
+            name: {
+                "frames": scores.frames,
+                "fps": scores.fps,
+                "measures": {key: _number(value) for key, value in scores.measures.items()},
+                "error_by_phone": scores.error,
+                "phones": [vars(row) for row in scores.phones],
+                "classes": [vars(row) for row in scores.classes],
+                "notes": list(scores.notes),
+            }
+            for name, scores in rows.items()
+        },
+        "summary": summary,
+    }
+
+
+def summarized(rows: dict[str, Scores]) -> dict[str, dict[str, Any]]:
+    """Mean over files of each measure, and its 95 % interval when files are drawn anew."""
+    import numpy as np
+
+    from phonanim.statistics import bootstrap_interval, mean_rows
+
+    found: dict[str, dict[str, Any]] = {}
+    for key in dict.fromkeys(key for scores in rows.values() for key in scores.measures):
+        values = np.array([scores.measures.get(key, math.nan) for scores in rows.values()])
+        values = values[np.isfinite(values)]
+        if len(values) == 0:
+            continue
+        found[key] = {"mean": float(values.mean()), "files": len(values)}
+        if len(values) > 1:
+            interval = bootstrap_interval(mean_rows(values), np.random.default_rng(SEED))
+            found[key]["interval"] = list(interval)
+    return found
+
+
+def one(rows: dict[str, Scores]) -> list[str]:
+    """A table of measures, and one by class of phones."""
+    scores = next(iter(rows.values()))
+    lines = [f"{key:<34} {value:12.4f}" for key, value in scores.measures.items()]
+    if scores.classes:
+        lines += ["", f"{scores.error} by class of phones"]
+        lines += [f"{row.name:<34} {row.mean:12.4f}  {row.segments} sounds" for row in scores.classes]
+    return [f"{scores.frames} frames at {scores.fps:g} fps", *lines]
+
+
+def several(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
+    """The leading measures per file, then the mean and interval of all."""
+    chosen = [key for key in LEADING if key in facts["summary"]][:4]
+    width = max(map(len, rows))
+    lines = [" ".join([f"{'':<{width}}", *(f"{key:>22}" for key in chosen)])]
+    for name, scores in rows.items():
+        lines.append(
+            " ".join([f"{name:<{width}}", *(f"{scores.measures.get(k, math.nan):22.4f}" for k in chosen)])
+        )
+    lines += ["", f"{'mean of files':<34} {'':>12}  95 % interval"]
+    for key, entry in facts["summary"].items():
+        low, high = entry.get("interval", (math.nan, math.nan))
+        lines.append(f"{key:<34} {entry['mean']:12.4f}  {low:.4f} to {high:.4f}")
+    return lines
+
+
+def _four(text: str) -> tuple[int, ...]:
+    try:
+        return tuple(int(word) for word in text.split(","))
+    except ValueError as error:
+        raise click.BadParameter(
+            f"{text!r} is not four vertex numbers such as 3531,3504,2827,1710"
+        ) from error
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,194 @@
+"""Motion to be scored, of any tool: curves of controls, or the vertices of a mesh over time.
+
+Curves come from every format that `phonanim convert` reads (ours, Live Link CSV, GLB, USD, OpenFaceFX
+tracks); vertices from the .npy layouts of VOCA, FaceFormer, CodeTalker and FaceDiffuser.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.animation import Animation
+from phonanim.errors import EvaluationError, MissingExtraError
+from phonanim.exporters import load, suffixes
+
+Array = NDArray[np.float64]
+# Meshes whose frames are stored flat, by their number of vertices.
+FLAT_MESHES = {
+    5023: "FLAME: VOCASET, FaceFormer, CodeTalker",
+    23370: "BIWI: FaceFormer, CodeTalker, FaceDiffuser",
+    6172: "Multiface: FaceDiffuser",
+}
+MOST_CONTROLS = 1000  # a flat frame of more values that is no known mesh is not taken for a rig's controls
+NPY_FPS = 30.0  # a .npy does not say; VOCASET at FaceFormer's rate, and FaceDiffuser's rigs
+
+
+@dataclass(frozen=True)
+class Vertices:
+    """A mesh over time: `points` (frames, vertices, 3) at `start` + n / `fps` seconds, in the file's unit."""
+
+    points: Array
+    fps: float
+    start: float = 0.0
+
+    @property
+    def times(self) -> Array:
+        """(frames,) seconds."""
+        return self.start + np.arange(len(self.points)) / self.fps
+
+
+Motion = Animation | Vertices
+
+
+def read_motion(path: Path, fps: float | None = None, template: Array | None = None) -> Motion:
+    """Read a file of motion. `fps` is the rate of a .npy, `template` (vertices, 3) the mesh it is of.
+
+    Raises EvaluationError when the layout is unknown or a value is not finite, and OutputError or RigError as
+    the format's own reader does.
+    """
+    if path.suffix.lower() == ".npy":
+        return from_array(_load(path), str(path), fps or NPY_FPS, template)
+    animation = load(path)
+    check_finite(animation.values, str(path))
+    return animation
+
+
+def from_array(array: NDArray[Any], source: str, fps: float, template: Array | None = None) -> Motion:
+    """Motion of a bare array, by its shape.
+
+    (frames, vertices, 3) is a mesh; (frames, 3 vertices) is one where `template` or FLAT_MESHES knows as many
+    vertices; (frames, controls) are curves without names, "0", "1", ... A leading axis of one is dropped.
+    Raises EvaluationError.
+    """
+    if array.ndim > 2 and array.shape[0] == 1:
+        array = array[0]
+    if not np.issubdtype(array.dtype, np.number) or array.size == 0:
+        raise EvaluationError(
+            f"{source}: holds {array.dtype} of shape {array.shape}, not the numbers of frames"
+        )
+    check_finite(array.reshape(len(array), -1), source)
+    if array.ndim == 3 and array.shape[2] == 3:
+        return Vertices(array.astype(np.float64), fps)
+    if array.ndim != 2:
+        raise EvaluationError(_unknown(source, array.shape))
+    known = [*FLAT_MESHES, *([len(template)] if template is not None else [])]
+    if array.shape[1] in [3 * count for count in known]:
+        return Vertices(array.reshape(len(array), -1, 3).astype(np.float64), fps)
+    if array.shape[1] > MOST_CONTROLS:
+        raise EvaluationError(_unknown(source, array.shape))
+    names = tuple(map(str, range(array.shape[1])))
+    return Animation(array.astype(np.float32), names, fps, rig="")
+
+
+def read_template(path: Path) -> Array:
+    """Vertices of a mesh at rest, (vertices, 3), in the order of the .npy, .obj or .ply (extra `train`).
+
+    Raises EvaluationError, RigError, MissingExtraError.
+    """
+    suffix = path.suffix.lower()
+    if suffix == ".npy":
+        points = _load(path)
+    elif suffix == ".obj":
+        from phonanim.rig.meshes import read_obj
+
+        points = read_obj(path)[0]
+    elif suffix == ".ply":
+        points = _read_ply(path)
+    else:
+        raise EvaluationError(f"{path}: a template is a .ply, an .obj or a .npy of vertices")
+    if points.ndim != 2 or points.shape[1] != 3 or not np.issubdtype(points.dtype, np.number):
+        raise EvaluationError(f"{path}: a template has shape (vertices, 3), this one {points.shape}")
+    check_finite(points, str(path))
+    return points.astype(np.float64)
+
+
+def at_times(motion: Motion, times: Array) -> Motion:
+    """The same motion at other instants within it, evenly spaced, straight between frames."""
+    fps = 1 / float(np.diff(times).mean())
+    if isinstance(motion, Vertices):
+        flat = interpolated(motion.points.reshape(len(motion.points), -1), motion, times)
+        return Vertices(flat.reshape(len(times), -1, 3), fps, float(times[0]))
+    values = interpolated(motion.values.astype(np.float64), motion, times)
+    return replace(motion, values=values.astype(np.float32), fps=fps, start=float(times[0]))
+
+
+def interpolated(values: Array, motion: Motion, times: Array) -> Array:
+    """Rows (frames, n) of a motion at instants, (times,) -> (times, n)."""
+    places = np.clip((times - motion.start) * motion.fps, 0, len(values) - 1)
+    first = np.minimum(places.astype(np.int64), max(len(values) - 2, 0))
+    share = (places - first)[:, None]
+    return np.asarray((1 - share) * values[first] + share * values[np.minimum(first + 1, len(values) - 1)])
+
+
+def pair_files(predictions: Path, reference: Path) -> list[tuple[Path, Path]]:
+    """What belongs together, sorted by name: two files, or the files of two folders whose stems are alike.
+
+    A prediction may go on with `_condition_...`, as FaceFormer, CodeTalker and FaceDiffuser name the styles
+    of a line, so a reference can have several. Raises EvaluationError when nothing pairs.
+    """
+    if predictions.is_dir() != reference.is_dir():
+        raise EvaluationError(f"{predictions} and {reference}: give two files or two folders")
+    if not predictions.is_dir():
+        return [(predictions, reference)]
+    references = {stem(path): path for path in _motions(reference)}
+    found = [(path, references[line]) for path in _motions(predictions) if (line := stem(path)) in references]
+    if not found:
+        raise EvaluationError(f"{predictions}: no file is named like one of {reference}; match them by stem")
+    return found
+
+
+def stem(path: Path) -> str:
+    """The name of a line: without the suffix of its format, and without `_condition_...`."""
+    name = path.name
+    suffix = max((s for s in suffixes() if name.lower().endswith(s)), key=len, default=path.suffix)
+    return name.removesuffix(name[len(name) - len(suffix) :]).split("_condition_")[0]
+
+
+def _motions(folder: Path) -> list[Path]:
+    known = (".npy", *suffixes())
+    return sorted(
+        p for p in folder.iterdir() if p.name.lower().endswith(known) and not p.name.startswith(".")
+    )
+
+
+def check_finite(values: NDArray[Any], source: str) -> None:
+    """Raise EvaluationError naming the first value, (rows, columns), that is not a number."""
+    wrong = np.argwhere(~np.isfinite(values))
+    if len(wrong):
+        row, column = wrong[0]
+        raise EvaluationError(
+            f"{source}: {values[row, column]} in frame {row}, value {column} ({len(wrong)} such); mend it"
+        )
+
+
+def _unknown(source: str, shape: tuple[int, ...]) -> str:
+    meshes = ", ".join(f"(frames, {3 * count}) of {what}" for count, what in FLAT_MESHES.items())
+    return (
+        f"{source}: shape {shape} is no known layout; known are (frames, vertices, 3), {meshes}; "
+        "for another mesh give its --template"
+    )
+
+
+def _load(path: Path) -> NDArray[Any]:
+    try:
+        return np.asarray(np.load(path, allow_pickle=False))
+    except (OSError, ValueError, EOFError) as error:
+        raise EvaluationError(f"{path}: cannot be read as a NumPy array: {error}") from error
+
+
+def _read_ply(path: Path) -> NDArray[Any]:
+    try:
+        import trimesh
+    except ImportError as error:
+        raise MissingExtraError(
+            "reading .ply needs the extra 'train': pip install 'phonanim[train]'"
+        ) from error
+    try:
+        return np.asarray(trimesh.load(path, process=False).vertices)
+    except (OSError, ValueError, AttributeError, KeyError, IndexError) as error:
+        raise EvaluationError(f"{path}: cannot be read as a PLY mesh: {error}") from error

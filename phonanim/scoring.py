@@ -1,0 +1,178 @@
+"""Score motion against a reference: what both sides allow, from control errors to millimetres on a mesh.
+
+The steps: both sides at the same instants, controls compared by name, both put on a mesh where that can be
+done, vertices compared by region, lips compared as curves, errors sorted by phone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.animation import Animation
+from phonanim.errors import EvaluationError
+from phonanim.measures import control_measures, lip_measures, vertex_measures
+from phonanim.metrics import (
+    PhoneError,
+    by_class,
+    by_phone,
+    diversity,
+    mean_vertex_error,
+    squared_error,
+)
+from phonanim.morphs import plain
+from phonanim.predictions import Motion, at_times
+from phonanim.surfaces import Settings, Surface, surface
+
+Array = NDArray[np.float64]
+FEWEST = 4  # frames: less has no spectrum and no jerk
+STRANGERS = 10.0  # mm between mean faces: no error of speech, but another head or another unit
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Measures by name; the measure `error` by phone and class of phones; what to know of it all."""
+
+    measures: dict[str, float]
+    frames: int
+    fps: float
+    error: str
+    phones: tuple[PhoneError, ...] = ()
+    classes: tuple[PhoneError, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def score(predicted: Motion, captured: Motion, settings: Settings) -> Scores:
+    """Every measure that the two sides allow.
+
+    Raises EvaluationError when they share no instants, no controls or no mesh.
+    """
+    predicted, captured, notes = in_step(predicted, captured)
+    measures: dict[str, float] = {}
+    errors: dict[str, Array] = {}
+    if isinstance(predicted, Animation) and isinstance(captured, Animation):
+        predicted, captured, remarks = same_channels(predicted, captured)
+        measures |= control_measures(predicted, captured)
+        errors["control_mse"] = squared_error(predicted.values, captured.values)
+        notes += remarks
+    surfaces = both_surfaces(predicted, captured, settings)
+    if surfaces:
+        ours, theirs = surfaces
+        measures |= vertex_measures(ours, theirs, captured.fps)
+        if theirs.lips:
+            measures |= lip_measures(ours.lips, theirs.lips, captured.times, captured.fps, settings.track)
+        rows = ours.masks.get("lips", np.arange(ours.points.shape[1]))
+        errors["tmve_lips_mm" if "lips" in ours.masks else "mve_mm"] = mean_vertex_error(
+            ours.points, theirs.points, rows
+        )
+        notes += [*theirs.notes, *_doubts(ours, theirs)]
+    if not errors:
+        raise EvaluationError(
+            "controls cannot be compared with the vertices of another mesh than the shipped head; "
+            "give both as controls or both as vertices"
+        )
+    name, error = list(errors.items())[-1]
+    tables = [
+        f(error, captured.times, settings.track) if settings.track else [] for f in (by_phone, by_class)
+    ]
+    return Scores(measures, len(error), captured.fps, name, tuple(tables[0]), tuple(tables[1]), tuple(notes))
+
+
+def in_step(predicted: Motion, captured: Motion) -> tuple[Motion, Motion, list[str]]:
+    """Both at those of the reference's instants that both have. Raises EvaluationError when they are few."""
+    ends = [float(motion.times[-1]) for motion in (predicted, captured)]
+    first, slack = max(predicted.start, captured.start), 0.5 / captured.fps
+    times = captured.times
+    kept = times[(times >= first - slack) & (times <= min(ends) + slack)]
+    if len(kept) < FEWEST:
+        raise EvaluationError(
+            f"predictions from {predicted.start:g} to {ends[0]:g} s and a reference from {captured.start:g} "
+            f"to {ends[1]:g} s share {len(kept)} frames; {FEWEST} are needed"
+        )
+    notes = []
+    if not np.isclose(predicted.fps, captured.fps):
+        notes.append(f"predictions at {predicted.fps:g} fps, read at the reference's {captured.fps:g}")
+    if abs(ends[0] - ends[1]) > slack or not np.isclose(predicted.start, captured.start):
+        notes.append(
+            f"predictions {predicted.start:.3f} to {ends[0]:.3f} s, reference {captured.start:.3f} to "
+            f"{ends[1]:.3f} s: scored from {kept[0]:.3f} to {kept[-1]:.3f} s"
+        )
+    return at_times(predicted, kept), at_times(captured, kept), notes
+
+
+def same_channels(predicted: Animation, captured: Animation) -> tuple[Animation, Animation, list[str]]:
+    """Both with the reference's channels, by name; those that the predictions lack are at zero.
+
+    Raises EvaluationError when no name agrees, or, for controls without names, when their number differs.
+    """
+    if not predicted.rig and not captured.rig and len(predicted.channels) != len(captured.channels):
+        raise EvaluationError(
+            f"the predictions have shape {predicted.values.shape}, the reference {captured.values.shape}; "
+            "controls without names must be as many on both sides"
+        )
+    own = {plain(name): row for row, name in enumerate(predicted.channels)}
+    theirs = [plain(name) for name in captured.channels]
+    if not own.keys() & set(theirs):
+        raise EvaluationError(
+            f"no control in common: the predictions have {_some(predicted.channels)}, the reference "
+            f"{_some(captured.channels)}; bring both to one rig"
+        )
+    values = np.zeros_like(captured.values)
+    shared = [column for column, name in enumerate(theirs) if name in own]
+    values[:, shared] = predicted.values[:, [own[theirs[column]] for column in shared]]
+    lacking = [name for name in captured.channels if plain(name) not in own]
+    extra = [name for name in predicted.channels if plain(name) not in theirs]
+    notes = [f"controls that the predictions lack count as zero: {_some(lacking)}"] if lacking else []
+    notes += [f"controls that the reference lacks are left out: {_some(extra)}"] if extra else []
+    return replace(predicted, values=values, channels=captured.channels), captured, notes
+
+
+def both_surfaces(predicted: Motion, captured: Motion, settings: Settings) -> tuple[Surface, Surface] | None:
+    """Both sides on one mesh; None where that cannot be done. Raises EvaluationError on different meshes.
+
+    Where both have a template of their own, each motion is taken from its own and laid on the reference's.
+    """
+    theirs_at_rest = settings.template if settings.reference_template is None else settings.reference_template
+    ours = surface(predicted, settings, settings.template)
+    theirs = surface(captured, settings, theirs_at_rest)
+    if ours is None or theirs is None:
+        return None
+    if ours.points.shape != theirs.points.shape:
+        raise EvaluationError(
+            f"the predictions have shape {ours.points.shape}, the reference {theirs.points.shape} "
+            "(frames, vertices, 3); they are of different meshes"
+        )
+    if ours.rest is not None and theirs.rest is not None:
+        ours = replace(ours, points=ours.points - ours.rest + theirs.rest, rest=theirs.rest)
+    return ours, theirs
+
+
+def spread(takes: Sequence[Motion], settings: Settings) -> float | None:
+    """Diversity of several takes of one line, in mm over the frames that all have; None without a mesh."""
+    found = [surface(take, settings, settings.template) for take in takes]
+    points = [each.points for each in found if each is not None]
+    if len(points) < len(takes) or len({p.shape[1] for p in points}) > 1:
+        return None
+    frames = min(map(len, points))
+    return diversity(np.stack([p[:frames] for p in points]))
+
+
+def _doubts(ours: Surface, theirs: Surface) -> list[str]:
+    """What makes vertex errors worthless, or coarser than they look."""
+    apart = float(np.linalg.norm((ours.points - theirs.points).mean(axis=0), axis=1).mean())
+    doubts = []
+    if apart > STRANGERS:
+        doubts.append(
+            f"the mean faces lie {apart:.0f} mm apart: another head, place or unit? --template and "
+            "--reference-template take each side from its own rest"
+        )
+    if theirs.rest is None and "upper" in theirs.masks:
+        doubts.append("fdd is taken from the reference's mean face; give the face at rest with --template")
+    return doubts
+
+
+def _some(names: tuple[str, ...] | list[str]) -> str:
+    return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")

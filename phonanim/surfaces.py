@@ -1,0 +1,164 @@
+"""Motion as a surface in millimetres, with its regions and what its lips do.
+
+Controls of ARKit move the shipped head; vertices are a mesh by themselves, known by how many they are: the
+shipped head, MediaPipe's face mesh, the reference face, or one's own with masks of one's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.animation import Animation
+from phonanim.errors import EvaluationError
+from phonanim.face import FaceModel, lip_aperture, lip_protrusion, lip_width
+from phonanim.head import load_head
+from phonanim.masks import check_masks, head_masks, landmark_numbers
+from phonanim.morphs import plain
+from phonanim.phones import PhoneTrack
+from phonanim.predictions import Motion, Vertices
+from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
+UNITS = {"m": 1000.0, "cm": 10.0, "mm": 1.0}
+LARGEST = {"m": 3.0, "cm": 60.0}  # of a head and its shoulders, in that unit
+FACE_MESH = 478  # points of MediaPipe's face mesh with irises
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is known of the files beyond what they hold.
+
+    `masks` are rows by region, `lips` four vertices (upper and lower lip, right and left corner), the
+    templates meshes at rest (vertices, 3), `unit` that of coordinates (found by size when None), `track` what
+    is said.
+    """
+
+    masks: Mapping[str, Rows] = field(default_factory=dict)
+    lips: tuple[int, ...] = ()
+    template: Array | None = None
+    reference_template: Array | None = None
+    unit: str | None = None
+    track: PhoneTrack | None = None
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A mesh that moves: `points` (frames, vertices, 3) mm, `rest` (vertices, 3) mm or None, rows by region.
+
+    `lips` are curves (frames,) mm: aperture, width, and protrusion where the axes are known; none where the
+    lips are not.
+    """
+
+    points: Array
+    rest: Array | None
+    masks: Mapping[str, Rows]
+    lips: Mapping[str, Array]
+    notes: tuple[str, ...] = ()
+
+
+def surface(motion: Motion, settings: Settings, template: Array | None = None) -> Surface | None:
+    """The surface that a side moves; None for controls that the shipped head does not have.
+
+    The shipped head is cut down to the vertices of its regions. Raises EvaluationError when a mask, the lips
+    or the template do not fit the mesh.
+    """
+    if isinstance(motion, Animation):
+        return _on_head(motion, settings)
+    vertices = motion.points.shape[1]
+    if template is not None and len(template) != vertices:
+        raise EvaluationError(
+            f"the template has shape {template.shape}, a frame {motion.points.shape[1:]}; they must be alike"
+        )
+    scale, notes = _scale(motion, settings.unit)
+    points, rest = motion.points * scale, None if template is None else template * scale
+    if vertices == len(load_head().vertices):
+        return _cut(points, 1000 * load_head().vertices if rest is None else rest, settings, notes)
+    masks, spots = _known(vertices)
+    lips = _landmark_lips(points, spots) if spots else {}
+    lips = _own_lips(points, settings.lips) if settings.lips else lips
+    return Surface(points, rest, check_masks({**masks, **settings.masks}, vertices), lips, notes)
+
+
+def _on_head(animation: Animation, settings: Settings) -> Surface | None:
+    """The shipped head under curves that are named like its shapes."""
+    head, spots = load_head(), shipped_landmarks()
+    named = {plain(target): target for target in head.targets}
+    channels = tuple(named.get(plain(name), name) for name in animation.channels)
+    if not set(channels) & set(head.targets):
+        return None
+    weights = head.weights(animation.values, channels)
+    used, masks = _head_regions(settings)
+    landmarks = spots.of(head.vertices) + np.tensordot(weights, spots.of(head.deltas), axes=1)
+    rest, deltas = 1000 * head.vertices[used], 1000 * head.deltas[:, used]
+    points = rest + np.tensordot(weights, deltas, axes=1)
+    return Surface(points, rest, masks, _landmark_lips(1000 * landmarks, spots))
+
+
+def _cut(points: Array, rest: Array, settings: Settings, notes: tuple[str, ...]) -> Surface:
+    """Vertices of the shipped head, all of them, (frames, vertices, 3) mm, as `_on_head` would have them."""
+    used, masks = _head_regions(settings)
+    spots = shipped_landmarks()
+    return Surface(points[:, used], rest[used], masks, _landmark_lips(spots.of(points), spots), notes)
+
+
+def _head_regions(settings: Settings) -> tuple[Rows, dict[str, Rows]]:
+    """The shipped head's vertices that lie in a region, and the regions as rows of those."""
+    masks = check_masks({**head_masks(), **settings.masks}, len(load_head().vertices))
+    used = np.unique(np.concatenate(list(masks.values())))
+    return used, {name: np.searchsorted(used, rows) for name, rows in masks.items()}
+
+
+def _known(vertices: int) -> tuple[Mapping[str, Rows], MeshLandmarks | None]:
+    """Regions and landmarks of MediaPipe's face mesh and of the reference face, by their number of points."""
+    if vertices == FACE_MESH:
+        return _of_points(np.arange(FACE_MESH))
+    from phonanim.animate import load_model
+    from phonanim.catalog import DEFAULT_MODEL
+
+    indices = load_model(DEFAULT_MODEL).face.indices
+    return _of_points(indices) if vertices == len(indices) else ({}, None)
+
+
+def _of_points(numbers: Rows) -> tuple[Mapping[str, Rows], MeshLandmarks]:
+    """Landmarks that are the vertices themselves, (landmarks,) face-mesh numbers."""
+    rows = np.arange(len(numbers))
+    spots = MeshLandmarks(numbers, np.column_stack([rows] * 3), np.tile([1.0, 0.0, 0.0], (len(rows), 1)))
+    regions = {name: np.flatnonzero(np.isin(numbers, mine)) for name, mine in landmark_numbers().items()}
+    return regions, spots
+
+
+def _landmark_lips(landmarks: Array, spots: MeshLandmarks) -> dict[str, Array]:
+    """Lip curves of landmarks, (frames, landmarks, 3) mm, y up and z forward."""
+    count = len(spots.numbers)
+    face = FaceModel(np.zeros((count, 3)), np.zeros((0, count, 3)), np.zeros(0), spots.numbers)
+    measures = {"aperture": lip_aperture, "width": lip_width, "protrusion": lip_protrusion}
+    return {name: measure(landmarks, face) for name, measure in measures.items()}
+
+
+def _own_lips(points: Array, lips: tuple[int, ...]) -> dict[str, Array]:
+    """Lip curves of four vertices: distances of upper and lower lip, and of the corners."""
+    if len(lips) != 4 or not all(0 <= row < points.shape[1] for row in lips):
+        raise EvaluationError(
+            f"lip vertices {lips}: four below {points.shape[1]} are needed: upper, lower, right corner, left"
+        )
+    upper, lower, right, left = (points[:, row] for row in lips)
+    return {
+        "aperture": np.linalg.norm(upper - lower, axis=1),
+        "width": np.linalg.norm(right - left, axis=1),
+    }
+
+
+def _scale(motion: Vertices, unit: str | None) -> tuple[float, tuple[str, ...]]:
+    """Millimetres in the file's unit: the one given, or that in which the mesh is as large as a head."""
+    if unit is not None:
+        return UNITS[unit], ()
+    size = float(np.ptp(motion.points[0], axis=0).max())
+    guess = next((name for name, largest in LARGEST.items() if size < largest), "mm")
+    return UNITS[guess], (
+        f"the mesh is {size:.3g} units high or wide: coordinates taken as {guess} (--unit)",
+    )
