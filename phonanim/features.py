@@ -20,34 +20,37 @@ NO_CLUSTERS = np.full((N_PHONES, N_PHONES), -1, np.int8)
 
 
 def inputs(
-    kind: str, track: PhoneTrack, times: Array, clusters: NDArray[np.int8] = NO_CLUSTERS
+    kind: str,
+    track: PhoneTrack,
+    times: Array,
+    clusters: NDArray[np.int8] = NO_CLUSTERS,
+    reach: int = WIDTH,
 ) -> NDArray[np.float32]:
     """Features around instants, (times,) seconds -> (times, features).
 
     "indicators" and "raw" are those of Taylor 2017 (supplement 1; section 5.2) over 11 frames of the
-    model's grid; "all", "gestures" and "classes" are the context features. Raises ValueError otherwise.
+    model's grid, or `reach` frames (Kx) of the raw ones; "all", "gestures" and "classes" are the context features. Raises ValueError otherwise.
     """
     if kind in CONTEXT:
         return context_features(track, times, kind)
-    codes = frame_codes(track, times)
     if kind == "indicators":
-        return indicators(codes, clusters).dense()
+        return indicators(frame_codes(track, times), clusters).dense()
     if kind == "raw":
-        return raw_indicators(codes).dense()
+        return raw_indicators(frame_codes(track, times, reach)).dense()
     raise ValueError(f"there are no features {kind!r}, only {', '.join(FEATURES)}")
 
 
-def n_features(kind: str) -> int:
+def n_features(kind: str, reach: int = WIDTH) -> int:
     """How many columns `inputs` has."""
     if kind in CONTEXT:
         return N_BOXES * int(part_table(kind).shape[1]) + N_TIMING
-    return {"indicators": N_FEATURES, "raw": N_PHONES * WIDTH}[kind]
+    return {"indicators": N_FEATURES, "raw": N_PHONES * reach}[kind]
 
 
-def frame_codes(track: PhoneTrack, times: Array) -> NDArray[np.uint8]:
-    """Phones in the 11 frames around instants, (times,) -> (times, 11) codes; the ends repeat.
+def frame_codes(track: PhoneTrack, times: Array, width: int = WIDTH) -> NDArray[np.uint8]:
+    """Phones in the frames around instants, (times,) -> (times, width) codes; the ends repeat.
 
     An instant on a boundary belongs to the phone that begins there, however its seconds were rounded.
     """
-    around = times[:, None] + (np.arange(WIDTH) - WIDTH // 2) * STEP + TICK
+    around = times[:, None] + (np.arange(width) - width // 2) * STEP + TICK
     return track.sample(np.clip(around, 0, track.duration - TICK).ravel()).reshape(around.shape)

@@ -72,9 +72,10 @@ def windows_of_codes(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def raw_indicators(codes: NDArray[np.uint8]) -> SparseRows:
-    """Which phone at which frame, (frames, 11) codes -> 41 x 11 columns: raw features (section 5.2)."""
-    columns = windows_of_codes(codes) + np.arange(WIDTH, dtype=np.int32) * N_PHONES
-    return SparseRows(columns.ravel().astype(np.int32), np.arange(len(codes) + 1) * WIDTH, N_PHONES * WIDTH)
+    """Which phone at which frame, (frames, Kx) codes -> 41 x Kx columns: raw features (section 5.2)."""
+    width = codes.shape[1]
+    columns = codes + np.arange(width, dtype=np.int32) * N_PHONES
+    return SparseRows(columns.ravel().astype(np.int32), np.arange(len(codes) + 1) * width, N_PHONES * width)
 
 
 def indicators(codes: NDArray[np.uint8], clusters: NDArray[np.int8]) -> SparseRows:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from speech import random_track
 
-from phonanim.features import frame_codes
+from phonanim.features import NO_CLUSTERS, frame_codes
 from phonanim.indicators import GROUPS, N_FEATURES, OFFSETS, indicators, raw_indicators
 from phonanim.inventory import INVENTORY
 
@@ -98,8 +98,9 @@ def test_raw_indicators() -> None:
     found = raw_indicators(window("sil sil sil m m m m m aa aa aa"))
     assert found.dense().shape == (1, 41 * 11)
     assert np.flatnonzero(found.dense()[0])[3] == 3 * 41 + INVENTORY.code("m")
+    assert raw_indicators(window("sil m aa")).dense().shape == (1, 41 * 3)
 
 
 def test_windows_of_another_width_are_refused() -> None:
     with pytest.raises(ValueError, match=r"expected windows \(frames, 11\) of phone codes, got \(1, 3\)"):
-        raw_indicators(window("sil sil m"))
+        indicators(window("sil sil m"), NO_CLUSTERS)

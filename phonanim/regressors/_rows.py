@@ -7,14 +7,14 @@ from numpy.typing import NDArray
 
 from phonanim.errors import MissingExtraError
 from phonanim.features import NO_CLUSTERS, inputs
-from phonanim.indicators import CC_CLUSTERS, CONSONANT, CV_CLUSTERS, VC_CLUSTERS, VOWEL
+from phonanim.indicators import CC_CLUSTERS, CONSONANT, CV_CLUSTERS, VC_CLUSTERS, VOWEL, WIDTH
 from phonanim.inventory import N_PHONES
 from phonanim.regressors import Examples
 from phonanim.windows import slide
 
 
 def training_rows(
-    examples: Examples, features: str, width: int, clusters: NDArray[np.int8]
+    examples: Examples, features: str, width: int, clusters: NDArray[np.int8], reach: int = WIDTH
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
     """Inputs (rows, features), target windows (rows, width * modes) and weights (rows,) of all clips."""
     n_rows = sum(len(times) for times in examples.times)
@@ -26,7 +26,7 @@ def training_rows(
     for track, times, target, weight in zip(
         examples.tracks, examples.times, examples.targets, examples.weights, strict=True
     ):
-        values = inputs(features, track, times, clusters)
+        values = inputs(features, track, times, clusters, reach)
         if found is None:
             found = np.empty((n_rows, values.shape[1]), np.float32)
         rows = slice(begin, begin + len(times))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from phonanim.audio import Sound
 from phonanim.features import STEP, inputs, n_features
+from phonanim.indicators import WIDTH
 from phonanim.phones import PhoneTrack
 from phonanim.regressors import Driver, Examples, Progress, Tensors
 from phonanim.regressors._rows import cluster_table, training_rows
@@ -23,11 +24,12 @@ CHUNK = 1024  # windows at once: small enough to stay in the cache, large enough
 class Config:
     """The defaults are ours; `taylor2017` in benchmarks/configs has the published values.
 
-    `features` is one of phonanim.features.FEATURES, `width` the output window (Ky) in frames, `hidden`
-    the units of each hidden layer.
+    `features` is one of phonanim.features.FEATURES, `reach` the input window (Kx) in frames where these
+    are "raw", `width` the output window (Ky) in frames, `hidden` the units of each hidden layer.
     """
 
     features: str = "all"
+    reach: int = WIDTH
     width: int = 1
     hidden: tuple[int, ...] = (256, 256)
     activation: Literal["silu", "tanh"] = "silu"
@@ -62,7 +64,7 @@ class Network:
         return predict_at(times, track.duration, STEP, self.config.width, windows, CHUNK)
 
     def _forward(self, track: PhoneTrack, times: Array) -> NDArray[np.float32]:
-        signal = inputs(self.config.features, track, times, self.clusters)
+        signal = inputs(self.config.features, track, times, self.clusters, self.config.reach)
         for weights, bias in self.layers[:-1]:
             signal = signal @ weights
             signal += bias
@@ -81,7 +83,7 @@ class Network:
     @classmethod
     def from_tensors(cls, config: Any, tensors: Tensors) -> Network:
         """Raises ValueError when a layer does not fit the one before it."""
-        size, layers = n_features(config.features), []
+        size, layers = n_features(config.features, config.reach), []
         for number in range(len(config.hidden) + 1):
             weights, bias = tensors[f"weights{number}"], tensors[f"bias{number}"]
             if weights.shape != (size, len(bias)):
@@ -98,8 +100,8 @@ class Network:
         from phonanim.regressors._torch import Rows, fit_network
 
         clusters = cluster_table(config.features, train, rng)
-        rows = Rows(*training_rows(train, config.features, config.width, clusters))
-        held_out = Rows(*training_rows(validation, config.features, config.width, clusters))
+        settings = config.features, config.width, clusters, config.reach
+        rows, held_out = (Rows(*training_rows(part, *settings)) for part in (train, validation))
         return cls(config, tuple(fit_network(config, rows, held_out, rng, progress)), clusters)
 
 
