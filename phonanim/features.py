@@ -29,7 +29,8 @@ def inputs(
     """Features around instants, (times,) seconds -> (times, features).
 
     "indicators" and "raw" are those of Taylor 2017 (supplement 1; section 5.2) over 11 frames of the
-    model's grid, or `reach` frames (Kx) of the raw ones; "all", "gestures" and "classes" are the context features. Raises ValueError otherwise.
+    model's grid, or `reach` frames (Kx) of the raw ones; "all", "gestures" and "classes" are the context
+    features. Raises ValueError otherwise.
     """
     if kind in CONTEXT:
         return context_features(track, times, kind)
