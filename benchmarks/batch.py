@@ -2,8 +2,9 @@
 
     python benchmarks/batch.py FOLDER_OF_TEXTGRIDS [KILLS]
 
-Prints seconds, lines and frames per second, the same for each tenth of the run, and the most memory that all
-processes together held (shared pages count once). Then runs the first 300 lines undisturbed, and again
+Prints seconds, lines and frames per second, the processor time of each tenth of the lines (which other work
+on the machine hardly changes), and the most memory that all processes together held (shared pages count
+once). Then runs the first 300 lines undisturbed, and again
 with a SIGKILL to the whole process group at random moments, and compares every byte.
 """
 
@@ -43,6 +44,19 @@ def memory(session: int) -> float:
     return total / 1024
 
 
+def processor_time(session: int) -> float:
+    """Seconds of processor time that the processes of a session have taken."""
+    ticks = 0
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if os.getsid(int(folder.name)) == session:
+                fields = (folder / "stat").read_text().rpartition(")")[2].split()
+                ticks += sum(map(int, fields[11:15]))  # its own, and that of its children that have ended
+        except OSError:
+            continue
+    return ticks / os.sysconf("SC_CLK_TCK")
+
+
 def watch(process: subprocess.Popen[str], peak: list[float]) -> None:
     while process.poll() is None:
         peak[0] = max(peak[0], memory(process.pid))
@@ -56,20 +70,22 @@ def timed(source: Path, out: Path) -> None:
     process = start(source, out)
     watcher = threading.Thread(target=watch, args=(process, peak))
     watcher.start()
-    times, totals = [], {}
+    laps, totals = [], {}
     assert process.stdout
     for line in process.stdout:
-        event = json.loads(line)
-        times.append(time.perf_counter() - began)
-        totals = event
+        totals = json.loads(line)
+        if totals["event"] == "line" and totals["done"] % (totals["lines"] // 10) == 1:
+            laps.append(processor_time(process.pid))
+        if totals["event"] == "line" and totals["done"] == totals["lines"]:
+            laps.append(processor_time(process.pid))
     watcher.join()
     wall = time.perf_counter() - began
     lines, frames, hours = totals["lines"], totals["frames"], totals["seconds"] / 3600
     print(f"{lines} lines, {hours:.2f} h of speech: {wall:.1f} s, {peak[0]:.0f} MB at most")
     print(f"{lines / wall:.0f} lines/s, {frames / wall:.0f} frames/s, {totals['failed']} failed")
-    tenth = len(times) // 10
-    laps = [times[(n + 1) * tenth - 1] - times[n * tenth] for n in range(10)]
-    print("seconds for each tenth of the lines:", " ".join(f"{lap:.1f}" for lap in laps))
+    tenths = [after - before for before, after in zip(laps, laps[1:], strict=False)]
+    print("processor seconds of each tenth of the lines:", " ".join(f"{lap:.1f}" for lap in tenths))
+    print(f"{laps[-1]:.1f} processor seconds in all, {frames / laps[-1]:.0f} frames in each")
 
 
 def contents(folder: Path) -> dict[str, bytes]:
