@@ -1,0 +1,89 @@
+"""The appearance model and the search on the test clips: what it keeps, how far it is from the tracker.
+
+    python benchmarks/appearance.py ../shared/data/grid_s1 work/corpus
+
+The corpus has its appearance already (`phonanim corpus appearance`).
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.aam import Fitter, build_fitter, track
+from phonanim.corpus import load_corpus
+from phonanim.face import FaceModel, lip_aperture, lip_width
+from phonanim.metrics import correlation
+from phonanim.pictures import Captured, Recordings, load_captured, open_recordings, pixel_mse
+
+Array = NDArray[np.float64]
+
+
+def main(recordings: Path, folder: Path) -> None:
+    corpus, captured = load_corpus(folder), load_captured(folder)
+    describe(captured)
+    films, fitter = open_recordings(recordings, corpus), build_fitter(captured.model)
+    clips = [int(clip) for clip in corpus.clips_of("test")]
+    started = time.perf_counter()
+    found = {clip: follow(fitter, films, clip) for clip in clips}
+    seconds = time.perf_counter() - started
+    n_frames = int(corpus.frames[clips].sum())
+    print(f"search: {n_frames} frames, {n_frames / seconds:.0f} per second with decoding")
+    report(captured.model.face, films, found)
+
+
+def describe(captured: Captured) -> None:
+    model = captured.model
+    parts = {"shape": model.face, "outer": model.outer, "inner": model.inner, "joint": model}
+    print("modes:", ", ".join(f"{name} {len(part.std)}" for name, part in parts.items()))
+    print(f"pixels: {len(model.mesh.pixels)}, of them inside the mouth {len(model.inner.place)}")
+    for name, joint in (("model", captured.joint[captured.rows]), ("mean", np.zeros((1, len(model.std))))):
+        error = pixel_mse(model, joint, captured.grey)
+        parts = ", ".join(f"{part} {getattr(error, part).mean():.1f}" for part in ("whole", "inner", "outer"))
+        print(f"pixel MSE on the test clips, {name}: {parts} grey levels squared")
+
+
+def follow(fitter: Fitter, films: Recordings, clip: int) -> tuple[Array, Array, Array]:
+    """Landmarks (frames, landmarks, 3) px, shapes (frames, landmarks, 3) mm and likeness of one clip."""
+    poses = list(track(fitter, films.film(clip)))
+    face, blank = fitter.model.face, np.full((len(fitter.model.face.mean), 3), np.nan)
+    points = np.stack([fitter.landmarks(pose) if pose else blank for pose in poses])
+    shapes = [face.instance(p.shape[None, : len(face.std)] * face.std)[0] if p else blank for p in poses]
+    return points, np.stack(shapes), np.array([pose.likeness if pose else 0.0 for pose in poses])
+
+
+def report(face: FaceModel, films: Recordings, found: dict[int, tuple[Array, Array, Array]]) -> None:
+    rows = films.corpus.rows(found)
+    points, shapes, likeness = (np.concatenate([f[k] for f in found.values()]) for k in range(3))
+    captured, tracked = films.corpus.landmarks[rows].astype(float), films.landmarks[rows][:, face.moving]
+    seen = likeness > 0
+    mean, scale = mean_shape(face, tracked)
+    least, middle = likeness[seen].min(), np.median(likeness)
+    print(f"rejected: {(~seen).sum()}; likeness least {least:.3f}, median {middle:.3f}")
+    for name, places in (("search", points[:, face.moving, :2]), ("mean shape", mean)):
+        apart = np.linalg.norm(places - tracked, axis=2).mean(axis=1)[seen]
+        worst = np.percentile(apart, 95)
+        print(f"{name}: {apart.mean():.3f} px, 95 % below {worst:.2f}; {(apart / scale[seen]).mean():.3f} mm")
+    for name, guess in (("search", shapes), ("mean shape", np.broadcast_to(face.mean, shapes.shape))):
+        apart = np.linalg.norm((guess - captured)[:, face.moving], axis=2)[seen]
+        print(f"{name}, shape alone in 3-D: {apart.mean():.3f} mm")
+    for name, measure in (("aperture", lip_aperture), ("width", lip_width)):
+        print(f"{name} r {correlation(measure(shapes[seen], face), measure(captured[seen], face)):.3f}")
+
+
+def mean_shape(face: FaceModel, tracked: NDArray[np.floating]) -> tuple[Array, Array]:
+    """The mean shape laid onto tracked points (frames, n, 2) by similarities, and pixels per mm (frames,)."""
+    flat = (face.mean[face.moving, :2] * np.array([1.0, -1.0])) @ np.array([1, 1j])
+    seen = tracked @ np.array([1, 1j])
+    flat, middle = flat - flat.mean(), seen.mean(axis=1, keepdims=True)
+    turn = (seen - middle) @ flat.conj() / (np.abs(flat) ** 2).sum()
+    placed = turn[:, None] * flat + middle
+    return np.stack([placed.real, placed.imag], axis=2), np.abs(turn)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]))
