@@ -23,7 +23,7 @@ from phonanim.options import DEFAULTS, Options
 from phonanim.overlay import hashes, lay
 from phonanim.phones import PhoneTrack
 from phonanim.rates import frame_count
-from phonanim.rig import load_rig
+from phonanim.rig import Rig, load_rig
 from phonanim.rig.retarget import retarget
 from phonanim.smooth import firmness, smoothed
 from phonanim.style import dial, drawn, idle
@@ -53,13 +53,9 @@ def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) 
     """The same, with the steps in between: each is one module."""
     model, rig = load_model(options.model), load_cached_rig(options.rig)
     alignment = read_alignment(path, options.tier, options.speaker, options.lexicon)
-    track, notes = to_phones(alignment, options.language, options.unknown)
-    modes = model.predict(track, options.fps, frame_count(track.duration, options.fps))
-    if options.contacts:
-        modes = contacts.close(modes, track, model.face, options.fps)
+    track, notes = to_phones(alignment, options.language, options.unknown, options.fallback)
+    modes, values = move(track, model, rig, options, frame_count(track.duration, options.fps))
     times = np.arange(len(modes)) / options.fps
-    values = retarget(modes, model.face, rig, options.retarget, track, times, options.contacts)
-    values = dial(values, rig, options.intensity, options.jaw, options.lips, options.gains)
     if options.smooth and not drawn(rig):
         values = smoothed(values, options.smooth, options.fps, firmness(modes, track, model.face, times))
     values, remarks = lay(values, rig, options.overlays, options.blinks, track, times)
@@ -74,6 +70,26 @@ def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) 
         provenance=_provenance(path, options, (*notes, *idle(options, rig), *remarks)),
     )
     return Performance(animation, track, notes, modes, model.face)
+
+
+def move(
+    track: PhoneTrack,
+    model: regressors.Model,
+    rig: Rig,
+    options: Options,
+    frames: int,
+    start: float = 0.0,
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Modes (frames, modes) and controls (frames, controls) at start + n / fps seconds of a track.
+
+    All that decides a frame lies near it, so a stream may ask for a few at a time.
+    """
+    modes = model.predict(track, options.fps, frames, start)
+    if options.contacts:
+        modes = contacts.close(modes, track, model.face, options.fps, start)
+    times = start + np.arange(frames) / options.fps
+    values = retarget(modes, model.face, rig, options.retarget, track, times, options.contacts)
+    return modes, dial(values, rig, options.intensity, options.jaw, options.lips, options.gains)
 
 
 def with_edits(animation: Animation, path: Path, options: Options = DEFAULTS) -> Animation:

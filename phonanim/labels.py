@@ -125,7 +125,8 @@ def load_language(name: str) -> Language:
     from difflib import get_close_matches
 
     near = ", ".join(get_close_matches(name.lower(), language_names(), cutoff=0.0))
-    raise LabelError(f'there is no language "{brief(name)}"; nearest: {near}, or auto')
+    mend = f"nearest: {near}, or auto, or --fallback ipa where the labels are IPA"
+    raise LabelError(f'there is no language "{brief(name)}"; {mend}')
 
 
 def is_silent(label: str) -> bool:

@@ -36,16 +36,17 @@ Unknown = Literal["error", "nearest", "silence"]
 
 
 def to_phones(
-    alignment: Alignment, language: str = "auto", unknown: Unknown = "error"
+    alignment: Alignment, language: str = "auto", unknown: Unknown = "error", fallback: str | None = None
 ) -> tuple[PhoneTrack, tuple[str, ...]]:
     """The alignment in the model's inventory, and a note for every label that was not taken as written.
 
     Gaps are filled with silence, neighbouring silences become one, and a closure is joined to its
     release. `auto` chooses the language by the labels. Raises LabelError for a label that the language
-    does not know, unless `unknown` says what to do instead.
+    does not know, unless `unknown` says what to do instead, and for a language that is not there, unless
+    `fallback` names another.
     """
-    chosen = _language_for(alignment, language)
     notes = _Notes(alignment)
+    chosen = _language_for(alignment, language, fallback, notes)
     segments: list[Segment] = []
     for interval in alignment.intervals:
         sound = chosen.resolve(interval.label) or _replaced(interval, chosen, unknown, notes)
@@ -111,10 +112,17 @@ def _places(times: list[float]) -> str:
     return f"{times[0]:.2f} s{more}"
 
 
-def _language_for(alignment: Alignment, name: str) -> Language:
-    if name != "auto" or alignment.language:
-        return load_language(alignment.language if name == "auto" else name)
-    return choose_language(interval.label for interval in alignment.intervals)
+def _language_for(alignment: Alignment, name: str, fallback: str | None, notes: _Notes) -> Language:
+    if name == "auto" and not alignment.language:
+        return choose_language(interval.label for interval in alignment.intervals)
+    name = alignment.language if name == "auto" else name
+    try:
+        return load_language(name)
+    except LabelError:
+        if fallback is None:
+            raise
+    notes.lines.append(f'there is no language "{brief(name)}", so its labels were read as {fallback}')
+    return load_language(fallback)
 
 
 def _replaced(interval: Interval, language: Language, unknown: Unknown, notes: _Notes) -> Sound:

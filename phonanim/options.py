@@ -29,7 +29,7 @@ class Options:
 
     `model` and `rig` are names or paths, `fps` is in hertz, `tier` is found when it is None,
     `speaker` is needed where several people speak, `lexicon` (a dictionary's path) where a file has
-    words alone.
+    words alone, `fallback` is the language to take where `language` is one that nobody wrote.
     `gains` are of single controls, by name; `smooth` is seconds; `blinks` is the seed of a layer of blinks.
     60 frames per second show a closure of 30 ms, which 24 or 30 may miss.
     """
@@ -38,6 +38,7 @@ class Options:
     model: str = DEFAULT_MODEL
     fps: float = 60.0
     language: str = "auto"
+    fallback: str | None = None
     tier: str | None = None
     speaker: str | None = None
     lexicon: str | None = None

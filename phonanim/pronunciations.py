@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 from phonanim.alignment import Interval, Recording, Tier
@@ -19,10 +21,12 @@ _PROBABILITY = re.compile(r"\d+\.\d+")
 _VARIANT = re.compile(r"\(\d+\)$")
 
 
-def load_pronunciations(path: Path) -> dict[str, tuple[str, ...]]:
+@lru_cache(maxsize=4)
+def load_pronunciations(path: Path) -> Mapping[str, tuple[str, ...]]:
     """The first pronunciation of each word: lines of a word and its phones, as CMU and MFA write them.
 
-    Raises AlignmentError when the file cannot be read or holds none.
+    A file is read once, since that takes longer than most lines. Raises AlignmentError when it cannot be
+    read or holds none.
     """
     try:
         text = path.read_text("utf-8-sig")
@@ -57,7 +61,7 @@ def spell_out(recording: Recording, path: Path, source: Source) -> Recording:
 
 
 def _spelled(
-    tier: Tier, words: dict[str, tuple[str, ...]], path: Path, source: Source
+    tier: Tier, words: Mapping[str, tuple[str, ...]], path: Path, source: Source
 ) -> tuple[Interval, ...]:
     phones: list[Interval] = []
     for interval in tier.intervals:

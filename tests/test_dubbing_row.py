@@ -1,4 +1,4 @@
-"""What the cells of a row say, and what a run makes of it: characters, edits, overlays, timecodes, smoothing."""
+"""What the cells of a row say, and what a run makes of it: characters, edits, overlays, timecodes."""
 
 import json
 import shutil
@@ -52,7 +52,8 @@ def test_cells(folder):
     source = table(
         folder,
         "alignment,Character,Edit,Overlays,Smoothing,Gains,TC\n"
-        "a.TextGrid,hero.glb,a.edits.json,smile=0.5@1-2; brow.toml,8Hz,jawOpen=1.2;mouthPucker=0.8,01:00:00:00\n"
+        "a.TextGrid,hero.glb,a.edits.json,smile=0.5@1-2; brow.toml,"
+        "8Hz,jawOpen=1.2;mouthPucker=0.8,01:00:00:00\n"
         "b.TextGrid,metahuman,,,0.1,,\n",
     )
     first, second = read_lines(source, Common(exports={"keys": 0.01})).lines
@@ -177,3 +178,15 @@ def test_outputs_do_not_tell_where_files_lay(folder):
         assert batch("a.*", "-o", out, "--format", "npz", "--overlay", file, "--smooth", "0.05", "-q") == 0
     assert (folder / "one/a.npz").read_bytes() == (folder / "two/a.npz").read_bytes()
     assert (folder / "one/ledger.jsonl").read_bytes() == (folder / "two/ledger.jsonl").read_bytes()
+
+
+def test_a_language_that_nobody_wrote(folder):
+    write_textgrid(folder / "h.TextGrid", {"phones": [Interval("ɓ", 0.5, 0.6), Interval("a", 0.6, 0.9)]}, 1.5)
+    source = table(folder, "id,alignment,language\nx,a.TextGrid,english\ny,h.TextGrid,hausa\n")
+    assert batch(source, "-o", "out", "-q") == 1
+    (line, _) = json.loads((folder / "out/report.json").read_text())["lines"]
+    assert (line["id"], line["place"]) == ("y", "t.csv row 3")
+    assert 'there is no language "hausa"; nearest: ' in line["error"]
+    assert batch(source, "-o", "out", "-q", "--fallback", "ipa") == 0
+    (line, _) = json.loads((folder / "out/report.json").read_text())["lines"]
+    assert line["facts"]["flags"][0]["text"] == 'there is no language "hausa", so its labels were read as ipa'

@@ -150,6 +150,16 @@ def test_an_unknown_language_suggests_the_nearest() -> None:
         load_language("englsh")
 
 
+def test_ipa_stands_for_a_language_that_is_not_there_by_consent() -> None:
+    with pytest.raises(LabelError, match="or --fallback ipa where the labels are IPA"):
+        to_phones(alignment("ɓ a"), "hausa")
+    track, notes = to_phones(alignment("ɓ a"), "hausa", fallback="ipa")
+    assert track.codes.tolist() == to_phones(alignment("ɓ a"), "ipa")[0].codes.tolist()
+    assert notes == ('there is no language "hausa", so its labels were read as ipa',)
+    with pytest.raises(LabelError, match='there is no language "ip"; nearest: ipa'):
+        to_phones(alignment("ɓ a"), "hausa", fallback="ip")
+
+
 @pytest.mark.parametrize(
     ("labels", "language"),
     [

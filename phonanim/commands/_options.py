@@ -58,6 +58,9 @@ OPTIONS = (
         help="Frames per second: 25, 29.97, ...",
     ),
     click.option("--language", default=DEFAULTS.language, help="Label set of the phone tier."),
+    click.option(
+        "--fallback", metavar="LANGUAGE", help="What to take for a language that is not there, such as ipa."
+    ),
     click.option("--tier", help="Phone tier, by name; found by name and content otherwise."),
     click.option("--speaker", help="Who is animated, in a file of several speakers."),
     click.option(

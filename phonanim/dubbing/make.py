@@ -19,6 +19,7 @@ from phonanim.dubbing.storage import forget_listings
 from phonanim.errors import OptionError, PhonanimError
 from phonanim.exporters import allotted, save
 from phonanim.files import content_hash
+from phonanim.pronunciations import load_pronunciations
 
 
 def make(job: Job) -> Result:
@@ -40,7 +41,14 @@ def make(job: Job) -> Result:
 @lru_cache(maxsize=1)
 def begin(run: str) -> None:
     """Forget what an earlier run left in this process: its files may have changed since."""
-    for remembered in (load_model, load_cached_rig, model_hash, rig_hash, shared_file_of):
+    for remembered in (
+        load_model,
+        load_cached_rig,
+        load_pronunciations,
+        model_hash,
+        rig_hash,
+        shared_file_of,
+    ):
         remembered.cache_clear()
     forget_listings()
     forget_copies()

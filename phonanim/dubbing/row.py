@@ -18,7 +18,7 @@ from phonanim.overlay import is_pose
 from phonanim.rates import parse_rate
 from phonanim.spelling import parse_gain, parse_gains, parse_overlay, parse_smoothing
 
-TEXTS = ("rig", "model", "language", "tier", "speaker", "unknown")
+TEXTS = ("rig", "model", "language", "fallback", "tier", "speaker", "unknown")
 CHARACTERS = (".glb", ".vrm")
 EDITS = ".edits.json"
 UNKNOWN = ("error", "nearest", "silence")

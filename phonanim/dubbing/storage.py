@@ -198,7 +198,8 @@ def _storage(url: str) -> Any:
 def _listed(storage: Any, folder: str) -> frozenset[str]:
     """The files in a folder; none where the storage does not list, as some web servers."""
     try:
-        return frozenset(entry["name"] for entry in storage.ls(folder, detail=True) if entry["type"] == "file")
+        entries = storage.ls(folder, detail=True)
+        return frozenset(entry["name"] for entry in entries if entry["type"] == "file")
     except (OSError, NotImplementedError):
         return frozenset()
 

@@ -23,6 +23,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "audio": ("wav", "sound", "recording", "audiofile", "audiopath", "voice", "voicefile", "media"),
     "text": ("transcript", "transcription", "sentence", "said"),
     "language": ("lang", "locale", "alphabet"),
+    "fallback": ("fallbacklanguage", "languagefallback"),
     "rig": ("rigname", "face", "head"),
     "character": ("char", "charactername", "avatar", "characterfile", "glb", "vrm"),
     "model": ("modelname",),
