@@ -105,9 +105,9 @@ def main() -> None:
     drawn = mouths(corpus, stage)
     for name, blend in (("rhubarb, stepped", 0.0), ("rhubarb, blended", BLEND)):
         tools[name] = rhubarb(clips, chosen.recordings, drawn, blend)
-    rows = {name: score_clips(clips, found, solved, stage) for name, found in tools.items()}
     if chosen.output:
-        chosen.output.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+        rows = {name: score_clips(clips, found, solved, stage) for name, found in tools.items()}
+        chosen.output.write_text(json.dumps(rows, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     show({name: pooled(clips, found, solved, stage) for name, found in tools.items()})
 
 
@@ -215,12 +215,16 @@ def textgrid(recordings: Path, clip: Clip) -> Path:
 
 def score_clips(
     clips: list[Clip], found: list[Array], solved: list[Array], stage: Stage
-) -> dict[str, dict[str, float]]:
-    """Every measure of every clip."""
+) -> dict[str, dict[str, float | None]]:
+    """Every measure of every clip, null where a clip has none (no f or v, a head that stays still)."""
     rests = offsets(clips, found, stage)
-    return {
-        clip.name: score([clip], [mine], [best], stage, rests)
+    rows = [
+        score([clip], [mine], [best], stage, rests)
         for clip, mine, best in zip(clips, found, solved, strict=True)
+    ]
+    return {
+        clip.name: {key: value if np.isfinite(value) else None for key, value in row.items()}
+        for clip, row in zip(clips, rows, strict=True)
     }
 
 
@@ -266,7 +270,8 @@ def dynamics(clips: list[Clip], found: list[Array], stage: Stage) -> dict[str, f
     }
     fps = 1 / float(np.diff(clips[0].times).mean())
     pairs = list(zip(openings, captured, strict=True))
-    result["lag_ms"] = 1000 * mean([lag(a, b, fps)[0]] for a, b in pairs)
+    delays = np.array([lag(a, b, fps) for a, b in pairs])
+    result["lag_ms"], result["aperture_r_without_lag"] = 1000 * mean([delays[:, 0]]), mean([delays[:, 1]])
     result["speed_error_mm_s"] = mean([derivative_error(a, b, fps)] for a, b in pairs)
     result["spectral_distance_db"] = mean([log_spectral_distance(a, b, fps)] for a, b in pairs)
     result["jerk_ratio"] = mean([jerk(a, fps) / jerk(b, fps)] for a, b in pairs)

@@ -78,6 +78,8 @@ def parse_masks(texts: tuple[str, ...]) -> Masks:
     found: Masks = {}
     for text in texts:
         name, sign, file = text.partition("=")
+        if not sign and not text.lower().endswith(".json"):
+            raise EvaluationError(f"--mask {text}: name its region, such as lips={text}")
         found |= {name: read_mask(Path(file))} if sign else read_masks(Path(text))
     return found
 

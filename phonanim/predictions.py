@@ -53,9 +53,7 @@ def read_motion(path: Path, fps: float | None = None, template: Array | None = N
     """
     if path.suffix.lower() == ".npy":
         return from_array(_load(path), str(path), fps or NPY_FPS, template)
-    animation = load(path)
-    check_finite(animation.values, str(path))
-    return animation
+    return load(path)
 
 
 def from_array(array: NDArray[Any], source: str, fps: float, template: Array | None = None) -> Motion:

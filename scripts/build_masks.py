@@ -28,12 +28,12 @@ CHIN, LIP_CORNERS = 152, (61, 291)
 Array = NDArray[np.float64]
 
 
-def main() -> None:
+def main(folder: Path = LEXICON / "masks") -> None:
     head, spots = load_head(), shipped_landmarks()
     points = spots.of(head.vertices)
     middle = points[[33, 133, 362, 263]].mean(axis=0)
     numbers = regions((points - middle) * 1000)
-    write(LEXICON / "masks" / "landmarks.json", "MediaPipe face-mesh numbers", numbers)
+    write(folder / "landmarks.json", "MediaPipe face-mesh numbers", numbers)
     skin = head.vertices[head.parts["skin"]]
     apart = np.linalg.norm(skin[:, None] - points[None], axis=2) * 1000
     nearest, close = apart.argmin(axis=1), apart.min(axis=1) < NEAR
@@ -41,7 +41,7 @@ def main() -> None:
     rows["tongue"] = np.arange(*head.parts["tongue"].indices(len(head.vertices)))
     teeth = [np.arange(*head.parts[part].indices(len(head.vertices))) for part in ("teeth_u", "teeth_l")]
     rows["teeth"] = np.concatenate(teeth)
-    write(LEXICON / "masks" / "head.json", "vertices of lexicon/rigs/head.glb, its parts end to end", rows)
+    write(folder / "head.json", "vertices of lexicon/rigs/head.glb, its parts end to end", rows)
 
 
 def regions(points: Array) -> dict[str, NDArray[np.int64]]:

@@ -1,0 +1,184 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_scoring import speaking
+
+from phonanim.__main__ import run as run_phonanim
+from phonanim.animation import Animation
+from phonanim.exporters import save
+
+TEXTGRID = """File type = "ooTextFile"
+Object class = "TextGrid"
+
+0
+2
+<exists>
+1
+"IntervalTier"
+"phones"
+0
+2
+4
+0
+0.5
+"sil"
+0.5
+1
+"AA1"
+1
+1.2
+"P"
+1.2
+2
+"AA1"
+"""
+
+
+@pytest.fixture
+def run(capsys):
+    """Run the command: exit code, stdout, stderr."""
+
+    def command(*arguments):
+        code = run_phonanim(["evaluate", *map(str, arguments)])
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return command
+
+
+@pytest.fixture
+def lines(tmp_path):
+    """Two lines of a tool and of a capture, an alignment, and vertices."""
+    for folder in ("ours", "theirs", "said"):
+        (tmp_path / folder).mkdir()
+    for name, late in (("a", 0.1), ("b", 0.0)):
+        save(speaking(late=late), tmp_path / "ours" / f"{name}.track.json")
+        save(speaking(), tmp_path / "theirs" / f"{name}.npz")
+        (tmp_path / "said" / f"{name}.TextGrid").write_text(TEXTGRID)
+    points = np.random.default_rng(0).normal(size=(60, 5023, 3)).astype(np.float32)
+    np.save(tmp_path / "voca.npy", points)
+    np.save(tmp_path / "flat.npy", (points + [3.0, 0, 4.0]).reshape(60, -1))
+    (tmp_path / "lips.txt").write_text("1, 2, 3")
+    return tmp_path
+
+
+def test_a_line_for_people(run, lines):
+    code, out, err = run(
+        lines / "ours/a.track.json",
+        "--reference",
+        lines / "theirs/a.npz",
+        "--alignment",
+        lines / "said/a.TextGrid",
+    )
+    assert code == 0
+    measures = dict(line.split()[:2] for line in out.splitlines()[1:] if line)
+    assert float(measures["aperture_lag_ms"]) == pytest.approx(100, abs=5)
+    assert "tmve_lips_mm by class of phones" in out
+    assert "bilabials" in out
+    assert err == ""
+
+
+def test_a_line_for_scripts(run, lines):
+    code, out, _ = run(
+        lines / "ours/a.track.json",
+        "--reference",
+        lines / "theirs/a.npz",
+        "--alignment",
+        lines / "said",
+        "--json",
+    )
+    scores = json.loads(out)["files"]["a.track.json"]
+    assert code == 0
+    assert scores["measures"]["pbm_least_gap_mm"] > 0
+    assert [row["name"] for row in scores["phones"]] == ["sil", "p", "aa"]
+    assert scores["error_by_phone"] == "tmve_lips_mm"
+    assert (scores["frames"], scores["fps"]) == (60, 30)
+
+
+def test_folders_give_means_and_intervals(run, lines):
+    code, out, _ = run(lines / "ours", "--reference", lines / "theirs", "--json")
+    facts = json.loads(out)
+    assert code == 0
+    each = [scores["measures"]["lve_mm"] for scores in facts["files"].values()]
+    summary = facts["summary"]["lve_mm"]
+    assert summary["mean"] == pytest.approx(np.mean(each))
+    assert summary["interval"] == pytest.approx(sorted(each))  # of two files: the worse, the better
+    table = run(lines / "ours", "--reference", lines / "theirs")[1]
+    assert "a.track.json" in table
+    assert "95 % interval" in table
+
+
+def test_the_same_files_give_the_same_bytes(run, lines):
+    first, second = (run(lines / "ours", "--reference", lines / "theirs", "--json")[1] for _ in range(2))
+    assert first == second
+
+
+def test_vertices_with_a_mask_of_ones_own(run, lines):
+    code, out, err = run(
+        lines / "flat.npy", "--reference", lines / "voca.npy", "--mask", f"lips={lines / 'lips.txt'}", "--lips",
+        "1,2,3,4", "--unit", "mm", "--fps", "29.97", "--json",
+    )  # fmt: skip
+    measures = json.loads(out)["files"]["flat.npy"]["measures"]
+    assert code == 0, err
+    assert measures["lve_mm"] == pytest.approx(5, rel=1e-5)
+    assert measures["lve_squared_mm2"] == pytest.approx(25, rel=1e-5)
+    assert json.loads(out)["files"]["flat.npy"]["fps"] == pytest.approx(30000 / 1001)
+
+
+def test_styles_of_a_line_have_a_diversity(run, lines):
+    (lines / "styles").mkdir()
+    (lines / "captured").mkdir()
+    points = np.load(lines / "voca.npy")
+    np.save(lines / "captured/line.npy", points)
+    np.save(lines / "styles/line_condition_a.npy", points)
+    np.save(lines / "styles/line_condition_b.npy", points + np.float32(1))
+    code, out, _ = run(lines / "styles", "--reference", lines / "captured", "--unit", "mm", "--json")
+    assert code == 0
+    assert json.loads(out)["summary"]["diversity_mm"] == {"mean": pytest.approx(3**0.5), "files": 1}
+
+
+def test_what_is_no_number_is_null(run, lines):
+    still = Animation(np.zeros((60, 2), np.float32), ("jawOpen", "mouthPucker"), 30, "arkit")
+    save(still, lines / "still.npz")
+    code, out, _ = run(lines / "still.npz", "--reference", lines / "theirs/a.npz", "--json")
+    assert code == 0
+    assert json.loads(out, parse_constant=pytest.fail)["files"]["still.npz"]["measures"]["aperture_r"] is None
+
+
+def test_notes_are_said_and_can_be_kept_quiet(run, lines):
+    save(replace(speaking(fps=60)), lines / "fast.npz")
+    arguments = (lines / "fast.npz", "--reference", lines / "theirs/a.npz")
+    assert "note: predictions at 60 fps, read at the reference's 30" in run(*arguments)[2]
+    assert run(*arguments, "--quiet")[2] == ""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ("flat.npy", "--reference", "theirs/a.npz"),
+            "flat.npy against theirs/a.npz: the predictions have shape",
+        ),
+        (("flat.npy", "--reference", "theirs"), "give two files or two folders"),
+        (("flat.npy", "--reference", "voca.npy", "--lips", "1,b"), "'1,b' is not four vertex numbers"),
+        (("flat.npy", "--reference", "voca.npy", "--mask", "lips.txt"), "name its region"),
+        (("flat.npy", "--reference", "voca.npy", "--alignment", "said"), "said: has no alignment named flat"),
+        (("lips.txt", "--reference", "voca.npy"), "lips.txt: no format has this suffix"),
+        (("flat.npy", "--reference", "absent.npy"), "'absent.npy' does not exist"),
+    ],
+)
+def test_bad_input_ends_in_one_line(run, lines, monkeypatch, arguments, message):
+    monkeypatch.chdir(lines)
+    code, out, err = run(*arguments)
+    assert code == 2
+    assert out == ""
+    assert message in err
+    assert "Traceback" not in err
+
+
+def test_help_shows_an_example(run):
+    code, out, _ = run("--help")
+    assert code == 0
+    assert "phonanim evaluate line.npz --reference capture.csv" in out

@@ -1,0 +1,202 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from phonanim.animation import Animation
+from phonanim.errors import EvaluationError
+from phonanim.head import load_head
+from phonanim.inventory import INVENTORY
+from phonanim.metrics import correlation
+from phonanim.phones import PhoneTrack
+from phonanim.predictions import Vertices
+from phonanim.rig.landmarks import shipped_landmarks
+from phonanim.scoring import score, spread
+from phonanim.surfaces import Settings, surface
+
+SAID = PhoneTrack(
+    INVENTORY.codes(("sil", "aa", "p", "aa", "f")), np.array([0, 0.2, 0.8, 1, 1.5, 2]), ("",) * 5
+)
+
+
+def speaking(fps=30.0, late=0.0, channels=("jawOpen", "mouthPucker"), seconds=2.0):
+    times = np.arange(round(seconds * fps)) / fps - late
+    curves = [0.3 + 0.3 * np.sin(9 * times), 0.2 + 0.2 * np.sin(5 * times)]
+    return Animation(np.array(curves, np.float32).T, channels, fps, "arkit")
+
+
+def mesh(fps=30.0, vertices=50, seed=0):
+    points = np.random.default_rng(seed).normal(size=(60, vertices, 3)).cumsum(axis=0)
+    return Vertices(points, fps)
+
+
+def test_the_same_motion_has_no_error():
+    scores = score(speaking(), speaking(), Settings(track=SAID))
+    for name, value in scores.measures.items():
+        if name.endswith(("_mse", "_mm2", "_mm_s")) or name.startswith(("tmve", "fdd", "lve")):
+            assert value == pytest.approx(0, abs=1e-9), name
+        if "_r" in name and not name.endswith("ratio"):
+            assert value == pytest.approx(1), name
+    assert scores.measures["aperture_lag_ms"] == pytest.approx(0)
+    assert scores.measures["aperture_jerk_ratio"] == pytest.approx(1)
+    assert scores.notes == ()
+    assert {row.name for row in scores.phones} == {"sil", "aa", "p", "f"}
+
+
+def test_arkit_curves_are_scored_in_millimetres_on_the_head():
+    closed = replace(speaking(), values=np.zeros((60, 2), np.float32))
+    scores = score(closed, speaking(), Settings())
+    head = load_head()
+    opened = head.deltas[head.targets.index("jawOpen")]
+    assert scores.measures["lve_mm"] > 0.3 * 1000 * np.linalg.norm(opened, axis=1).max() / 2
+    assert scores.measures["tmve_jaw_mm"] > 10 * scores.measures["tmve_upper_mm"]
+    assert scores.measures["control_mse"] == pytest.approx((speaking().values ** 2).mean())
+    assert np.isnan(scores.measures["aperture_r"])
+
+
+def test_the_head_as_vertices_scores_as_its_controls_do():
+    ours, theirs = speaking(late=0.05), speaking()
+    by_controls = score(ours, theirs, Settings()).measures
+    points = [
+        Vertices(load_head().shape(load_head().weights(a.values, a.channels)), 30) for a in (ours, theirs)
+    ]
+    by_vertices = score(*points, Settings(unit="m")).measures
+    assert by_vertices == pytest.approx(
+        {name: by_controls[name] for name in by_vertices}, abs=1e-6, nan_ok=True
+    )
+
+
+def test_landmarks_are_known_by_their_number():
+    points = shipped_landmarks().of(
+        load_head().shape(load_head().weights(speaking().values, speaking().channels))
+    )
+    scores = score(Vertices(points, 30), Vertices(points, 30), Settings())
+    assert scores.measures["aperture_r"] == pytest.approx(1)
+    assert scores.measures["tmve_lips_mm"] == 0
+    assert "coordinates taken as m" in scores.notes[0]
+
+
+def test_a_delay_is_reported():
+    measures = score(speaking(late=0.1), speaking(), Settings()).measures
+    assert measures["aperture_lag_ms"] == pytest.approx(100, abs=5)
+    assert measures["aperture_r_without_lag"] > 0.999 > measures["aperture_r"]
+
+
+def test_other_rates_and_lengths_are_told():
+    scores = score(speaking(fps=60, seconds=1.5), speaking(), Settings())
+    assert scores.frames == 46
+    assert scores.measures["control_l1"] < 1e-3
+    assert scores.notes == (
+        "predictions at 60 fps, read at the reference's 30",
+        "predictions 0.000 to 1.483 s, reference 0.000 to 1.967 s: scored from 0.000 to 1.500 s",
+    )
+
+
+def test_too_little_in_common():
+    late = replace(speaking(), start=1.9)
+    with pytest.raises(EvaluationError, match=r"from 1.9 to .* share 3 frames; 4 are needed"):
+        score(late, speaking(), Settings())
+
+
+def test_controls_go_by_name():
+    theirs = speaking()
+    ours = Animation(theirs.values[:, ::-1], ("mouth_pucker", "JawOpen"), 30, "arkit")
+    assert score(ours, theirs, Settings()).measures["control_mse"] == 0
+    lacking = score(speaking(channels=("jawOpen", "eyeBlink_L")), theirs, Settings())
+    assert lacking.notes == (
+        "controls that the predictions lack count as zero: mouthPucker",
+        "controls that the reference lacks are left out: eyeBlink_L",
+    )
+    assert lacking.measures["control_mse"] == pytest.approx((theirs.values[:, 1] ** 2).mean() / 2)
+
+
+def test_controls_that_do_not_match():
+    with pytest.raises(
+        EvaluationError, match="no control in common: the predictions have a, b, the reference jawOpen"
+    ):
+        score(speaking(channels=("a", "b")), speaking(), Settings())
+    bare = [Animation(np.zeros((60, n), np.float32), tuple(map(str, range(n))), 30, "") for n in (3, 4)]
+    with pytest.raises(
+        EvaluationError, match=r"have shape \(60, 3\), the reference \(60, 4\); controls without names"
+    ):
+        score(*bare, Settings())
+
+
+def test_vertices_by_hand():
+    theirs = mesh()
+    ours = replace(theirs, points=theirs.points + np.array([2.0, 0, 0]))
+    own = Settings(masks={"lips": np.arange(5)}, lips=(0, 1, 2, 3), unit="mm", track=SAID)
+    measures = score(ours, theirs, own).measures
+    assert measures["mve_mm"] == measures["lve_mm"] == measures["tmve_lips_mm"] == pytest.approx(2)
+    assert measures["lve_squared_mm2"] == pytest.approx(4)
+    assert measures["vertex_mse_mm2"] == pytest.approx(4 / 3)
+    assert measures["aperture_r"] == pytest.approx(1)
+    apart = np.linalg.norm(theirs.points[:, 0] - theirs.points[:, 1], axis=1)
+    assert measures["pbm_least_gap_mm"] == pytest.approx(apart[24:30].min())  # p: 0.8 to 1 s
+    assert "fdd_mm" not in measures
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("m", 1000), ("cm", 10), ("mm", 1)])
+def test_units(unit, scale):
+    theirs = mesh()
+    ours = replace(theirs, points=theirs.points + np.array([1.0, 0, 0]))
+    assert score(ours, theirs, Settings(unit=unit)).measures["mve_mm"] == pytest.approx(scale)
+
+
+def test_the_unit_is_found_by_size():
+    head = Vertices(np.tile(load_head().vertices, (6, 1, 1)), 30)
+    for factor, unit in ((1, "m"), (100, "cm"), (1000, "mm")):
+        notes = surface(replace(head, points=head.points * factor), Settings()).notes
+        assert f"coordinates taken as {unit}" in notes[0]
+
+
+def test_templates_take_each_side_from_its_own_rest():
+    theirs, person = mesh(), np.random.default_rng(1).normal(size=(50, 3)) * 30
+    rest = np.zeros((50, 3))
+    ours = replace(theirs, points=theirs.points + person)
+    plain = score(ours, theirs, Settings(unit="mm", masks={"upper": np.arange(9)}))
+    assert plain.measures["mve_mm"] > 20
+    assert "the mean faces lie" in plain.notes[0]
+    assert plain.notes[1].startswith("fdd is taken from the reference's mean face")
+    own = score(ours, theirs, Settings(unit="mm", template=person, reference_template=rest))
+    assert own.measures["mve_mm"] == pytest.approx(0, abs=1e-9)
+    assert own.notes == ()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"template": np.zeros((4, 3))}, r"the template has shape \(4, 3\), a frame \(50, 3\)"),
+        ({"lips": (1, 2)}, r"lip vertices \(1, 2\): four below 50 are needed"),
+        ({"lips": (1, 2, 3, 50)}, "four below 50 are needed: upper, lower, right corner, left"),
+        ({"masks": {"lips": np.array([50])}}, "mask lips names vertex 50, the mesh ends at 49"),
+    ],
+)
+def test_settings_that_do_not_fit(change, message):
+    with pytest.raises(EvaluationError, match=message):
+        score(mesh(), mesh(), Settings(unit="mm", **change))
+
+
+def test_different_meshes():
+    with pytest.raises(
+        EvaluationError, match=r"shape \(60, 50, 3\), the reference \(60, 40, 3\) .* different meshes"
+    ):
+        score(mesh(), mesh(vertices=40), Settings())
+    with pytest.raises(
+        EvaluationError, match="controls cannot be compared with the vertices of another mesh"
+    ):
+        score(speaking(channels=("a", "b")), mesh(), Settings())
+
+
+def test_spread_of_takes():
+    takes = [speaking(), speaking(), speaking(late=0.1)]
+    assert spread(takes[:2], Settings()) == 0
+    assert spread(takes, Settings()) > 0.1
+    assert spread([speaking(channels=("a", "b"))] * 2, Settings()) is None
+
+
+def test_lips_of_the_head_are_those_of_its_landmarks():
+    lips = surface(speaking(), Settings()).lips
+    assert correlation(lips["aperture"], speaking().channel("jawOpen")) > 0.95
+    assert lips["aperture"].max() > 5
+    assert 40 < lips["width"].mean() < 60
