@@ -59,7 +59,7 @@ def lines(tmp_path):
         (tmp_path / "said" / f"{name}.TextGrid").write_text(TEXTGRID)
     points = np.random.default_rng(0).normal(size=(60, 5023, 3)).astype(np.float32)
     np.save(tmp_path / "voca.npy", points)
-    np.save(tmp_path / "flat.npy", (points + [3.0, 0, 4.0]).reshape(60, -1))
+    np.save(tmp_path / "flat.npy", (points + np.array([3.0, 0, 4.0])).reshape(60, -1))
     (tmp_path / "lips.txt").write_text("1, 2, 3")
     return tmp_path
 
@@ -117,8 +117,8 @@ def test_the_same_files_give_the_same_bytes(run, lines):
 
 def test_vertices_with_a_mask_of_ones_own(run, lines):
     code, out, err = run(
-        lines / "flat.npy", "--reference", lines / "voca.npy", "--mask", f"lips={lines / 'lips.txt'}", "--lips",
-        "1,2,3,4", "--unit", "mm", "--fps", "29.97", "--json",
+        lines / "flat.npy", "--reference", lines / "voca.npy", "--mask", f"lips={lines / 'lips.txt'}",
+        "--lips", "1,2,3,4", "--unit", "mm", "--fps", "29.97", "--json",
     )  # fmt: skip
     measures = json.loads(out)["files"]["flat.npy"]["measures"]
     assert code == 0, err
