@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,10 @@ MAGIC = 0x46546C67  # "glTF"
 JSON_CHUNK = 0x4E4F534A
 BINARY_CHUNK = 0x004E4942
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,8 @@ class Glb:
         """
         spec = self.tree["accessors"][index]
         width, kind = WIDTHS[spec["type"]], np.dtype(COMPONENTS[spec["componentType"]])
+        if "bufferView" not in spec and "sparse" not in spec:
+            self.refuse_compressed()  # Draco leaves accessors empty, which would read as noughts
         if "bufferView" in spec:
             values = self._view(spec, kind, spec["count"], width)
         else:
@@ -42,6 +48,15 @@ class Glb:
         if "sparse" in spec:
             values = self._filled(values.copy(), spec["sparse"])
         return _normalized(values) if spec.get("normalized") else values
+
+    def refuse_compressed(self, also: Iterable[str] = ()) -> None:
+        """Raise RigError, which says how to decompress, when meshes (or what uses `also`) are compressed."""
+        used = [name for name in COMPRESSED if name in (*self.tree.get("extensionsUsed", ()), *also)]
+        if used:
+            raise RigError(
+                f"{self.source}: its meshes are compressed ({used[0]}); "
+                "write it plain with: npx @gltf-transform/cli copy IN.glb OUT.glb"
+            )
 
     def _filled(self, values: NDArray[Any], sparse: dict[str, Any]) -> NDArray[Any]:
         kind = np.dtype(COMPONENTS[sparse["indices"]["componentType"]])
@@ -54,10 +69,12 @@ class Glb:
     def _view(self, spec: dict[str, Any], kind: np.dtype[Any], count: int, width: int) -> NDArray[Any]:
         """(count, width) items of a buffer view, which may be interleaved."""
         view = self.tree["bufferViews"][spec["bufferView"]]
-        if view.get("buffer", 0) != 0 or "EXT_meshopt_compression" in view.get("extensions", {}):
+        if "extensions" in view:
+            self.refuse_compressed(view["extensions"])
+        if view.get("buffer", 0) != 0:
             raise RigError(
-                f"{self.source}: its data are compressed or outside the file; "
-                "write it plain with: npx @gltf-transform/cli copy IN.glb OUT.glb"
+                f"{self.source}: its data are outside the file; "
+                "pack it with: npx @gltf-transform/cli copy IN.glb OUT.glb"
             )
         start = view.get("byteOffset", 0) + spec.get("byteOffset", 0)
         step = view.get("byteStride") or kind.itemsize * width
@@ -108,6 +125,35 @@ def glb_bytes(tree: dict[str, Any], binary: bytes | list[bytes]) -> bytes:
     header = struct.pack("<IIIII", MAGIC, 2, total, len(text), JSON_CHUNK)
     chunk = struct.pack("<II", size + len(padding), BINARY_CHUNK)
     return b"".join([header, text, chunk, *pieces, padding])
+
+
+def world(tree: dict[str, Any], node: int) -> Array:
+    """The transform of a node, (4, 4); a skinned mesh stands where its skeleton puts it: none."""
+    if "skin" in tree["nodes"][node]:
+        return np.eye(4)
+    parents = {child: i for i, entry in enumerate(tree["nodes"]) for child in entry.get("children", ())}
+    matrix = _local(tree["nodes"][node])
+    while node in parents:
+        node = parents[node]
+        matrix = _local(tree["nodes"][node]) @ matrix
+    return matrix
+
+
+def _local(node: dict[str, Any]) -> Array:
+    if "matrix" in node:
+        return np.array(node["matrix"], np.float64).reshape(4, 4).T
+    x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
+    turn = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    matrix = np.eye(4)
+    matrix[:3, :3] = turn * node.get("scale", (1.0, 1.0, 1.0))
+    matrix[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
+    return matrix
 
 
 def _normalized(values: NDArray[Any]) -> NDArray[np.float32]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from phonanim.errors import RigError
 from phonanim.glb import Glb, read_glb
 from phonanim.inventory import LEXICON
+from phonanim.morphs import plain
 
 SHIPPED = LEXICON / "rigs" / "head.glb"
 PARTS = ("skin", "tongue", "teeth_u", "teeth_l", "eye_l", "eye_r")
@@ -45,9 +46,13 @@ class Head:
     def weights(self, values: NDArray[Any], channels: tuple[str, ...]) -> NDArray[np.float64]:
         """Curves by channel name as weights by target, (frames, channels) -> (frames, targets).
 
-        Channels that the head lacks are left out; raises RigError when it has none of them.
+        Names match exactly, or as they read. Channels that the head lacks are left out; raises RigError when
+        it has none of them.
         """
-        known = [(i, self.targets.index(name)) for i, name in enumerate(channels) if name in self.targets]
+        alike = {plain(name): number for number, name in reversed(list(enumerate(self.targets)))}
+        exact = {name: number for number, name in enumerate(self.targets)}
+        found = [exact.get(name, alike.get(plain(name))) for name in channels]
+        known = [(column, target) for column, target in enumerate(found) if target is not None]
         if not known:
             raise RigError(
                 f"the head has none of the channels {', '.join(channels[:4])} ...; use --rig arkit"
@@ -84,7 +89,7 @@ def _head(glb: Glb) -> Head:
         parts=dict(zip(_part_names(glb, primitives), spans, strict=True)),
         targets=_target_names(glb, meshes[0]),
         deltas=_deltas(glb, primitives, spans),
-        colors=np.concatenate([_colors(glb, *item) for item in zip(primitives, points, strict=True)]),
+        colors=np.concatenate([reflected(glb, *item) for item in zip(primitives, points, strict=True)]),
     )
 
 
@@ -111,7 +116,7 @@ def _deltas(glb: Glb, primitives: list[dict[str, Any]], spans: list[slice]) -> N
     return deltas
 
 
-def _colors(glb: Glb, primitive: dict[str, Any], points: NDArray[Any]) -> NDArray[np.float64]:
+def reflected(glb: Glb, primitive: dict[str, Any], points: NDArray[Any]) -> NDArray[np.float64]:
     """(n, 3) linear: the material's colour times the vertex colours."""
     material = glb.tree["materials"][primitive["material"]] if "material" in primitive else {}
     factor = material.get("pbrMetallicRoughness", {}).get("baseColorFactor", (0.8, 0.8, 0.8, 1.0))

@@ -48,6 +48,8 @@ SKY, GROUND = (0.24, 0.26, 0.30), (0.12, 0.085, 0.07)
 WRAP = 0.25  # light that goes round the terminator, as it does under skin
 TONE_STEPS, TONE_LIMIT = 8192, 4  # steps per unit of linear light, and the brightest light
 SHOULDER = 0.6  # light above this is rolled off
+MOVED = 1e-5  # metres; less is standing still
+AROUND = 1.5  # of the height of what moves, shown of a head whose parts are not known by name
 OUTLINE = 0.002  # metres of depth between neighbouring pixels
 BACKDROP = ((0.035, 0.040, 0.050), (0.085, 0.093, 0.110))  # bottom and top, linear
 
@@ -76,12 +78,22 @@ def lower_face(head: Head, size: int = 200, yaw: float = 16.0) -> View:
 
 
 def whole_head(head: Head, height: int = 512, width: int = 512, yaw: float = 0.0) -> View:
-    """The view of face and neck."""
+    """The view of face and neck; what shapes move, and around it, where skin and eyes are not known by name."""
+    if not {"skin", "eye_l"} <= set(head.parts):
+        return _around_moved(head, height, width, yaw)
     crown = head.vertices[head.parts["skin"], 1].max()
     eyes = head.vertices[head.parts["eye_l"]].mean(axis=0)
     span = 2.9 * (crown - eyes[1])
     centre = (0.0, float(crown + 0.04 * span - span / 2), float(eyes[2] - 0.05))
     return View(centre, float(span), height, width, yaw)
+
+
+def _around_moved(head: Head, height: int, width: int, yaw: float) -> View:
+    moved = np.abs(head.deltas).max(axis=(0, 2), initial=0.0) > MOVED
+    seen = head.vertices[moved if moved.any() else slice(None)]
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    across, up, ahead = ((low + high) / 2).tolist()
+    return View((across, up, ahead), AROUND * float(high[1] - low[1]), height, width, yaw)
 
 
 def render(vertices: NDArray[np.float64], head: Head, view: View) -> NDArray[np.uint8]:

@@ -1,11 +1,15 @@
+import copy
 import struct
 
 import numpy as np
 import pytest
+from animations import line
 
 from phonanim.errors import RigError
+from phonanim.exporters import load, save
 from phonanim.glb import Glb, glb_bytes, parse_glb, read_glb
-from phonanim.head import SHIPPED
+from phonanim.head import SHIPPED, load_head
+from phonanim.rig.character import load_character
 
 
 def glb_of(accessor, views, binary):
@@ -55,7 +59,9 @@ def test_accessors_that_cannot_be_read():
         glb_of(spec, [{"buffer": 0}], b"1234567").accessor(0)
     packed = {"buffer": 0, "extensions": {"EXT_meshopt_compression": {}}}
     for view in (packed, {"buffer": 1}):
-        with pytest.raises(RigError, match=r"compressed or outside the file; write it plain with: npx"):
+        with pytest.raises(
+            RigError, match=r"compressed .*; write it plain with: npx|outside the file; pack it with: npx"
+        ):
             glb_of(spec, [view], b"12345678").accessor(0)
 
 
@@ -78,3 +84,60 @@ def test_damaged_files(tmp_path, change, message):
 def test_a_missing_file(tmp_path):
     with pytest.raises(RigError, match=r"none\.glb: cannot be read: No such file"):
         read_glb(tmp_path / "none.glb")
+
+
+def draco(tree):
+    """The tree of a file whose first primitive's data are in a Draco blob: its accessors point nowhere."""
+    tree["extensionsUsed"] = tree["extensionsRequired"] = ["KHR_draco_mesh_compression"]
+    primitive = tree["meshes"][0]["primitives"][0]
+    for number in (primitive["indices"], *primitive["attributes"].values()):
+        tree["accessors"][number].pop("bufferView", None)
+    return tree
+
+
+def test_compressed_meshes_are_not_read_as_noughts(tmp_path):
+    shipped = read_glb(SHIPPED)
+    glb = Glb(draco(copy.deepcopy(shipped.tree)), shipped.binary, "a.glb")
+    message = r"a\.glb: its meshes are compressed \(KHR_draco_mesh_compression\); write it plain with: npx"
+    with pytest.raises(RigError, match=message):
+        glb.accessor(glb.tree["meshes"][0]["primitives"][0]["attributes"]["POSITION"])
+    path = tmp_path / "a.glb"
+    path.write_bytes(glb_bytes(glb.tree, glb.binary))
+    for suffix in (".usda", ".html"):
+        with pytest.raises(RigError, match=message):
+            save(line(), tmp_path / f"a{suffix}", character=path)
+    save(line(), tmp_path / "b.glb", character=path)  # passes through untouched
+    np.testing.assert_allclose(load(tmp_path / "b.glb").values, line().values, atol=1e-7)
+
+
+def quantized(source):
+    """The shipped head with positions in 16-bit steps and a smaller box (KHR_mesh_quantization)."""
+    tree, pieces = copy.deepcopy(source.tree), [source.binary]
+    tree["extensionsUsed"] = tree["extensionsRequired"] = ["KHR_mesh_quantization"]
+    for primitive in tree["meshes"][0]["primitives"]:
+        number = primitive["attributes"]["POSITION"]
+        steps = np.rint(source.accessor(number) * 65534 - 32767 * np.array([0, 1, 0])).astype("<i2")
+        padded = np.pad(steps, [(0, 0), (0, 1)])
+        offset = sum(map(len, pieces))
+        view = {"buffer": 0, "byteOffset": offset, "byteLength": padded.nbytes, "byteStride": 8}
+        tree["bufferViews"].append(view)
+        changed = {
+            "componentType": 5122,
+            "normalized": True,
+            "byteOffset": 0,
+            "bufferView": len(tree["bufferViews"]) - 1,
+        }
+        tree["accessors"][number] |= changed
+        pieces.append(padded.tobytes())
+        for target in primitive["targets"]:
+            target.pop("NORMAL", None)
+    node = next(node for node in tree["nodes"] if node.get("mesh") == 0)
+    node |= {"scale": [0.5, 0.5, 0.5], "translation": [0.0, 0.5, 0.0]}
+    tree["buffers"][0]["byteLength"] = sum(map(len, pieces))
+    return glb_bytes(tree, pieces)
+
+
+def test_quantized_meshes_stand_where_their_node_puts_them(tmp_path):
+    path = tmp_path / "a.glb"
+    path.write_bytes(quantized(read_glb(SHIPPED)))
+    np.testing.assert_allclose(load_character(path).vertices, load_head().vertices, atol=2e-5)

@@ -141,6 +141,7 @@ def fit_command(
     from phonanim.animate import load_model
     from phonanim.rig.character import fit_character, load_character, quality
     from phonanim.rig.landmarks import read_landmarks, write_landmarks
+    from phonanim.rig.stance import doubts
     from phonanim.rig.write import write_rig
 
     target = output or head.with_suffix(".toml")
@@ -154,6 +155,8 @@ def fit_command(
     if sheet:
         draw(target, sheet, model)
     told = quality(rig, character, spots, face)
+    for odd in doubts(character):
+        talk.say(f"{head}: {odd}; its curves are right all the same")
     talk.say(
         f"{len(rig.speech)} of {len(rig.controls)} controls speak; repeats the face's lips with r: "
         + ", ".join(f"{name} {value:.3f}" for name, value in told.items())
@@ -198,7 +201,9 @@ def transfer_command(source: str, mesh: Path, output: Path | None, talk: Talk) -
     )
     for part, follows in report.carried.items():
         talk.say(f"{part} follows {follows}")
+    if report.straightened:
+        talk.say(f"{report.straightened} shapes turned triangles over, which were turned back")
     if report.flipped:
-        talk.say(f"{report.flipped} triangles are turned over by some shape; look at them")
+        talk.say(f"{report.flipped} triangles are still turned over by some shape; look at them")
     facts = {"head": str(target), "landmarks": str(table), **asdict(report)}
     talk.result(facts, f"{target}\n{table}")

@@ -71,12 +71,16 @@ def save(animation: Animation, path: Path, **options: object) -> None:
 
 
 def load(path: Path) -> Animation:
-    """Read an animation from a file. Raises OutputError when its format cannot be read back."""
+    """Read an animation from a file.
+
+    Raises OutputError when its format cannot be read back or it holds values that are not finite.
+    """
     exporter = find_exporter(path)
     if not hasattr(exporter, "read"):
         readable = " ".join(suffix for suffix in suffixes() if hasattr(_module(suffix), "read"))
         raise OutputError(f"{path}: this format can only be written; those that can be read are {readable}")
     animation: Animation = exporter.read(path)
+    _check_finite(animation, path)
     return animation
 
 
@@ -88,6 +92,11 @@ def _check(animation: Animation, path: Path) -> None:
     values = np.asarray(animation.values)
     if values.size == 0:
         raise OutputError(f"{path}: the animation has no frames or no channels, so there is nothing to write")
+    _check_finite(animation, path)
+
+
+def _check_finite(animation: Animation, path: Path) -> None:
+    values = np.asarray(animation.values)
     if not np.isfinite(values).all():
         frame, channel = np.argwhere(~np.isfinite(values))[0]
         name, time = animation.channels[channel], animation.times[frame]

@@ -30,10 +30,11 @@ def write(
 ) -> None:
     """Write the page; `beside` is a second take, shown next to the first.
 
-    Raises RigError when the character has no target for any channel, OutputError when the sound cannot be
-    read or the destination not be written.
+    Raises RigError when the character is compressed or has no target for any channel, OutputError when the
+    sound cannot be read or the destination not be written.
     """
     glb = read_glb(character)
+    glb.refuse_compressed()  # the page has no decoder
     takes = [_take(take, glb) for take in (animation, beside) if take]
     data = {
         "facts": _facts(animation),

@@ -13,8 +13,9 @@ import numpy as np
 from phonanim.alignment import Interval
 from phonanim.animation import Animation
 from phonanim.errors import AudioError, MissingExtraError, OutputError
+from phonanim.exporters._head import head_of
 from phonanim.files import atomic_path
-from phonanim.head import SHIPPED, Head, load_head
+from phonanim.head import SHIPPED, Head
 from phonanim.labels import is_silent
 from phonanim.pixels import Image, draw_text
 from phonanim.render import render, whole_head
@@ -43,7 +44,7 @@ def write(
     av = library()
     if size < 64 or size % 2:
         raise OutputError(f"{path}: a film of {size} pixels cannot be made; choose an even size from 64")
-    head = load_head(None if character == SHIPPED else character)
+    head = head_of(character)
     rate = _film_rate(animation.fps)
     with atomic_path(path) as partial:
         try:

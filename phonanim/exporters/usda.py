@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Iterable
 from functools import cache
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation import Animation
+from phonanim.exporters._head import head_of
 from phonanim.exporters.json import intervals, spans
 from phonanim.files import write_text
 from phonanim.head import SHIPPED, Head, load_head
@@ -131,15 +133,15 @@ SHAPE = """
 def write(animation: Animation, path: Path, character: Path = SHIPPED) -> None:
     """Write a stage in metres with y up; time codes are frames from time zero.
 
-    `character` is a GLB whose first mesh has named morph targets. Raises RigError when it cannot be used or
-    has none of the channels, OutputError when the destination cannot be written.
+    `character` is a GLB or VRM with named morph targets. Raises RigError when it cannot be used or has
+    none of the channels, OutputError when the destination cannot be written.
     """
     write_text(path, stage_text(animation, character))
 
 
 def stage_text(animation: Animation, character: Path = SHIPPED) -> str:
     """The stage as text. The same input gives the same text."""
-    head = load_head(None if character == SHIPPED else character)
+    head = head_of(character)
     weights = head.weights(animation.values, animation.channels)
     frames = animation.times * animation.fps
     samples = [
@@ -154,7 +156,7 @@ def stage_text(animation: Animation, character: Path = SHIPPED) -> str:
         names=_names(head.targets),
         samples="\n".join(samples),
         extent=_extent(head.vertices),
-        meshes=_meshes(character),
+        meshes=_shipped_meshes() if character == SHIPPED else _meshes(head),
         root=ROOT,
         identity=IDENTITY,
     )
@@ -190,19 +192,24 @@ def _about(animation: Animation) -> dict[str, Any]:
 
 
 @cache
-def _meshes(character: Path) -> str:
-    """All meshes of a head, which are the same in every line."""
-    head = load_head(None if character == SHIPPED else character)
+def _shipped_meshes() -> str:
+    """The meshes of the shipped head, which are the same in every line."""
+    return _meshes(load_head())
+
+
+def _meshes(head: Head) -> str:
+    """All meshes of a head, part by part."""
     normals = vertex_normals(head.vertices.astype(np.float32), head.triangles)
     turned = [
         vertex_normals((head.vertices + d).astype(np.float32), head.triangles) - normals for d in head.deltas
     ]
-    return "".join(_mesh(head, name, normals, np.array(turned)) for name in head.parts)
+    prims = _identifiers(head.parts)
+    return "".join(_mesh(head, part, prims[part], normals, np.array(turned)) for part in head.parts)
 
 
-def _mesh(head: Head, part: str, normals: NDArray[np.float32], turns: NDArray[np.float32]) -> str:
+def _mesh(head: Head, part: str, name: str, normals: NDArray[np.float32], turns: NDArray[np.float32]) -> str:
     rows = head.parts[part]
-    name = _identifier(part)
+    shapes = _identifiers(head.targets)
     inside = ((head.triangles >= rows.start) & (head.triangles < rows.stop)).all(axis=1)
     triangles = head.triangles[inside] - rows.start
     moved = [t for t in range(len(head.targets)) if np.abs(head.deltas[t, rows]).max() > MOVED]
@@ -216,8 +223,8 @@ def _mesh(head: Head, part: str, normals: NDArray[np.float32], turns: NDArray[np
         points=_vectors(head.vertices[rows]),
         colors=_vectors(head.colors[rows]),
         names=_names(names),
-        targets=", ".join(f"<{ROOT}/{name}/{_identifier(target)}>" for target in names),
-        shapes="".join(_shape(head.targets[t], head.deltas[t, rows], turns[t, rows]) for t in moved),
+        targets=", ".join(f"<{ROOT}/{name}/{shapes[target]}>" for target in names),
+        shapes="".join(_shape(shapes[head.targets[t]], head.deltas[t, rows], turns[t, rows]) for t in moved),
         root=ROOT,
         identity=IDENTITY,
     )
@@ -226,7 +233,7 @@ def _mesh(head: Head, part: str, normals: NDArray[np.float32], turns: NDArray[np
 def _shape(name: str, moves: NDArray[np.float64], turns: NDArray[np.float32]) -> str:
     rows = np.flatnonzero(np.abs(moves).max(axis=1) > MOVED)
     return SHAPE.format(
-        name=_identifier(name),
+        name=name,
         turns=_vectors(turns[rows]),
         moves=_vectors(moves[rows]),
         rows=", ".join(map(str, rows.tolist())),
@@ -237,6 +244,16 @@ def _identifier(name: str) -> str:
     """A prim name: letters, digits and underscores."""
     plain = re.sub(r"\W", "_", name, flags=re.ASCII)
     return plain if re.match(r"[A-Za-z_]", plain) else f"_{plain}"
+
+
+def _identifiers(names: Iterable[str]) -> dict[str, str]:
+    """A prim name for each name, all of them different."""
+    found: dict[str, str] = {}
+    for name in names:
+        plain = _identifier(name)
+        spellings = chain([plain], (f"{plain}_{number}" for number in count(2)))
+        found[name] = next(spelling for spelling in spellings if spelling not in found.values())
+    return found
 
 
 def _names(names: Iterable[str]) -> str:

@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import RigError
 from phonanim.face import OUTER_LIPS, FaceModel, lip_aperture, lip_protrusion, lip_width
-from phonanim.glb import Glb, read_glb
-from phonanim.head import Head, load_head
+from phonanim.glb import Glb, read_glb, world
+from phonanim.head import Head, load_head, reflected
 from phonanim.metrics import correlation
 from phonanim.morphs import Morphs, find_morphs, plain
 from phonanim.rig.fit import fit_rig
@@ -28,7 +27,7 @@ from phonanim.rig.rig import Rig
 
 Array = NDArray[np.float64]
 
-GREY = 0.3  # what the parts of a character reflect in pictures
+GREY = 0.3  # what the parts of a character reflect in pictures, where textures would tell
 # Shapes that move the lips but say nothing.
 MOODS = frozenset({"happy", "angry", "sad", "relaxed", "surprised", "joy", "sorrow", "fun", "cheekpuff"})
 LEAST_MOTION = 1.0  # mm of some lip point: less is no shape of speech
@@ -75,7 +74,7 @@ def _joined(pieces: list[Piece], path: Path) -> Head:
         parts={f"{piece.name}.{i}": span for i, (piece, span) in enumerate(zip(pieces, spans, strict=True))},
         targets=names,
         deltas=deltas,
-        colors=np.full_like(vertices, GREY),
+        colors=np.concatenate([piece.colors for piece in pieces]),
     )
 
 
@@ -83,7 +82,8 @@ def _joined(pieces: list[Piece], path: Path) -> Head:
 class Piece:
     """One primitive in the world's axes: points (n, 3), faces (t, 3), moves of its targets (targets, n, 3).
 
-    `controls` are the weights of the targets (targets,) by the name that moves them.
+    `controls` are the weights of the targets (targets,) by the name that moves them; `colors` (n, 3) are what
+    it reflects.
     """
 
     name: str
@@ -91,6 +91,7 @@ class Piece:
     faces: NDArray[np.int64]
     moves: Array
     controls: dict[str, Array]
+    colors: Array
 
 
 def _controls(morphs: Morphs) -> dict[str, Array]:
@@ -107,7 +108,7 @@ def _controls(morphs: Morphs) -> dict[str, Array]:
 def _pieces(glb: Glb, morphs: Morphs) -> list[Piece]:
     """The primitives of a node's mesh, named by node and material."""
     node = glb.tree["nodes"][morphs.node]
-    matrix, controls = _world(glb.tree, morphs.node), _controls(morphs)
+    matrix, controls = world(glb.tree, morphs.node), _controls(morphs)
     turn = matrix[:3, :3].T
     pieces = []
     for primitive in glb.tree["meshes"][node["mesh"]]["primitives"]:
@@ -118,7 +119,10 @@ def _pieces(glb: Glb, morphs: Morphs) -> list[Piece]:
         named = primitive.get("targets", ()) if controls else ()
         moves = np.array([_moved(glb, target, len(points)) for target in named]).reshape(-1, *points.shape)
         faces = index.reshape(-1, 3).astype(np.int64)
-        pieces.append(Piece(name, points @ turn + matrix[:3, 3], faces, moves @ turn, controls))
+        textured = "baseColorTexture" in material.get("pbrMetallicRoughness", {})
+        colors = np.full_like(points, GREY) if textured else reflected(glb, primitive, points)
+        placed = points @ turn + matrix[:3, 3]
+        pieces.append(Piece(name, placed, faces, moves @ turn, controls, colors))
     return pieces
 
 
@@ -126,35 +130,6 @@ def _moved(glb: Glb, target: dict[str, int], count: int) -> Array:
     return (
         glb.accessor(target["POSITION"]).astype(np.float64) if "POSITION" in target else np.zeros((count, 3))
     )
-
-
-def _world(tree: dict[str, Any], node: int) -> Array:
-    """The transform of a node, (4, 4); a skinned mesh stands where its skeleton puts it: none."""
-    if "skin" in tree["nodes"][node]:
-        return np.eye(4)
-    parents = {child: i for i, entry in enumerate(tree["nodes"]) for child in entry.get("children", ())}
-    matrix = _local(tree["nodes"][node])
-    while node in parents:
-        node = parents[node]
-        matrix = _local(tree["nodes"][node]) @ matrix
-    return matrix
-
-
-def _local(node: dict[str, Any]) -> Array:
-    if "matrix" in node:
-        return np.array(node["matrix"], np.float64).reshape(4, 4).T
-    x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
-    turn = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    matrix = np.eye(4)
-    matrix[:3, :3] = turn * node.get("scale", (1.0, 1.0, 1.0))
-    matrix[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
-    return matrix
 
 
 def fit_character(

@@ -1,0 +1,25 @@
+"""The head of a file that has to be drawn or taken apart, rather than passed on whole."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from phonanim.errors import RigError
+from phonanim.head import SHIPPED, Head, load_head
+
+
+def head_of(character: Path = SHIPPED) -> Head:
+    """The shipped head, or the meshes with morph targets of a GLB or VRM file, in the world's axes.
+
+    Raises RigError when the file cannot be read, is compressed, or has other units or another way up than
+    glTF's, which would go unnoticed into another program.
+    """
+    if character == SHIPPED:
+        return load_head()
+    from phonanim.rig.character import load_character
+    from phonanim.rig.stance import doubts
+
+    head = load_character(character)
+    if odd := doubts(head):
+        raise RigError(f"{character}: {odd[0]}")
+    return head

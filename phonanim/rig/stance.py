@@ -1,0 +1,69 @@
+"""How a head stands: its size and the way it looks, told by what its shapes move."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.head import Head
+from phonanim.morphs import plain
+
+Array = NDArray[np.float64]
+
+EYES = ("eyeblinkleft", "eyeblinkright", "eyeblink", "blinkleft", "blinkright", "blink")
+MOUTHS = ("jawopen", "mouthopen", "visemeaa", "aa")
+TALLEST, SMALLEST = 10.0, 0.05  # metres, of anybody who speaks
+CENTIMETRE, MILLIMETRE = 0.01, 0.001
+LEANING = 0.5  # of its height: a face this far in front of its middle looks that way
+
+
+def doubts(head: Head) -> tuple[str, ...]:
+    """What is odd about a head's size and direction, each with its mend; nothing where all is well.
+
+    glTF counts metres, y up, and faces look along z. Directions are told by shapes that move eyes and mouth,
+    if there are any by these names.
+    """
+    return tuple(filter(None, (_size(head), _direction(head))))
+
+
+def _size(head: Head) -> str:
+    tall = float(np.ptp(head.vertices, axis=0).max())
+    if SMALLEST <= tall <= TALLEST:
+        return ""
+    if tall < SMALLEST:
+        return f"is {tall:.2g} m high, too small to be in metres; scale it up, and apply the scale"
+    unit, factor = ("millimetres", MILLIMETRE) if tall > TALLEST / CENTIMETRE else ("centimetres", CENTIMETRE)
+    return (
+        f"is {tall:.0f} m high, so it is probably in {unit}, and glTF counts metres; "
+        f"scale it by {factor:g}, and apply the scale"
+    )
+
+
+def _direction(head: Head) -> str:
+    eyes, mouth = moved_by(head, EYES), moved_by(head, MOUTHS)
+    if eyes is None or mouth is None:
+        return ""
+    up = eyes - mouth
+    axis = int(np.abs(up).argmax())
+    if axis != 1:
+        return f"lies along {'xyz'[axis]}; turn it upright (y up), and apply the rotation"
+    if up[1] < 0:
+        return "stands upside down; turn it upright (y up), and apply the rotation"
+    return _look(head, (eyes + mouth) / 2, float(up[1]))
+
+
+def _look(head: Head, face: Array, tall: float) -> str:
+    """Whether the face is on the side that it should be on: far in front of the middle of its head."""
+    near = np.abs(head.vertices[:, 1] - face[1]) < tall
+    middle = (head.vertices[near].min(axis=0) + head.vertices[near].max(axis=0)) / 2
+    ahead = face - middle
+    if ahead[2] < -LEANING * tall or abs(ahead[0]) > max(LEANING * tall, ahead[2]):
+        return "does not look along z; turn its face to +z, and apply the rotation"
+    return ""
+
+
+def moved_by(head: Head, names: tuple[str, ...]) -> Array | None:
+    """The middle of what the shapes of these plain names move, (3,), None when the head has none of them."""
+    rows = [number for number, name in enumerate(head.targets) if plain(name) in names]
+    weight = np.linalg.norm(head.deltas[rows], axis=2).sum(axis=0) if rows else np.zeros(1)
+    return np.asarray(weight @ head.vertices / weight.sum()) if weight.sum() > 0 else None
