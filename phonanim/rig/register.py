@@ -25,6 +25,7 @@ STEPS = 4  # per stiffness
 PIN = 20.0  # how much a pinned point counts against a surface point
 # Places on a triangle that are tried: corners, middles of edges, the centre, halfway to each corner.
 SAMPLES = np.concatenate([np.eye(3), 1 - np.eye(3), np.ones((1, 3)), np.ones((3, 3)) + 3 * np.eye(3)])
+SAMPLE_WEIGHTS = SAMPLES / SAMPLES.sum(axis=1, keepdims=True)
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ def _laplacian(triangles: NDArray[np.int64], rows: NDArray[np.int64], sparse: An
 
 def sampled(surface: Surface) -> tuple[Array, Array, NDArray[np.int64]]:
     """Points spread over the triangles with their features, (samples, 3), (samples, 7), and triangles."""
-    weights = SAMPLES / SAMPLES.sum(axis=1, keepdims=True)
+    weights = SAMPLE_WEIGHTS
     features = np.einsum("sk,tkf->tsf", weights, surface.features()[surface.triangles])
     points = np.einsum("sk,tkf->tsf", weights, surface.points[surface.triangles])
     owners = np.repeat(np.arange(len(surface.triangles)), len(weights))
@@ -106,6 +107,6 @@ def place_landmarks(warped: Surface, spots: MeshLandmarks, theirs: Surface) -> M
     _, _, tree = scipy_parts()
     _, features, owners = sampled(theirs)
     found = tree(features).query(spots.of(warped.features()))[1]
-    weights = SAMPLES / SAMPLES.sum(axis=1, keepdims=True)
-    placed = MeshLandmarks(spots.numbers, theirs.triangles[owners[found]], weights[found % len(weights)])
+    weights = SAMPLE_WEIGHTS[found % len(SAMPLE_WEIGHTS)]
+    placed = MeshLandmarks(spots.numbers, theirs.triangles[owners[found]], weights)
     return put_on_rims(theirs.points, theirs.triangles, placed)
