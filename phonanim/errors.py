@@ -31,6 +31,10 @@ class StudyError(PhonanimError):
     """Films, answers or counts of a user study that cannot be used."""
 
 
+class StreamError(PhonanimError):
+    """Something in a live stream that makes no sense; the stream goes on without it."""
+
+
 class OutputError(PhonanimError):
     """A destination that cannot be written."""
 

@@ -1,0 +1,1 @@
+"""Phones or audio as they arrive -> frames as they fall due."""

@@ -1,0 +1,141 @@
+"""The phone-driven model as a stream: each frame is what the whole line would give, once enough is known."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.alignment import ROUNDING, Alignment, Interval
+from phonanim.animate import load_cached_rig, load_model, move
+from phonanim.context import EDGES
+from phonanim.errors import OptionError, StreamError
+from phonanim.labels import is_silent
+from phonanim.language import to_phones
+from phonanim.options import Options
+
+REACH = float(EDGES[-1])  # seconds to either side that the features look at
+BEYOND = 3  # segments that their timing looks at beyond the one at an instant, a closure's release among them
+ABREAST = 1e-6  # frames: an instant this little ahead is there
+EMPTY = Interval("", 0.0, 0.0)
+
+
+@dataclass
+class PhoneStream:
+    """Phones in, frames out, in the order in which they come.
+
+    Frame n stands at n / fps. With `look_ahead` None it is given out as soon as nothing that may still come
+    can change it: phones known for 0.8 s ahead and three segments beyond its own. A number of seconds
+    bounds the wait instead: a frame is then given out when phones are known, or time has passed, for so
+    long beyond it, and what is not yet known counts as silence. Memory stays flat: the past is forgotten.
+    """
+
+    options: Options
+    look_ahead: float | None = None
+    emitted: int = 0
+    ended: bool = False
+    now: float = 0.0
+    known: list[Interval] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        refuse_what_needs_the_whole(self.options)
+        self.model = load_model(self.options.model)
+        self.rig = load_cached_rig(self.options.rig)
+        if self.model.regressor.driven_by != "phones":
+            raise OptionError(f"model {self.options.model} hears; stream audio to it instead of phones")
+
+    @property
+    def heard_until(self) -> float:
+        """End of the last phone, or of time that has passed without one, in seconds."""
+        return max(self.now, self.known[-1].end if self.known else 0.0)
+
+    def push(self, label: str, start: float, end: float) -> None:
+        """Take the next phone. Raises StreamError when its times make no sense, and takes nothing."""
+        if not (math.isfinite(start) and math.isfinite(end)) or end <= start or start < 0:
+            raise StreamError(f'phone "{label}" from {start:g} to {end:g} s: lasts no time; send it again')
+        last = self.known[-1] if self.known else EMPTY
+        if Interval(label, start, end) == last:
+            raise StreamError(f'phone "{label}" at {start:g} s was sent twice; the second is left out')
+        if start < last.end - ROUNDING:
+            raise StreamError(
+                f'phone "{label}" at {start:g} s begins before the last one ends ({last.end:g} s); '
+                "phones must come in the order of time"
+            )
+        if end * self.options.fps < self.emitted:
+            raise StreamError(
+                f'phone "{label}" at {start:g} s comes after its frames were due; raise the look-ahead'
+            )
+        self.known.append(Interval(label, max(start, last.end), end))
+
+    def pass_time(self, now: float) -> None:
+        """Say that it is `now` seconds: no phone will come that ends before, less the look-ahead."""
+        self.now = max(self.now, now)
+
+    def end(self) -> None:
+        """Say that nothing more will come."""
+        self.ended = True
+
+    def frames(self) -> NDArray[np.float32]:
+        """Every frame that has fallen due since the last call, (frames, controls)."""
+        count = self._due() - self.emitted
+        if count <= 0:
+            return np.empty((0, len(self.rig.controls)), np.float32)
+        alignment, origin = self._window(self.emitted, self.emitted + count)
+        track, _ = to_phones(alignment, self.options.language, self.options.unknown)
+        start = self.emitted / self.options.fps - origin
+        _, values = move(track, self.model, self.rig, self.options, count, start)
+        self.emitted += count
+        self._forget()
+        return values
+
+    def _due(self) -> int:
+        """How many frames, from the first of all, may be given out."""
+        fps = self.options.fps
+        if self.heard_until == 0:
+            return 0
+        if self.ended:
+            return math.floor(self.heard_until * fps + ABREAST) + 1
+        if self.look_ahead is not None:
+            return max(math.floor((self.heard_until - self.look_ahead) * fps + ABREAST) + 1, self.emitted)
+        certain = self.known[-1].end - REACH if self.known else -1.0
+        spoken = [i for i in self.known if not is_silent(i.label)]
+        beyond = spoken[-BEYOND - 1].start if len(spoken) > BEYOND else -1.0
+        return max(math.floor(min(certain, beyond) * fps + ABREAST), self.emitted)
+
+    def _window(self, first: int, last: int) -> tuple[Alignment, float]:
+        """The phones that some frames can feel, on a clock that starts with the first of them."""
+        begin = self._felt_from(first / self.options.fps)
+        felt = self.known[begin:]
+        origin = felt[0].start if begin else 0.0
+        # What is not known yet counts as silence, as far as it is looked at.
+        unknown = max(self.heard_until, last / self.options.fps) + REACH
+        duration = self.heard_until if self.ended else unknown
+        moved = tuple(Interval(i.label, i.start - origin, i.end - origin) for i in felt)
+        return Alignment(moved, duration - origin, "stream", "the stream"), origin
+
+    def _felt_from(self, time: float) -> int:
+        """Index of the first phone that an instant can feel."""
+        before, index = 0, len(self.known)
+        while index > 0 and before <= BEYOND:
+            index -= 1
+            past = self.known[index].end < time - REACH
+            before += past and not is_silent(self.known[index].label)
+        return index
+
+    def _forget(self) -> None:
+        self.known = self.known[self._felt_from(self.emitted / self.options.fps) :]
+
+
+def refuse_what_needs_the_whole(options: Options) -> None:
+    """Raises OptionError for a layer that looks at a whole line."""
+    wholes = {
+        "--smooth": bool(options.smooth),
+        "--retarget solve": options.retarget == "solve",
+        "--overlay": bool(options.overlays),
+        "--blinks": options.blinks is not None,
+    }
+    for name, asked in wholes.items():
+        if asked:
+            raise OptionError(f"{name} looks at a whole line and cannot be streamed; leave it out")
