@@ -19,6 +19,7 @@ Frame = NDArray[np.uint8]
 
 RATE_TOLERANCE = 0.5  # of a frame: how far an instant may lie from the even grid
 SOUND_RATE = 16000  # hertz
+BLOCK = 4096  # samples that are encoded together
 THREADS = 2  # a fixed number, so that the bytes do not depend on the machine
 
 
@@ -93,6 +94,21 @@ def write_film(frames: Iterable[Frame], path: Path, rate: Fraction, quality: int
                 stream.height, stream.width = frame.shape[:2]
             film.mux(stream.encode(av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format="rgb24")))
         film.mux(stream.encode(None))
+
+
+def write_sound(samples: NDArray[np.float32], path: Path) -> None:
+    """Write mono sound at 16 kHz, (samples,) -1 to 1, as FLAC."""
+    av = library()
+    pcm = np.rint(np.clip(samples, -1, 1) * 32767).astype(np.int16)[None]
+    with atomic_path(path) as partial, av.open(str(partial), "w") as file:
+        stream = file.add_stream("flac", rate=SOUND_RATE, layout="mono", format="s16")
+        for start in range(0, pcm.shape[1], BLOCK):
+            piece = np.ascontiguousarray(pcm[:, start : start + BLOCK])
+            frame = av.AudioFrame.from_ndarray(piece, format="s16", layout="mono")
+            frame.rate = SOUND_RATE
+            frame.pts = start
+            file.mux(stream.encode(frame))
+        file.mux(stream.encode(None))
 
 
 def library() -> Any:

@@ -1,0 +1,92 @@
+"""`phonanim corpus track` and `phonanim corpus appearance`: from films of a speaking face."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from phonanim.commands import Talk, talk_options
+
+FOLDER = click.Path(file_okay=False, path_type=Path)
+
+
+@click.command()
+@click.argument(
+    "films", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path)
+)
+@click.option("-o", "--output", required=True, type=FOLDER, help="Folder for the recordings.")
+@click.option(
+    "--model",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="Appearance model of this speaker; MediaPipe (phonanim[track]) finds the face otherwise.",
+)
+@click.option("--test", type=click.FloatRange(0, 0.5), default=0.1, help="Share of the clips set aside.")
+@talk_options
+def track(films: tuple[Path, ...], output: Path, model: Path | None, test: float, talk: Talk) -> None:
+    """Make recordings for a corpus from your own films of a speaking face.
+
+    Beside each film lies what is said: FILM.txt, or its alignment FILM.TextGrid. The folder that is written
+    is read by `corpus build`; quality.txt in it says what each film is worth, and which frames were
+    rejected. A film that cannot be used is left out and told, and the exit code is 1.
+
+    \b
+    Examples:
+      phonanim corpus track films/*.mp4 -o recordings && phonanim corpus build recordings -o corpus
+      phonanim corpus track films/*.mp4 -o recordings --model corpus/appearance
+    """
+    from phonanim.recording import record, summary
+    from phonanim.tracking import aam_tracker, mediapipe_tracker, shipped_indices
+
+    tracker = aam_tracker(model) if model else mediapipe_tracker(shipped_indices())
+    with talk.progress("films") as progress:
+        report = record(films, output, tracker, test, progress)
+    for line in summary(report):
+        talk.say(line)
+    talk.say(f"wrote {output}: {len(report.clips)} clips; make a corpus with `phonanim corpus build`")
+    talk.result(
+        {
+            "recordings": str(output),
+            "clips": [clip.name for clip in report.clips],
+            "rejected": [{"film": str(film.film), "why": film.why} for film in report.rejected],
+        }
+    )
+    if report.rejected:
+        sys.exit(1)
+
+
+@click.command()
+@click.argument("recordings", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@click.option(
+    "--corpus",
+    "corpus_folder",
+    required=True,
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="The corpus that was built from these recordings.",
+)
+@talk_options
+def appearance(recordings: Path, corpus_folder: Path, talk: Talk) -> None:
+    """Learn how the mouth looks, and write it into the folder of a corpus.
+
+    The recordings hold mouth/*.mp4, and clips.csv says where in the image they lie (crop_x, crop_y).
+
+    \b
+    Example:
+      phonanim corpus appearance recordings/grid_s1 --corpus work/corpus
+    """
+    from phonanim.pictures import bound, build_appearance
+
+    with talk.progress("appearance") as progress:
+        captured = build_appearance(recordings, corpus_folder, progress=progress)
+    model, error = captured.model, bound(captured)
+    sizes = {
+        name: len(part.std)
+        for name, part in (("shape", model.face), ("outer", model.outer), ("inner", model.inner))
+    }
+    talk.say(f"wrote {corpus_folder / 'appearance'}: {len(model.std)} joint modes of {sizes}")
+    if error:
+        talk.say(f"what the model leaves of the test clips' pixels: {error['whole']:g} grey levels squared")
+    talk.result(
+        {"corpus": str(corpus_folder), "modes": sizes | {"joint": len(model.std)}, "pixel_mse": error}
+    )

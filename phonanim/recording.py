@@ -1,0 +1,257 @@
+"""Films of a speaking face -> a folder of recordings that `build_corpus` reads."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.aligner import align
+from phonanim.alignment import Interval, read_alignment
+from phonanim.errors import CorpusError, PhonanimError
+from phonanim.face import OUTER_LIPS, SUBNASALE
+from phonanim.files import atomic_path, write_text
+from phonanim.textgrid import write_textgrid
+from phonanim.tracking import Quality, Track, Tracker, quality, track_film
+from phonanim.video import SOUND_RATE, Film, open_film, read_frames, read_sound, write_film, write_sound
+
+Array = NDArray[np.float64]
+Progress = Callable[[float], None]
+
+SCALE = 0.125  # pixels in a unit of the stored landmarks
+MARGIN = 0.15  # of its size around the lower face, in the film of the mouth
+LENGTH_TOLERANCE = 0.25  # seconds by which an alignment may be longer or shorter than its film
+
+
+@dataclass(frozen=True)
+class Clip:
+    """One film that can be used: where its mouth lies, and what its track is worth."""
+
+    name: str
+    film: Film
+    track: Track
+    quality: Quality
+    corner: tuple[int, int]
+    phones: int
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """One film that cannot be used, and why in one line."""
+
+    film: Path
+    why: str
+
+
+@dataclass(frozen=True)
+class Report:
+    """What became of the films."""
+
+    clips: tuple[Clip, ...]
+    rejected: tuple[Rejected, ...]
+
+
+def record(
+    films: Sequence[Path],
+    destination: Path,
+    tracker: Tracker,
+    test: float = 0.1,
+    progress: Progress = lambda done: None,
+) -> Report:
+    """Track films, align what is said, and write a recordings folder.
+
+    Beside each film lies its alignment (.TextGrid) or its text (.txt). `test` is the share of the clips
+    that are set aside. The folder gets clips.csv, landmarks.npz, textgrid/, audio/, mouth/ (the films
+    of `corpus appearance`), quality.json and quality.txt. A film that cannot be used is told in the
+    report and left out. Raises CorpusError when none can be used, or two have one name.
+    """
+    names = [film.stem for film in films]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise CorpusError(f"{twice[0]}: two films have this name; rename one, clips are known by it")
+    clips: list[Clip] = []
+    rejected: list[Rejected] = []
+    for number, path in enumerate(films):
+        try:
+            share = _part(progress, number, len(films))
+            clips.append(take(path, destination, tracker, clips[0].film if clips else None, share))
+        except PhonanimError as error:
+            rejected.append(Rejected(path, str(error)))
+    if not clips:
+        raise CorpusError(f"none of the {len(films)} films can be used; the first: {rejected[0].why}")
+    report = Report(tuple(clips), tuple(rejected))
+    write_tables(report, tracker, destination, test)
+    return report
+
+
+def take(
+    path: Path,
+    destination: Path,
+    tracker: Tracker,
+    first: Film | None,
+    progress: Progress = lambda done: None,
+) -> Clip:
+    """Track and align one film and write its sound, its TextGrid and the film of its mouth.
+
+    Raises a PhonanimError that says why the film cannot be used.
+    """
+    film = open_film(path)
+    if first and abs(float(film.rate / first.rate) - 1) > 1e-3:
+        raise CorpusError(
+            f"{path}: has {float(film.rate):g} frames per second and {first.path.name} "
+            f"{float(first.rate):g}; convert it to that"
+        )
+    for folder in ("audio", "textgrid", "mouth"):
+        (destination / folder).mkdir(parents=True, exist_ok=True)
+    if not film.has_sound:
+        raise CorpusError(f"{path}: has no sound; phones are found in what is heard")
+    sound = read_sound(path)
+    spoken = find_text(path)
+    audio = destination / "audio" / f"{path.stem}.flac"
+    write_sound(sound, audio)
+    words, phones = transcribe(spoken, audio, film)
+    track = track_film(film, tracker, progress)
+    duration = max(film.frames / float(film.rate), len(sound) / SOUND_RATE, phones[-1].end)
+    write_textgrid(
+        destination / "textgrid" / f"{path.stem}.TextGrid", {"words": words, "phones": phones}, duration
+    )
+    corner = film_mouth(film, track, tracker, destination / "mouth" / f"{path.stem}.mp4")
+    return Clip(
+        path.stem,
+        replace(film, frames=len(track.landmarks)),
+        track,
+        quality(track.landmarks, tracker.indices),
+        corner,
+        len(phones),
+    )
+
+
+def find_text(film: Path) -> Path:
+    """What is said in a film: the TextGrid beside it, else the text. Raises CorpusError."""
+    for suffix in (".TextGrid", ".txt"):
+        if film.with_suffix(suffix).is_file():
+            return film.with_suffix(suffix)
+    raise CorpusError(
+        f"{film}: no text; write what is said to {film.with_suffix('.txt').name} beside it, "
+        f"or put its alignment there ({film.with_suffix('.TextGrid').name})"
+    )
+
+
+def transcribe(spoken: Path, audio: Path, film: Film) -> tuple[Sequence[Interval], Sequence[Interval]]:
+    """Words and phones of a film, read from its TextGrid or found in its sound by the text."""
+    if spoken.suffix == ".txt":
+        found = align(audio, spoken.read_text(encoding="utf-8"))
+        return found.words, found.phones
+    alignment = read_alignment(spoken)
+    length = film.frames / float(film.rate)
+    if abs(alignment.duration - length) > LENGTH_TOLERANCE:
+        raise CorpusError(
+            f"{spoken}: lasts {alignment.duration:.2f} s and the film {length:.2f} s; align it again"
+        )
+    return alignment.words, alignment.intervals
+
+
+def film_mouth(film: Film, track: Track, tracker: Tracker, target: Path) -> tuple[int, int]:
+    """Write the film of the lower face, cut out at one place; returns its corner (right, down) in pixels."""
+    low, high = mouth_box(track.landmarks, tracker.indices)
+    frames = (frame[low[1] : high[1], low[0] : high[0]] for frame in read_frames(film.path))
+    write_film(_evened(frames), target, film.rate)
+    return int(low[0]), int(low[1])
+
+
+def mouth_box(landmarks: Array, indices: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The corners of a box around the lower face in all frames, from the top left (right, down)."""
+    mean = landmarks.mean(axis=0)
+    nose, mouth = (mean[np.isin(indices, n), 1].mean() for n in ((SUBNASALE,), OUTER_LIPS))
+    lower = landmarks[:, mean[:, 1] > nose - (mouth - nose) * 2, :2].reshape(-1, 2)
+    low, high = lower.min(axis=0), lower.max(axis=0)
+    room = MARGIN * (high - low)
+    return np.maximum(low - room, 0).astype(np.int64), np.ceil(high + room).astype(np.int64)
+
+
+def _evened(frames: Iterator[NDArray[np.uint8]]) -> Iterator[NDArray[np.uint8]]:
+    """Frames without an odd last row or column, which H.264 cannot code."""
+    return (frame[: len(frame) // 2 * 2, : frame.shape[1] // 2 * 2] for frame in frames)
+
+
+def write_tables(report: Report, tracker: Tracker, destination: Path, test: float) -> None:
+    """Write what all clips share: quality.json, quality.txt, landmarks.npz and, last, clips.csv."""
+    splits = split(len(report.clips), test)
+    facts = [_facts(clip, kind) for clip, kind in zip(report.clips, splits, strict=True)]
+    rejected = [{"film": str(film.film), "why": film.why} for film in report.rejected]
+    document = {
+        "tracker": tracker.name,
+        "fps": float(report.clips[0].film.rate),
+        "clips": facts,
+        "rejected": rejected,
+    }
+    write_text(destination / "quality.json", json.dumps(document, indent=1) + "\n")
+    write_text(destination / "quality.txt", "".join(line + "\n" for line in summary(report)))
+    write_landmarks(report.clips, tracker.indices, destination / "landmarks.npz")
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator="\n")
+    writer.writerow(["clip", "frames", "crop_x", "crop_y", "split"])
+    for clip, kind in zip(report.clips, splits, strict=True):
+        writer.writerow([clip.name, clip.film.frames, *clip.corner, kind])
+    write_text(destination / "clips.csv", table.getvalue())
+
+
+def split(n_clips: int, test: float) -> list[str]:
+    """Which clips are set aside: a share of them, evenly spread and never the only one."""
+    n_test = min(round(test * n_clips), n_clips - 1)
+    chosen = {int((k + 0.5) * n_clips / n_test) for k in range(n_test)}
+    return ["test" if number in chosen else "train" for number in range(n_clips)]
+
+
+def write_landmarks(clips: Sequence[Clip], indices: NDArray[np.int64], path: Path) -> None:
+    """Write tracks end to end, as differences in units of SCALE pixels."""
+    units = np.rint(np.concatenate([clip.track.landmarks for clip in clips]) / SCALE).astype(np.int32)
+    with atomic_path(path) as partial:
+        np.savez_compressed(
+            partial,
+            delta=np.diff(units, axis=0, prepend=np.zeros_like(units[:1])),
+            scale=np.float32(SCALE),
+            fps=np.float64(float(clips[0].film.rate)),
+            indices=indices.astype(np.int32),
+            clips=np.array([clip.name for clip in clips]),
+            frames=np.array([clip.film.frames for clip in clips], np.int32),
+        )
+
+
+def summary(report: Report) -> list[str]:
+    """The report for readers: a line per clip, what to know of it, and the films that were left out."""
+    lines = ["clip                     frames  bridged  pupils px  jitter mm  turn deg  phones"]
+    for clip in report.clips:
+        worth = clip.quality
+        lines.append(
+            f"{clip.name:24} {clip.film.frames:6} {len(clip.track.rejected):8} {worth.pupils_px:10.1f} "
+            f"{worth.jitter_mm:10.2f} {worth.turn_deg:9.1f} {clip.phones:7}"
+        )
+        lines += [f"  {warning}" for warning in worth.warnings()]
+        lines += [f"  frame {number}: {why}, bridged" for number, why in clip.track.rejected.items()]
+    return lines + [f"rejected: {film.why}" for film in report.rejected]
+
+
+def _facts(clip: Clip, kind: str) -> dict[str, Any]:
+    worth = {name: round(value, 3) for name, value in asdict(clip.quality).items()}
+    return {
+        "clip": clip.name,
+        "film": str(clip.film.path),
+        "frames": clip.film.frames,
+        "split": kind,
+        "phones": clip.phones,
+        **worth,
+        "warnings": clip.quality.warnings(),
+        "bridged": {str(number): why for number, why in clip.track.rejected.items()},
+    }
+
+
+def _part(progress: Progress, number: int, count: int) -> Progress:
+    return lambda done: progress((number + done) / count)

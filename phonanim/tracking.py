@@ -1,0 +1,186 @@
+"""The speaking face in films: landmarks frame by frame, and how good they are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.corpus import PUPIL_DISTANCE_MM, PUPILS, RIGID
+from phonanim.errors import CorpusError, MissingExtraError
+from phonanim.video import Film, Frame, read_frames
+
+Array = NDArray[np.float64]
+
+LONGEST_GAP = 0.12  # seconds without a face that are bridged by a straight line
+LARGEST_JUMP = 0.25  # of the pupil distance: what a head moves in a frame of 1/25 s is a tenth of it
+SMALL_FACE = 40.0  # pixels between the pupils; below, a tracker's noise is as large as small lip movements
+TURNED = 20.0  # degrees
+
+Follow = Callable[[Iterable[Frame]], Iterator[Array | None]]
+
+
+@dataclass(frozen=True)
+class Tracker:
+    """A way to find a face: `follow` gives every frame's landmarks, or None where there is no face.
+
+    Landmarks are (landmarks, 3) pixels: right, down, and away from the camera. `indices` (landmarks,)
+    are MediaPipe face-mesh numbers; `miss` says what None means.
+    """
+
+    name: str
+    indices: NDArray[np.int64]
+    follow: Follow
+    miss: str
+
+
+@dataclass(frozen=True)
+class Track:
+    """A face in a film: `landmarks` (frames, landmarks, 3) pixels; which frames were `rejected`, and why."""
+
+    landmarks: Array
+    rejected: dict[int, str]
+
+
+@dataclass(frozen=True)
+class Quality:
+    """How good a track is: pixels between the pupils, jitter and turn of the head (largest, degrees).
+
+    `jitter_mm` is the deviation of white noise with the second differences that the rigid landmarks
+    have, which speech does not move: what the tracker adds, and a little of the head's motion.
+    """
+
+    pupils_px: float
+    jitter_mm: float
+    turn_deg: float
+
+    def warnings(self) -> list[str]:
+        """What a reader should know, one sentence each."""
+        small = f"the face is small ({self.pupils_px:.0f} px between the pupils): film it closer"
+        turned = f"the head turns by {self.turn_deg:.0f} degrees: look into the camera"
+        return [small] * (self.pupils_px < SMALL_FACE) + [turned] * (self.turn_deg > TURNED)
+
+
+def shipped_indices() -> NDArray[np.int64]:
+    """The landmarks of the shipped reference face, so that corpora can be compared."""
+    from phonanim.catalog import DEFAULT_MODEL, SHIPPED
+    from phonanim.regressors import load_face
+
+    return load_face(SHIPPED / DEFAULT_MODEL / "face.safetensors").indices
+
+
+def mediapipe_tracker(indices: NDArray[np.int64]) -> Tracker:
+    """MediaPipe's face mesh with its iris (Kartynnik et al. 2019). Raises MissingExtraError."""
+    try:
+        from mediapipe.python.solutions import face_mesh
+    except ImportError as error:
+        raise MissingExtraError(
+            "tracking needs MediaPipe: pip install 'phonanim[track]', in an environment of its own "
+            "(it needs numpy below 2); or --model with an appearance model of this speaker"
+        ) from error
+
+    def follow(frames: Iterable[Frame]) -> Iterator[Array | None]:
+        with face_mesh.FaceMesh(max_num_faces=1, refine_landmarks=True) as mesh:
+            for frame in frames:
+                faces = mesh.process(np.ascontiguousarray(frame)).multi_face_landmarks
+                yield _pixels(faces[0], frame, indices) if faces else None
+
+    return Tracker("mediapipe", indices, follow, "no face was found")
+
+
+def _pixels(face: Any, frame: Frame, indices: NDArray[np.int64]) -> Array:
+    """MediaPipe's shares of the picture's sides in pixels; depth is in shares of the width."""
+    rows, columns = frame.shape[:2]
+    points = np.array([[face.landmark[i].x, face.landmark[i].y, face.landmark[i].z] for i in indices])
+    return points * [columns, rows, columns]
+
+
+def aam_tracker(folder: Path) -> Tracker:
+    """A search for the face of an appearance model. Raises ModelError."""
+    from phonanim.aam import build_fitter, track
+    from phonanim.appearance import load_appearance
+
+    model = load_appearance(folder)
+    fitter = build_fitter(model)
+
+    def follow(frames: Iterable[Frame]) -> Iterator[Array | None]:
+        for pose in track(fitter, frames):
+            yield fitter.landmarks(pose) if pose else None
+
+    likeness = f"the model explains less than {fitter.options.likeness:.0%} of the picture"
+    return Tracker("aam", model.face.indices, follow, likeness)
+
+
+def track_film(film: Film, tracker: Tracker, progress: Callable[[float], None] = lambda done: None) -> Track:
+    """Follow the face through a film; short gaps are bridged.
+
+    A frame in which the face jumps is rejected like one in which it is not found. Raises CorpusError when
+    no frame has a face, or none for longer than LONGEST_GAP.
+    """
+    found: list[Array | None] = []
+    for number, points in enumerate(tracker.follow(read_frames(film.path)), 1):
+        found.append(points)
+        progress(number / film.frames)
+    rejected = {number: tracker.miss for number, points in enumerate(found) if points is None}
+    if len(rejected) == len(found):
+        raise CorpusError(f"{film.path}: {tracker.miss} in any frame; the face must be seen from the front")
+    blank = np.full((len(tracker.indices), 3), np.nan)
+    landmarks = np.stack([blank if points is None else points for points in found])
+    rejected |= dict.fromkeys(jumps(landmarks, tracker.indices, float(film.rate)), "the face jumped")
+    landmarks[list(rejected)] = np.nan
+    check_gaps(film, rejected)
+    return Track(bridged(landmarks), dict(sorted(rejected.items())))
+
+
+def jumps(landmarks: Array, indices: NDArray[np.int64], rate: float) -> list[int]:
+    """Frames in which the rigid landmarks are far from those before and after, though these agree."""
+    middle = landmarks[:, _rows(indices, RIGID), :2].mean(axis=1)
+    allowed = LARGEST_JUMP * _pupils(landmarks, indices) * max(1.0, 25 / rate)
+    steps = np.linalg.norm(np.diff(middle, axis=0), axis=1)
+    far = steps > allowed
+    return [int(n) + 1 for n in np.flatnonzero(far[:-1] & far[1:])]
+
+
+def check_gaps(film: Film, rejected: Iterable[int]) -> None:
+    """Raises CorpusError naming the first run of rejected frames that is too long to bridge."""
+    frames = np.array(sorted(rejected), int)
+    for run in np.split(frames, np.flatnonzero(np.diff(frames) > 1) + 1):
+        if len(run) > LONGEST_GAP * float(film.rate):
+            start = run[0] / float(film.rate)
+            raise CorpusError(
+                f"{film.path}: no usable face in frames {run[0]} to {run[-1]}, from {start:.2f} s; "
+                "cut the film there"
+            )
+
+
+def bridged(landmarks: Array) -> Array:
+    """Frames that are NaN filled from their neighbours: straight lines, and repeated at the ends."""
+    flat = landmarks.reshape(len(landmarks), -1)
+    known = np.flatnonzero(np.isfinite(flat).all(axis=1))
+    at = np.arange(len(flat))
+    return np.stack([np.interp(at, known, curve[known]) for curve in flat.T], axis=1).reshape(landmarks.shape)
+
+
+def quality(landmarks: Array, indices: NDArray[np.int64]) -> Quality:
+    """How good a track is; (frames, landmarks, 3) pixels."""
+    distance = _pupils(landmarks, indices)
+    rigid = landmarks[:, _rows(indices, RIGID), :2]
+    shaken = np.diff(rigid, n=2, axis=0) / np.sqrt(6) if len(rigid) > 2 else np.zeros((1, 1, 2))
+    jitter = float(np.sqrt((shaken**2).sum(axis=2).mean())) * PUPIL_DISTANCE_MM / distance
+    right, left = _rows(indices, PUPILS)
+    across = landmarks[:, left] - landmarks[:, right]
+    turn = np.degrees(np.arctan2(np.abs(across[:, 2]), np.abs(across[:, 0]))).max()
+    return Quality(distance, jitter, float(turn))
+
+
+def _pupils(landmarks: Array, indices: NDArray[np.int64]) -> float:
+    right, left = _rows(indices, PUPILS)
+    return float(np.nanmedian(np.linalg.norm(landmarks[:, left] - landmarks[:, right], axis=1)))
+
+
+def _rows(indices: NDArray[np.int64], numbers: Iterable[int]) -> NDArray[np.int64]:
+    return np.array([int(np.flatnonzero(indices == number)[0]) for number in numbers])
