@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,3 +52,22 @@ def attend(query: Floats, key: Floats, value: Floats, heads: int) -> Floats:
     q, k, v = (part.reshape(*rest, -1, heads, dims // heads).swapaxes(-2, -3) for part in (query, key, value))
     weights = softmax(q @ k.swapaxes(-1, -2) * np.float32((dims // heads) ** -0.5))
     return np.asarray((weights @ v).swapaxes(-2, -3).reshape(*rest, steps, dims))
+
+
+def transformer_block(signal: Floats, part: Mapping[str, Floats], heads: int) -> Floats:
+    """Self-attention and two fully connected layers, each on the normalized signal and added to it.
+
+    (..., steps, dims) -> the same; `part` holds norm1, query, key, value, out, norm2, wide and narrow, and
+    NAME_bias of each (that of key may be absent).
+    """
+    heard = layer_norm(signal, part["norm1"], part["norm1_bias"])
+    query, key, value = (heard @ part[n] + part.get(f"{n}_bias", 0) for n in ("query", "key", "value"))
+    signal = signal + attend(query, key, value, heads) @ part["out"] + part["out_bias"]
+    heard = layer_norm(signal, part["norm2"], part["norm2_bias"])
+    wide = gelu(heard @ part["wide"] + part["wide_bias"])
+    return np.asarray(signal + wide @ part["narrow"] + part["narrow_bias"])
+
+
+def named(tensors: Mapping[str, Floats], prefix: str) -> dict[str, Floats]:
+    """The tensors whose names begin with a prefix, without it."""
+    return {name.removeprefix(prefix): t for name, t in tensors.items() if name.startswith(prefix)}

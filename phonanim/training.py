@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from phonanim.errors import CorpusError, ModelError
 from phonanim.face import FaceModel, fit_face, lip_aperture, lip_width
 from phonanim.language import to_phones
 from phonanim.metrics import correlation, vertex_error
-from phonanim.regressors import Examples, Model, Regressor, make_config, regressor_class
+from phonanim.regressors import CHECKPOINT, Examples, Model, Regressor, make_config, regressor_class
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -70,15 +71,17 @@ def train(
 ) -> Path:
     """Train the model that a TOML file describes; returns its folder (`models/NAME` by default).
 
-    Paths in the file are relative to it. The same file, data and seed give the same bytes. Raises
-    ModelError or CorpusError naming the file and the key that is amiss.
+    Paths in the file are relative to it. The same file, data and seed give the same bytes. A kind that is
+    `resumable` keeps its state and its losses in the folder as it learns, and goes on from there after a
+    halt. Raises ModelError or CorpusError naming the file and the key that is amiss.
     """
     recipe = read_recipe(config)
     seed = recipe.seed if seed is None else seed
     corpus = load_corpus(config.parent / recipe.corpus)
     folder = output or Path("models") / (recipe.name or config.stem)
-    model = fit_recipe(recipe, corpus, corpus.clips_of("train"), seed, config, progress)
+    model = fit_recipe(recipe, corpus, corpus.clips_of("train"), seed, config, progress, journal=folder)
     regressors.save(model, folder)
+    (folder / CHECKPOINT).unlink(missing_ok=True)
     return folder
 
 
@@ -90,8 +93,12 @@ def fit_recipe(
     config: Path,
     progress: Callable[[float], None] = lambda done: None,
     face: FaceModel | None = None,
+    journal: Path | None = None,
 ) -> Model:
-    """Train on some clips of a corpus (folds of a benchmark, or all training clips)."""
+    """Train on some clips of a corpus (folds of a benchmark, or all training clips).
+
+    `journal` is a folder for the state of kinds that are `resumable`.
+    """
     rng = np.random.default_rng(seed)
     face = face or fit_face(corpus.landmarks[corpus.rows(clips)], corpus.indices)
     shuffled = rng.permutation(clips)
@@ -103,9 +110,10 @@ def fit_recipe(
         recordings = taught(recordings, held_out, recipe.teacher, config, rng, lambda d: progress(d / 2))
     settings = make_config(recipe.kind, recipe.settings or {}, str(config))
     base = 0.5 if recipe.teacher else 0.0
-    regressor = regressor_class(recipe.kind).fit(
-        settings, recordings, held_out, rng, lambda done: progress(base + (1 - base) * done)
-    )
+    fit: Any = regressor_class(recipe.kind).fit
+    if journal and getattr(regressor_class(recipe.kind), "resumable", False):
+        fit = partial(fit, journal=journal)
+    regressor = fit(settings, recordings, held_out, rng, lambda done: progress(base + (1 - base) * done))
     card = {
         "fps": corpus.fps,
         "provenance": {

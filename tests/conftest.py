@@ -9,6 +9,7 @@ import pytest
 
 from phonanim.threads import one_thread
 
+os.environ.setdefault("PHONANIM_CACHE", "")  # features of sound are kept nowhere
 one_thread()  # before NumPy is imported, as the commands do it
 
 ROOT = Path(__file__).resolve().parent.parent

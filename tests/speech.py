@@ -8,6 +8,7 @@ import numpy as np
 
 from phonanim.alignment import Interval
 from phonanim.corpus import Corpus
+from phonanim.audio import Sound
 from phonanim.face import INNER_LIPS, OUTER_LIPS, FaceModel, fit_face
 from phonanim.inventory import INVENTORY
 from phonanim.phones import PhoneTrack
@@ -52,13 +53,20 @@ def made_up_face(rng: np.random.Generator) -> FaceModel:
     return fit_face(shapes, np.array(NUMBERS), variance=0.999)
 
 
+def sound_of(track: PhoneTrack, rate: int = 8000) -> Sound:
+    """A recording in which every phone is a tone of its own, and silence is silent."""
+    codes = track.sample(np.arange(round(track.duration * rate)) / rate)
+    phase = 2 * np.pi * np.cumsum((100 + 90 * codes) / rate)
+    return Sound(np.where(codes > 0, 0.3 * np.sin(phase), 0).astype(np.float32), rate)
+
+
 def made_up_examples(rng: np.random.Generator, clips: int = 12, modes: int = 3) -> Examples:
     """Clips whose modes are a smoothed function of the phones, so that a regressor can learn them."""
     levels = rng.normal(0, 5, (41, modes))
     tracks = tuple(random_track(rng) for _ in range(clips))
     times = tuple((np.arange(int(track.duration * 25)) + 0.5) / 25 for track in tracks)
     targets = tuple(levels[t.sample(at)].astype(np.float32) for t, at in zip(tracks, times, strict=True))
-    return Examples(tracks, times, targets, (1.0,) * clips)
+    return Examples(tracks, times, targets, (1.0,) * clips, tuple(map(sound_of, tracks)))
 
 
 def made_up_corpus(rng: np.random.Generator, clips: int = 24) -> Corpus:

@@ -10,19 +10,22 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 from safetensors.numpy import load_file, save_file
-from speech import made_up_examples, made_up_face, random_track, track_of
+from speech import made_up_examples, made_up_face, random_track, sound_of, track_of
 
 from phonanim.audio import Sound
 from phonanim.errors import ModelError
 from phonanim.inventory import INVENTORY
 from phonanim.regressors import Driver, Model, kinds, load, make_config, regressor_class, save
 
+HEARD = {"encoder": "mfcc", "hidden": 8, "depth": 1, "epochs": 2, "window": 20, "learning_rate": 0.01}
 SMALL: dict[str, dict[str, Any]] = {
     "dnn": {"hidden": [16], "epochs": 2, "batch": 64},
     "ensemble": {"members": [{"kind": "phone_mean"}, {"kind": "tree", "weight": 3, "leaf": 4}]},
+    "phisanet": HEARD | {"classifier": 0.01},
     "phone_mean": {},
     "procedural": {"steps": 20, "batch": 64},
     "tree": {"leaf": 4},
+    "two_stage": HEARD,
 }
 
 
@@ -50,18 +53,20 @@ def test_every_kind_is_tested() -> None:
 
 
 def test_shapes_and_what_drives_it(model: Model) -> None:
-    found = model.predict(random_track(np.random.default_rng(7)), 60, 33)
+    track = random_track(np.random.default_rng(7))
+    found = model.predict(track, 60, 33, sound=sound_of(track))
     assert found.shape == (33, 3)
     assert found.dtype == np.float32
     assert model.regressor.driven_by in ("phones", "audio", "both")
-    assert model.predict(track_of("sil 0.2"), 60, 0).shape[0] == 0
+    assert model.predict(track, 60, 0, sound=sound_of(track)).shape == (0, 3)
 
 
 def test_stored_and_read_back(model: Model, tmp_path: Path) -> None:
     save(model, tmp_path / "m")
     again = load(tmp_path / "m")
     track = random_track(np.random.default_rng(8))
-    assert np.array_equal(again.predict(track, 30, 40), model.predict(track, 30, 40))
+    found = [one.predict(track, 30, 40, sound=sound_of(track)) for one in (again, model)]
+    assert np.array_equal(*found)
     assert again.face.id == model.face.id == again.card["face"]
 
 

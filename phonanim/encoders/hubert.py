@@ -1,4 +1,4 @@
-"""HuBERT (Hsu et al. 2021), what enters its transformer and every layer of it, through transformers."""
+"""HuBERT (Hsu et al. 2021): what enters its transformer and every layer of it, by transformers."""
 
 from __future__ import annotations
 

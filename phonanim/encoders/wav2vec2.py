@@ -1,4 +1,4 @@
-"""wav2vec 2.0 (Baevski et al. 2020), what enters its transformer and every layer of it, through transformers."""
+"""wav2vec 2.0 (Baevski et al. 2020): what enters its transformer and every layer of it, by transformers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""WavLM (Chen et al. 2022), what enters its transformer and every layer of it, through transformers."""
+"""WavLM (Chen et al. 2022): what enters its transformer and every layer of it, by transformers."""
 
 from __future__ import annotations
 

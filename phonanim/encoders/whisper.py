@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from phonanim.encoders._mel import filters, power
 from phonanim.encoders._weights import whisper_tensors
-from phonanim.neural import attend, gelu, layer_norm
+from phonanim.neural import gelu, layer_norm, named, transformer_block
 
 MEL_SIZE, MEL_HOP = 400, 160  # samples of 16 kHz
 RANGE = 8.0  # powers of ten below the loudest bin, where what is heard ends
@@ -51,7 +51,7 @@ class Whisper:
         signal = signal + self.tensors["positions"][: len(signal)]
         found = [signal]
         for number in range(self.layers - 1):
-            signal = self._block(signal, f"block{number}_")
+            signal = transformer_block(signal, named(self.tensors, f"block{number}_"), self.heads)
             found.append(signal)
         found[-1] = layer_norm(signal, self.tensors["norm"], self.tensors["norm_bias"])
         return np.stack(found, axis=1)
@@ -62,17 +62,6 @@ class Whisper:
         mel = power(samples, MEL_SIZE, MEL_HOP) @ filters(16000, MEL_SIZE, bands)
         decades = np.log10(np.maximum(mel, QUIETEST))
         return np.asarray((np.maximum(decades, decades.max() - RANGE) + 4) / 4, np.float32)
-
-    def _block(self, signal: Floats, name: str) -> Floats:
-        """Self-attention and two fully connected layers, each on the normalized signal and added to it."""
-        part = {key.removeprefix(name): t for key, t in self.tensors.items() if key.startswith(name)}
-        heard = layer_norm(signal, part["norm1"], part["norm1_bias"])
-        query, key, value = (heard @ part[n] + part.get(f"{n}_bias", 0) for n in ("query", "key", "value"))
-        signal = signal + attend(query, key, value, self.heads) @ part["out"] + part["out_bias"]
-        heard = layer_norm(signal, part["norm2"], part["norm2_bias"])
-        return np.asarray(
-            signal + gelu(heard @ part["wide"] + part["wide_bias"]) @ part["narrow"] + part["narrow_bias"]
-        )
 
 
 def _convolve(signal: Floats, kernel: Floats, stride: int) -> Floats:

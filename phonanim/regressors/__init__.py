@@ -25,6 +25,7 @@ Progress = Callable[[float], None]
 Driver = Literal["phones", "audio", "both"]
 NEEDS = {"phones": "an alignment", "audio": "a recording", "both": "an alignment and a recording"}
 FORMAT = 1
+CHECKPOINT = "checkpoint.pt"  # the state of a training, in the model's folder until it ends
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,156 @@
+"""Decoders of the audio-driven regressors, run in NumPy: features of sound in, modes of the face out.
+
+Medina (2023), sections 3.2.1.1 and 4.2. `_torch_heard` trains the same layers under the same names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.neural import named, sigmoid, transformer_block
+from phonanim.regressors.lstm import recur
+
+if TYPE_CHECKING:
+    from phonanim.regressors._heard import Settings
+
+Floats = NDArray[np.float32]
+Shapes = dict[str, tuple[int, ...]]
+GATES = {"gru": 3, "lstm": 4}
+WIDER = 4  # of the fully connected layers in a transformer, over its dims
+OVERLAP = 3  # windows of a transformer that see each step
+
+
+def decode(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> Floats:
+    """Run over sequences, (sequences, steps, dims) -> (sequences, steps, modes)."""
+    if config.decoder == "mlp":
+        return np.stack([_mlp(config, weights, one) for one in signal])
+    if config.decoder == "transformer":
+        return _in_windows(config, weights, signal)
+    for layer in range(config.depth):
+        part = [weights[f"{name}{layer}"] for name in recurrent_names(config.decoder)]
+        signal = recur(signal, *part) if config.decoder == "lstm" else gru(signal, *part)
+    return _output(weights, signal)
+
+
+def _output(weights: Mapping[str, Floats], signal: Floats) -> Floats:
+    return np.asarray(signal @ weights["output"] + weights["output_bias"])
+
+
+def gru(signal: Floats, forward: Floats, recurrent: Floats, bias: Floats, recur_bias: Floats) -> Floats:
+    """One layer of gated recurrent units, (sequences, steps, before) -> (sequences, steps, sides * size).
+
+    Side 0 runs from the first step to the last, side 1, if there is one, back (Cho et al. 2014, in the
+    form of Medina's reference 30 and of torch: gates reset, update, new).
+    """
+    sides = len(forward)
+    given = np.stack([signal, signal[:, ::-1]][:sides]) @ forward[:, None] + bias[:, None, None]
+    count, steps, size = given.shape[1], given.shape[2], recurrent.shape[1]
+    output = np.empty((sides, count, steps, size), np.float32)
+    state = np.zeros((sides, count, size), np.float32)
+    for step in range(steps):
+        gates = state @ recurrent + recur_bias[:, None]
+        both = sigmoid(given[:, :, step, : 2 * size] + gates[:, :, : 2 * size])
+        reset, update = both[:, :, :size], both[:, :, size:]
+        new = np.tanh(given[:, :, step, 2 * size :] + reset * gates[:, :, 2 * size :])
+        state = new + update * (state - new)
+        output[:, :, step] = state
+    if sides == 2:
+        output[1] = output[1, :, ::-1].copy()
+    return np.concatenate(list(output), axis=2)
+
+
+def _mlp(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> Floats:
+    """Sliding windows over one sequence, (steps, dims) -> (steps, modes).
+
+    The window of widths[0] steps that ends at a step predicts the last widths[1]; what overlaps is
+    averaged (Taylor 2017, with windows that end where they predict by Medina 2023, 3.2.1.1).
+    """
+    wide, narrow = config.widths
+    padded = np.pad(signal, ((wide - 1, 0), (0, 0)), mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, wide, axis=0).transpose(0, 2, 1)
+    found = windows.reshape(len(windows), -1)
+    for layer in range(config.depth):
+        found = np.maximum(found @ weights[f"hidden{layer}"] + weights[f"hidden_bias{layer}"], 0)
+    spans = _output(weights, found).reshape(len(windows), narrow, -1)
+    total, seen = np.zeros_like(spans[:, 0]), np.zeros((len(spans), 1), np.float32)
+    for late in range(min(narrow, len(spans))):  # steps from a step to the end of the window that predicts it
+        total[: len(spans) - late] += spans[late:, narrow - 1 - late]
+        seen[: len(spans) - late] += 1
+    return np.asarray(total / seen)
+
+
+def _in_windows(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> Floats:
+    """Attention within windows as long as those of training, for it knows no positions beyond them."""
+    wide, steps = len(weights["positions"]), signal.shape[1]
+    signal = np.pad(signal, ((0, 0), (0, max(0, wide - steps)), (0, 0)), mode="edge")
+    last = signal.shape[1] - wide
+    starts = sorted({*range(0, last + 1, max(1, wide // OVERLAP)), last})
+    total, seen = np.float32(0), np.zeros(signal.shape[1], np.float32)
+    for start in starts:
+        found = _attentive(config, weights, signal[:, start : start + wide])
+        placed = ((0, 0), (start, signal.shape[1] - start - wide), (0, 0))
+        total = total + np.pad(found, placed)
+        seen[start : start + wide] += 1
+    return np.asarray((total / seen[:, None])[:, :steps], np.float32)
+
+
+def _attentive(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> Floats:
+    """Embedding, positions and transformer layers, (n, window, dims) -> (n, window, modes)."""
+    signal = signal @ weights["embed"] + weights["embed_bias"] + weights["positions"]
+    for layer in range(config.depth):
+        signal = transformer_block(signal, named(weights, f"block{layer}_"), config.heads)
+    return _output(weights, signal)
+
+
+def recurrent_names(decoder: str) -> tuple[str, ...]:
+    """The weights of each recurrent layer."""
+    return ("forward", "recur", "bias", "recur_bias") if decoder == "gru" else ("forward", "recur", "bias")
+
+
+def decoder_shapes(config: Settings, dims: int, modes: int) -> Shapes:
+    """Name and shape of every weight of a decoder that hears `dims` features."""
+    shape = {"mlp": _mlp_shapes, "transformer": _transformer_shapes}.get(config.decoder, _recurrent_shapes)
+    shapes, last = shape(config, dims)
+    outputs = modes * (config.widths[1] if config.decoder == "mlp" else 1)
+    return shapes | {"output": (last, outputs), "output_bias": (outputs,)}
+
+
+def _recurrent_shapes(config: Settings, dims: int) -> tuple[Shapes, int]:
+    sides, gates = 1 + config.bidirectional, GATES[config.decoder] * config.hidden
+    shapes: Shapes = {}
+    for layer in range(config.depth):
+        shapes[f"forward{layer}"] = (sides, dims, gates)
+        shapes[f"recur{layer}"] = (sides, config.hidden, gates)
+        for name in recurrent_names(config.decoder)[2:]:
+            shapes[f"{name}{layer}"] = (sides, gates)
+        dims = sides * config.hidden
+    return shapes, dims
+
+
+def _mlp_shapes(config: Settings, dims: int) -> tuple[Shapes, int]:
+    shapes: Shapes = {}
+    before = dims * config.widths[0]
+    for layer in range(config.depth):
+        shapes[f"hidden{layer}"] = (before, config.hidden)
+        shapes[f"hidden_bias{layer}"] = (config.hidden,)
+        before = config.hidden
+    return shapes, before
+
+
+def _transformer_shapes(config: Settings, dims: int) -> tuple[Shapes, int]:
+    size = config.hidden
+    shapes: Shapes = {"embed": (dims, size), "embed_bias": (size,)}
+    shapes["positions"] = (config.window, size)
+    for layer in range(config.depth):
+        sizes = dict.fromkeys(("query", "key", "value", "out"), (size, size))
+        sizes |= {"wide": (size, WIDER * size), "narrow": (WIDER * size, size)}
+        for name, shape in sizes.items():
+            shapes[f"block{layer}_{name}"] = shape
+            shapes[f"block{layer}_{name}_bias"] = shape[1:]
+        for name in ("norm1", "norm2"):
+            shapes[f"block{layer}_{name}"] = shapes[f"block{layer}_{name}_bias"] = (size,)
+    return shapes, size

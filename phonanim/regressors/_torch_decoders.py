@@ -1,0 +1,199 @@
+"""The decoders of regressors/_decoders.py in torch, to be trained."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from phonanim.inventory import N_PHONES
+from phonanim.regressors._decoders import WIDER
+
+if TYPE_CHECKING:
+    from phonanim.regressors._heard import Settings
+
+Floats = NDArray[np.float32]
+
+
+class Network(nn.Module):
+    """The mix of layers, a decoder, and the heads: modes, phones, phones with a blank."""
+
+    def __init__(self, config: Settings, layers: int, dims: int, modes: int) -> None:
+        super().__init__()
+        self.config = config
+        self.mix = nn.Parameter(torch.zeros(layers), requires_grad=config.inputs == "all_enc")
+        self.body = _BODIES[config.decoder](config, dims)
+        size = self.body.size
+        self.narrow = config.widths[1] if config.decoder == "mlp" else 1
+        self.dropout = nn.Dropout(config.dropout)
+        self.output = nn.Linear(size, modes * self.narrow)
+        self.classifier = nn.Linear(size, N_PHONES)
+        self.ctc = nn.Linear(size, N_PHONES + 1)
+
+    def forward(self, values: Tensor) -> tuple[Tensor, Tensor]:
+        """Normalized features (windows, steps, layers, dims) -> hidden (windows, steps, size), modes."""
+        if self.config.inputs == "enc":
+            signal = values[:, :, -1]
+        else:
+            signal = torch.einsum("bsld,l->bsd", values, torch.softmax(self.mix, 0))
+        hidden: Tensor = self.dropout(self.body(signal))
+        found = self.output(hidden)
+        return hidden, _overlapped(found, self.narrow) if self.narrow > 1 else found
+
+
+def _overlapped(spans: Tensor, narrow: int) -> Tensor:
+    """Mean of the windows that predict each step, (n, steps, narrow * modes) -> (n, steps, modes).
+
+    At the end of a sequence the windows that would come after it are left out.
+    """
+    parts = spans.reshape(*spans.shape[:2], narrow, -1)
+    total, seen = torch.zeros_like(parts[:, :, 0]), torch.zeros(spans.shape[1], 1)
+    for late in range(min(narrow, spans.shape[1])):
+        total[:, : spans.shape[1] - late] += parts[:, late:, narrow - 1 - late]
+        seen[: spans.shape[1] - late] += 1
+    return total / seen
+
+
+class Recurrent(nn.Module):
+    """LSTM or GRU layers."""
+
+    def __init__(self, config: Settings, dims: int) -> None:
+        super().__init__()
+        kind = nn.LSTM if config.decoder == "lstm" else nn.GRU
+        self.cells = kind(
+            dims,
+            config.hidden,
+            config.depth,
+            batch_first=True,
+            bidirectional=config.bidirectional,
+            dropout=config.dropout if config.depth > 1 else 0.0,
+        )
+        self.size = config.hidden * (1 + config.bidirectional)
+
+    def forward(self, signal: Tensor) -> Tensor:
+        """(windows, steps, dims) -> (windows, steps, size)."""
+        found: Tensor = self.cells(signal)[0]
+        return found
+
+    def export(self) -> dict[str, Tensor]:
+        """Weights by the names of `_decoders`; the sides of a bidirectional layer are stacked."""
+        named: dict[str, Tensor] = dict(self.cells.named_parameters())
+        found: dict[str, Tensor] = {}
+        ends = ("", "_reverse") if self.cells.bidirectional else ("",)
+        for layer in range(self.cells.num_layers):
+            parts = [
+                [named[f"{n}_l{layer}{e}"] for e in ends]
+                for n in ("weight_ih", "weight_hh", "bias_ih", "bias_hh")
+            ]
+            found[f"forward{layer}"], found[f"recur{layer}"] = (
+                torch.stack([weight.T for weight in sides]) for sides in parts[:2]
+            )
+            given, recurrent = (torch.stack(sides) for sides in parts[2:])
+            if isinstance(self.cells, nn.GRU):
+                found[f"bias{layer}"], found[f"recur_bias{layer}"] = given, recurrent
+            else:
+                found[f"bias{layer}"] = given + recurrent
+        return found
+
+
+class Windows(nn.Module):
+    """Fully connected layers over windows that end at each step."""
+
+    def __init__(self, config: Settings, dims: int) -> None:
+        super().__init__()
+        self.wide, self.size = config.widths[0], config.hidden
+        sizes = [dims * self.wide, *[config.hidden] * config.depth]
+        self.hidden = nn.ModuleList(nn.Linear(a, b) for a, b in pairwise(sizes))
+        self.dropout = nn.Dropout(config.dropout)
+
+    def forward(self, signal: Tensor) -> Tensor:
+        """(windows, steps, dims) -> (windows, steps, size); the first step holds before its time."""
+        before = signal[:, :1].expand(-1, self.wide - 1, -1)
+        found = torch.cat([before, signal], dim=1).unfold(1, self.wide, 1).transpose(2, 3).flatten(2)
+        for number, layer in enumerate(self.hidden):
+            found = torch.relu(layer(self.dropout(found) if number else found))
+        return found
+
+    def export(self) -> dict[str, Tensor]:
+        """Weights by the names of `_decoders`."""
+        found: dict[str, Tensor] = {}
+        for number, layer in enumerate(self.hidden):
+            assert isinstance(layer, nn.Linear)
+            found |= {f"hidden{number}": layer.weight.T, f"hidden_bias{number}": layer.bias}
+        return found
+
+
+class Attentive(nn.Module):
+    """An embedding, learned positions, and transformer layers that normalize first."""
+
+    def __init__(self, config: Settings, dims: int) -> None:
+        super().__init__()
+        self.size = config.hidden
+        self.embed = nn.Linear(dims, self.size)
+        self.positions = nn.Parameter(torch.randn(config.window, self.size) * 0.02)
+        self.blocks = nn.ModuleList(
+            nn.TransformerEncoderLayer(
+                self.size,
+                config.heads,
+                WIDER * self.size,
+                config.dropout,
+                "gelu",
+                batch_first=True,
+                norm_first=True,
+            )
+            for _ in range(config.depth)
+        )
+
+    def forward(self, signal: Tensor) -> Tensor:
+        """(windows, steps, dims) -> (windows, steps, size), no more steps than there are positions."""
+        found: Tensor = self.embed(signal) + self.positions[: signal.shape[1]]
+        for block in self.blocks:
+            found = block(found)
+        return found
+
+    def export(self) -> dict[str, Tensor]:
+        """Weights by the names of `_decoders`."""
+        found: dict[str, Tensor] = {"embed": self.embed.weight.T, "embed_bias": self.embed.bias}
+        found["positions"] = self.positions
+        for number, block in enumerate(self.blocks):
+            assert isinstance(block, nn.TransformerEncoderLayer)
+            attention = block.self_attn
+            assert attention.in_proj_weight is not None
+            assert attention.in_proj_bias is not None
+            parts = dict(zip(("query", "key", "value"), attention.in_proj_weight.chunk(3), strict=True))
+            biases = dict(zip(parts, attention.in_proj_bias.chunk(3), strict=True))
+            for name, layer in (
+                ("out", attention.out_proj),
+                ("wide", block.linear1),
+                ("narrow", block.linear2),
+            ):
+                parts[name], biases[name] = layer.weight, layer.bias
+            for name, norm in (("norm1", block.norm1), ("norm2", block.norm2)):
+                parts[name], biases[name] = norm.weight, norm.bias
+            for name, part in parts.items():
+                found[f"block{number}_{name}"] = part.T if part.ndim == 2 else part
+                found[f"block{number}_{name}_bias"] = biases[name]
+        return found
+
+
+Body = Recurrent | Windows | Attentive
+_BODIES: dict[str, type[Recurrent] | type[Windows] | type[Attentive]] = {
+    "gru": Recurrent,
+    "lstm": Recurrent,
+    "mlp": Windows,
+    "transformer": Attentive,
+}
+
+
+def exported(network: Network, low: Floats, span: Floats) -> tuple[Floats, dict[str, Floats]]:
+    """The mix and the decoder's weights as `_decoders` names them; targets in millimetres again."""
+    span, low = np.tile(span, network.narrow), np.tile(low, network.narrow)
+    parts = network.body.export()
+    parts["output"] = network.output.weight.T * torch.from_numpy(span)
+    parts["output_bias"] = network.output.bias * torch.from_numpy(span) + torch.from_numpy(low)
+    weights = {n: np.array(t.detach().numpy(), np.float32, order="C") for n, t in parts.items()}
+    return network.mix.detach().numpy().copy(), weights

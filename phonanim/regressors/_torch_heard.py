@@ -1,0 +1,304 @@
+"""Gradient descent for the audio-driven regressors; imported by their `fit` alone."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from phonanim.files import atomic_path, write_text
+from phonanim.inventory import N_PHONES
+from phonanim.regressors import CHECKPOINT, Examples, Progress
+from phonanim.regressors._decoders import decode
+from phonanim.regressors._heard import Heard, Settings, at_steps, cached_encoder, listen, step_times
+from phonanim.regressors._torch import seeded
+from phonanim.regressors._torch_decoders import Network, exported
+
+Floats = NDArray[np.float32]
+Model = TypeVar("Model", bound=Heard)
+LONGEST_STEP = 1.0  # norm of a gradient, beyond which it is shortened: recurrent ones explode
+BLANK = N_PHONES  # the label of connectionist temporal classification that stands for no phone
+CURVE = "loss.csv"
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Clips end to end on the model's grid: `values` (steps, layers, dims), `targets` (steps, modes).
+
+    `codes` and `segments` (steps,) are the phones and their running numbers, `lengths` (clips,) in steps.
+    """
+
+    values: NDArray[np.float16]
+    targets: Floats
+    codes: NDArray[np.int64]
+    segments: NDArray[np.int64]
+    lengths: NDArray[np.int64]
+    weights: Floats
+
+    @cached_property
+    def starts(self) -> NDArray[np.int64]:
+        """First step of each clip."""
+        return np.cumsum(self.lengths) - self.lengths
+
+
+def gathered(config: Settings, examples: Examples) -> Steps:
+    """What an encoder hears in examples, and what is to be learned from it, at the model's steps."""
+    encoder = cached_encoder(config.encoder)
+    values, targets, codes, segments = [], [], [], []
+    for track, times, target, sound in zip(
+        examples.tracks, examples.times, examples.targets, examples.sounds, strict=True
+    ):
+        assert sound is not None
+        grid = step_times(sound.duration, config.rate)
+        values.append(at_steps(listen(encoder, sound, track), grid, config.rate).astype(np.float16))
+        targets.append(np.stack([np.interp(grid, times, mode) for mode in target.T], axis=1))
+        codes.append(track.sample(grid))
+        segments.append(track.segment_at(grid))
+    return Steps(
+        np.concatenate(values),
+        np.concatenate(targets).astype(np.float32),
+        np.concatenate(codes).astype(np.int64),
+        np.concatenate(segments),
+        np.array([len(clip) for clip in codes]),
+        np.asarray(examples.weights, np.float32),
+    )
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """Features to mean 0 and deviation 1 for each dim of each layer, targets as the configuration says."""
+
+    centre: Floats
+    scale: Floats
+    low: Floats
+    span: Floats
+
+    @classmethod
+    def of(cls, config: Settings, steps: Steps) -> Scaling:
+        """Of the training clips."""
+        centre = steps.values.mean(axis=0, dtype=np.float64)
+        square = np.zeros_like(centre)
+        for begin in range(0, len(steps.values), 8192):
+            square += ((steps.values[begin : begin + 8192] - centre) ** 2).sum(axis=0)
+        scale = 1 / (np.sqrt(square / len(steps.values)) + 1e-3)
+        targets = steps.targets
+        low, span = targets.mean(axis=0), np.full(targets.shape[1], targets.std())
+        if config.normalize == "minmax":
+            low, span = targets.min(axis=0), np.ptp(targets, axis=0) + 1e-6
+        return cls(*(np.asarray(part, np.float32) for part in (centre, scale, low, span)))
+
+
+def fit_heard(
+    build: Callable[..., Model],
+    config: Settings,
+    train: Examples,
+    validation: Examples,
+    rng: np.random.Generator,
+    progress: Progress,
+    journal: Path | None,
+) -> Model:
+    """Train on random windows of the clips; the weights with the least validation error are kept.
+
+    The error is the mean square of modes (that is, of landmarks, mm²) over whole clips, decoded as in use.
+    Every epoch draws its chance from a seed of its own, so that a training that went on after a halt ends
+    where one without a halt does.
+    """
+    seed = int(rng.integers(2**31))
+    seeded(np.random.default_rng(seed))
+    steps = gathered(config, train)
+    held_out = gathered(config, validation) if len(validation) else None
+    scaling = Scaling.of(config, steps)
+    layers, dims = steps.values.shape[1:]
+    network = Network(config, layers, dims, steps.targets.shape[1])
+    optimizer = OPTIMIZERS[config.optimizer](network.parameters(), lr=config.learning_rate)
+    state = State(network, optimizer, [], [], key_of(config, seed, steps), journal)
+    state.resume()
+    identity = cached_encoder(config.encoder).identity
+
+    def model() -> Model:
+        mix, weights = exported(network, scaling.low, scaling.span)
+        return build(config, scaling.centre, scaling.scale, mix, weights, identity)
+
+    while not state.ended(config):
+        epoch = len(state.curve)
+        if config.cosine:
+            rate = config.learning_rate * (1 + np.cos(np.pi * epoch / config.epochs)) / 2
+            optimizer.param_groups[0]["lr"] = float(rate)
+        network.train()
+        losses = [
+            step(network, optimizer, loss(config, network, scaling, *batch))
+            for batch in batches(config, steps, np.random.default_rng([seed, epoch]))
+        ]
+        network.eval()
+        state.add(float(np.mean(losses)), error_of(model(), held_out))
+        progress((epoch + 1) / config.epochs)
+    state.restore()
+    progress(1.0)
+    return model()
+
+
+OPTIMIZERS = {"adam": torch.optim.Adam, "radam": torch.optim.RAdam}
+Batch = tuple[Tensor, Tensor, NDArray[np.int64], NDArray[np.int64], Tensor]
+
+
+def batches(config: Settings, steps: Steps, rng: np.random.Generator) -> Iterator[Batch]:
+    """Windows at random places, as many as cover each clip once; shorter clips hold their end."""
+    torch.manual_seed(int(rng.integers(2**31)))  # of the dropout
+    wide = min(config.window, int(steps.lengths.max()))
+    clips = np.repeat(
+        np.arange(len(steps.lengths)), np.maximum(1, np.round(steps.lengths / wide).astype(int))
+    )
+    clips = rng.permutation(clips)
+    for begin in range(0, len(clips), config.batch):
+        chosen = clips[begin : begin + config.batch]
+        first = rng.integers(0, np.maximum(steps.lengths[chosen] - wide, 0) + 1)
+        rows = np.minimum(first[:, None] + np.arange(wide), steps.lengths[chosen][:, None] - 1)
+        rows += steps.starts[chosen][:, None]
+        values = torch.from_numpy(steps.values[rows].astype(np.float32))
+        targets, weights = torch.from_numpy(steps.targets[rows]), torch.from_numpy(steps.weights[chosen])
+        yield values, targets, steps.codes[rows], steps.segments[rows], weights
+
+
+def loss(
+    config: Settings,
+    network: Network,
+    scaling: Scaling,
+    values: Tensor,
+    targets: Tensor,
+    codes: NDArray[np.int64],
+    segments: NDArray[np.int64],
+    weights: Tensor,
+) -> Tensor:
+    """Squared errors of modes, their velocity and acceleration (eq. 4.8 to 4.13); the auxiliary tasks."""
+    normal = (values - torch.from_numpy(scaling.centre)) * torch.from_numpy(scaling.scale)
+    hidden, found = network(normal)
+    apart = found - (targets - torch.from_numpy(scaling.low)) / torch.from_numpy(scaling.span)
+    total = torch.zeros(())
+    for weight in (1.0, config.velocity, config.acceleration):
+        if weight:
+            total = total + weight * ((apart**2).mean(dim=(1, 2)) * weights).mean()
+        apart = apart.diff(dim=1)
+    if config.classifier:
+        shares = network.classifier(hidden).transpose(1, 2)
+        total = total + config.classifier * torch.nn.functional.cross_entropy(shares, torch.from_numpy(codes))
+    if config.ctc:
+        total = total + config.ctc * sequence_loss(network.ctc(hidden), codes, segments)
+    return total
+
+
+def sequence_loss(scores: Tensor, codes: NDArray[np.int64], segments: NDArray[np.int64]) -> Tensor:
+    """Connectionist temporal classification (Graves et al. 2006; eq. 4.28) of the phones in each window."""
+    begins = np.diff(segments, axis=1, prepend=-1) != 0
+    lengths = torch.full((len(codes),), codes.shape[1], dtype=torch.long)
+    return torch.nn.functional.ctc_loss(
+        scores.log_softmax(dim=2).transpose(0, 1),
+        torch.from_numpy(codes[begins]),
+        lengths,
+        torch.from_numpy(begins.sum(axis=1)),
+        blank=BLANK,
+        zero_infinity=True,
+    )
+
+
+def step(network: Network, optimizer: Any, total: Tensor) -> float:
+    """One step of descent; returns the loss."""
+    optimizer.zero_grad()
+    torch.autograd.backward(total)
+    torch.nn.utils.clip_grad_norm_(network.parameters(), LONGEST_STEP)
+    optimizer.step()
+    return float(total.detach())
+
+
+def error_of(model: Heard, steps: Steps | None) -> float:
+    """Mean square error of whole clips in mm² a landmark coordinate's mode, 0 when there are none."""
+    if steps is None:
+        return 0.0
+    total = 0.0
+    for length in np.unique(steps.lengths):
+        chosen = steps.starts[steps.lengths == length]
+        for some in np.array_split(chosen, -(-len(chosen) // 32)):
+            rows = some[:, None] + np.arange(length)
+            heard = np.stack([model.mixed(steps.values[row].astype(np.float32)) for row in rows])
+            found = decode(model.config, model.weights, heard)
+            total += float(((found - steps.targets[rows]) ** 2).sum())
+    return total / steps.targets.size
+
+
+def key_of(config: Settings, seed: int, steps: Steps) -> str:
+    """A hash of all that a training depends on, so that none goes on from another's state."""
+    digest = hashlib.sha256(f"{config} {seed} {torch.__version__}".encode())
+    digest.update(steps.targets.tobytes())
+    digest.update(steps.values[:: max(1, len(steps.values) // 1000)].tobytes())
+    return digest.hexdigest()
+
+
+@dataclass
+class State:
+    """How far a training has come: `curve` has (loss, validation error) of each epoch."""
+
+    network: Network
+    optimizer: Any
+    curve: list[tuple[float, float]]
+    best: list[Any]
+    key: str
+    journal: Path | None
+
+    def ended(self, config: Settings) -> bool:
+        """Whether all epochs are done, or the last `patience` of them brought nothing."""
+        if not self.curve:
+            return config.epochs == 0
+        errors = [error for _, error in self.curve]
+        waited = len(errors) - 1 - int(np.argmin(errors))
+        return len(errors) >= config.epochs or (waited > config.patience and errors[-1] > 0)
+
+    def add(self, mean_loss: float, error: float) -> None:
+        """Note an epoch, keep the weights if they are the best, and write all of it to the journal."""
+        self.curve.append((mean_loss, error))
+        if error <= min(error for _, error in self.curve):
+            self.best = [tensor.detach().clone() for tensor in self.network.state_dict().values()]
+        if self.journal:
+            self._write(self.journal)
+
+    def restore(self) -> None:
+        """Go back to the best weights."""
+        if self.best:
+            names = self.network.state_dict()
+            self.network.load_state_dict(dict(zip(names, self.best, strict=True)))
+
+    def _write(self, journal: Path) -> None:
+        journal.mkdir(parents=True, exist_ok=True)
+        parts = {
+            "key": self.key,
+            "curve": self.curve,
+            "best": self.best,
+            "network": self.network.state_dict(),
+            "optimizer": self.optimizer.state_dict(),
+        }
+        with atomic_path(journal / CHECKPOINT) as path:
+            torch.save(parts, path)
+        text = io.StringIO()
+        rows = csv.writer(text, lineterminator="\n")
+        rows.writerow(("epoch", "training_loss", "validation_mm2"))
+        rows.writerows((n + 1, f"{a:.6g}", f"{b:.6g}") for n, (a, b) in enumerate(self.curve))
+        write_text(journal / CURVE, text.getvalue())
+
+    def resume(self) -> None:
+        """Go on from the journal, if it is of the same training."""
+        if self.journal is None or not (self.journal / CHECKPOINT).is_file():
+            return
+        parts = torch.load(self.journal / CHECKPOINT, weights_only=True)
+        if parts["key"] != self.key:
+            return
+        self.curve, self.best = [tuple(pair) for pair in parts["curve"]], parts["best"]
+        self.network.load_state_dict(parts["network"])
+        self.optimizer.load_state_dict(parts["optimizer"])

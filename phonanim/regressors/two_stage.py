@@ -1,0 +1,34 @@
+"""Speech to landmarks in two stages (Medina 2023, chapter 3), made anew from the thesis.
+
+An encoder and one of several decoders predict landmarks by their squared error; the rig is solved for
+afterwards (`--retarget solve`). Landmarks here are those of the face model, by its modes: as the modes are
+orthonormal, their squared error is that of the landmarks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from phonanim.regressors._heard import Heard, Settings
+
+
+@dataclass(frozen=True)
+class Config(Settings):
+    """The values of section 3.2.2, for windows of 300 ms; `hidden` is its MLP's."""
+
+    hidden: int = 512
+    depth: int = 5
+    window: int = 15
+    dropout: float = 0.25
+    learning_rate: float = 1e-5
+
+
+@dataclass(frozen=True)
+class TwoStage(Heard):
+    """A trained model."""
+
+    config_class: ClassVar[type] = Config
+
+
+REGRESSOR = TwoStage
