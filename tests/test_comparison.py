@@ -37,12 +37,16 @@ recipe = "tree.toml"
 x = "leaf"
 values = [2, 40]
 
-[sweeps.amount]
+[sweeps.box]
 recipe = "mean.toml"
+x = "smoothing"
+values = [0.04, 0.2]
+
+[sweeps.amount]
 x = "clips"
 values = [0.3, 1.0]
-series = "smoothing"
-of = [0.04, 0.2]
+series = "model"
+of = ["tree", "mean"]
 label = "Amount of data"
 
 [notes]
@@ -172,6 +176,7 @@ def test_scores_by_hand() -> None:
         (('"phones"]', '"fones"]'), "there is no 'fones', only test, words, phones, ema"),
         (('mean = "mean.toml"', 'mean = "meen.toml"'), r"models.mean: .*meen.toml does not exist"),
         (('x = "leaf"', 'y = "leaf"'), r"sweeps.leaf: there is no key 'y'"),
+        (('series = "model"', ""), 'sweeps.amount: needs a recipe, or series = "model" and models in `of`'),
         (("[models]", "[models"), "cannot be read as TOML"),
     ],
 )

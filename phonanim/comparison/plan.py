@@ -22,12 +22,13 @@ FOLDS = ("test", "words", "phones", "ema")
 class Sweep:
     """One model trained again and again: `x`, and perhaps `series`, are settings that take every value.
 
-    A setting is a key of [settings] of the recipe, or "clips", the share of the training clips.
+    A setting is a key of [settings] of the recipe, or "clips", the share of the training clips. The series
+    "model" takes recipes of the plan by name instead of `recipe`.
     """
 
-    recipe: Path
     x: str
     values: tuple[Any, ...]
+    recipe: Path | None = None
     series: str = ""
     of: tuple[Any, ...] = ("",)
     label: str = ""
@@ -91,7 +92,11 @@ def _existing(where: Path, plan: Path, name: str) -> Path:
 def _sweep(values: dict[str, Any], path: Path, name: str) -> Sweep:
     _check_keys(values, Sweep, f"{path}: sweeps.{name}")
     settings: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
-    return Sweep(**{**settings, "recipe": _existing(path.parent / values["recipe"], path, name)})
+    if "recipe" in values:
+        settings["recipe"] = _existing(path.parent / values["recipe"], path, name)
+    elif values.get("series") != "model":
+        raise ModelError(f'{path}: sweeps.{name}: needs a recipe, or series = "model" and models in `of`')
+    return Sweep(**settings)
 
 
 def _check_keys(table: dict[str, Any], kind: type, where: str) -> None:

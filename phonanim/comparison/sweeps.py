@@ -16,6 +16,7 @@ from phonanim.corpus import Corpus
 from phonanim.face import FaceModel
 from phonanim.training import predict_clip
 
+MODEL = "model"  # the series that is a recipe of the plan
 HELD_OUT = 0.1  # of the training clips: sweeps are choices, and choices do not look at the test clips
 
 
@@ -24,11 +25,11 @@ def sweep_jobs(plan: Plan, corpus: Corpus, work: Path) -> list[Job]:
     train, _ = split(plan, corpus)
     return [
         Job(
-            sweep.recipe,
+            sweep.recipe or plan.models[values[MODEL]],
             plan.corpus,
             tuple(train[: max(1, round(len(train) * float(values.get(CLIPS, 1.0))))].tolist()),
             _folder(work, name, values),
-            {key: setting for key, setting in values.items() if key != CLIPS},
+            {key: setting for key, setting in values.items() if key not in (CLIPS, MODEL)},
         )
         for name, sweep in plan.sweeps.items()
         for values in points(sweep)
