@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from phonanim.commands import Talk, talk_options
+from phonanim.commands._films import appearance, track
 
 
 @click.group()
@@ -17,6 +18,10 @@ def command() -> None:
     Example:
       phonanim corpus build recordings/grid_s1 -o work/corpus
     """
+
+
+command.add_command(track)
+command.add_command(appearance)
 
 
 @command.command()
@@ -49,3 +54,65 @@ def build(recordings: Path, output: Path, talk: Talk) -> None:
         f"wrote {output}: {facts['clips']} clips, {facts['frames']} frames, {facts['landmarks']} landmarks"
     )
     talk.result(facts)
+
+
+@command.command()
+@click.argument("name", required=False)
+@talk_options
+def datasets(name: str | None, talk: Talk) -> None:
+    """List the data sets of others that can be read, or tell all about one.
+
+    \b
+    Examples:
+      phonanim corpus datasets
+      phonanim corpus datasets biwi
+    """
+    from dataclasses import asdict
+
+    from phonanim.datasets import dataset_names, load_dataset
+
+    cards = {one: load_dataset(one).CARD for one in ([name] if name else dataset_names())}
+    facts = {one: asdict(card) for one, card in cards.items()}
+    if name:
+        told = "\n".join(f"{field:<8} {text}" for field, text in facts[name].items() if text)
+    else:
+        told = "\n".join(
+            f"{one:<10} {card.kind:<9} {card.title}: {card.content}" for one, card in cards.items()
+        )
+    talk.result(facts, told)
+
+
+@command.command("import")
+@click.argument("name")
+@click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@click.option(
+    "-o", "--output", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder."
+)
+@click.option("--every", type=click.IntRange(1), default=1, help="Keep each frame of that number.")
+@click.option(
+    "--split",
+    "splits",
+    multiple=True,
+    type=click.Choice(["train", "validation", "test", "test_b"]),
+    help="Only these; all otherwise.",
+)
+@talk_options
+def import_(name: str, folder: Path, output: Path, every: int, splits: tuple[str, ...], talk: Talk) -> None:
+    """Bring a data set of others into one layout: arrays, WAV, TextGrids and a table.
+
+    NAME is one of `phonanim corpus datasets`, FOLDER is as its owners lay it out.
+
+    \b
+    Example:
+      phonanim corpus import vocaset vocaset/ -o work/vocaset --every 2
+    """
+    from collections import Counter
+
+    from phonanim.importing import import_dataset
+
+    with talk.progress(name) as progress:
+        rows = import_dataset(name, folder, output, every, splits, progress)
+    counts = Counter(row["split"] or "no split" for row in rows)
+    told = ", ".join(f"{count} {split}" for split, count in sorted(counts.items()))
+    talk.say(f"wrote {output}: {len(rows)} recordings ({told})")
+    talk.result({"dataset": name, "output": str(output), "recordings": len(rows), "splits": counts})

@@ -1,0 +1,103 @@
+"""Data sets of others, read as their owners lay them out: one module each, named after its file.
+
+Each module has `CARD`, the facts about the data set, and `recordings(folder)`, which looks at the names of
+the files alone; motion and sound are read when they are asked for. A name that begins with `_` is a helper.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Protocol, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.alignment import Interval, read_alignment
+from phonanim.audio import Sound
+from phonanim.errors import CorpusError, OptionError
+
+SPLITS = ("train", "validation", "test", "test_b", "")
+"""`test_b` is of speakers that training lacks; recordings without a split take no part in the paper."""
+
+KINDS = ("vertices", "controls", "sensors")
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Motion: `values` (frames, points, axes) of vertices and sensors, (frames, controls) of controls.
+
+    `names` are those of the points or controls, empty where they are only numbered; `unit` is that of the
+    values: "mm" wherever it is known, "as distributed" otherwise, and empty for controls.
+    """
+
+    values: NDArray[np.float32]
+    fps: float
+    names: tuple[str, ...] = ()
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One recording of a data set; what takes time to read is a function without arguments.
+
+    `sound` and `phones` are None where the data set has none; `phones` gives intervals in seconds.
+    """
+
+    name: str
+    speaker: str
+    split: str
+    frames: Callable[[], Frames]
+    sound: Callable[[], Sound] | None = None
+    phones: Callable[[], tuple[Interval, ...]] | None = None
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Card:
+    """The facts about a data set: `kind` is one of KINDS; `assumed` says what no publication states."""
+
+    title: str
+    kind: str
+    content: str
+    licence: str
+    ask: str
+    layout: str
+    split: str
+    source: str
+    assumed: str = ""
+
+
+class Dataset(Protocol):
+    """What a module of this folder offers."""
+
+    CARD: Card
+
+    def recordings(self, folder: Path) -> Iterator[Recording]:
+        """The recordings in a folder, sorted by name. Raises CorpusError where it is laid out otherwise."""
+
+
+@cache
+def dataset_names() -> tuple[str, ...]:
+    """The data sets, by the stem of their file."""
+    return tuple(sorted(path.stem for path in Path(__file__).parent.glob("[a-z]*.py")))
+
+
+def load_dataset(name: str) -> Dataset:
+    """The module of one data set. Raises OptionError when there is none of that name."""
+    if name not in dataset_names():
+        raise OptionError(f"no data set is called {name!r}; there are {', '.join(dataset_names())}")
+    return cast("Dataset", import_module(f"{__name__}.{name}"))
+
+
+def not_found(folder: Path, title: str, *looked_for: str) -> CorpusError:
+    """An error that says which files a data set would have."""
+    return CorpusError(f"{folder}: is not laid out as {title}; looked for {' or '.join(looked_for)}")
+
+
+def intervals(path: Path) -> tuple[Interval, ...]:
+    """The phones of an alignment file. Raises AlignmentError."""
+    return read_alignment(path).intervals

@@ -1,0 +1,69 @@
+"""What several layouts share: sounds and arrays in folders, lists of names, numbers within names."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.audio import Sound, read_sound
+from phonanim.datasets import Frames, Recording
+from phonanim.errors import CorpusError
+
+Split = Callable[[str, str], str]  # speaker, sentence -> split
+
+
+def sound_of(path: Path) -> Callable[[], Sound] | None:
+    """A function that reads a recording, where there is one."""
+    return partial(read_sound, path) if path.is_file() else None
+
+
+def load_array(path: Path) -> NDArray[np.float32]:
+    """Numbers of a `.npy` file. Raises CorpusError when it is damaged; objects are not read."""
+    try:
+        return np.load(path, allow_pickle=False).astype(np.float32)
+    except (OSError, ValueError, EOFError) as error:
+        raise CorpusError(f"{path}: cannot be read as an array of numbers: {error}") from error
+
+
+def numbers_last(path: Path) -> tuple[int, str]:
+    """A key that sorts files by the last number in their stem."""
+    found = re.findall(r"\d+", path.stem)
+    return int(found[-1]) if found else -1, path.name
+
+
+def read_list(path: Path) -> tuple[str, ...]:
+    """The names in a text file, one a line. Raises CorpusError."""
+    try:
+        return tuple(path.read_text(encoding="utf-8").split())
+    except (OSError, UnicodeDecodeError) as error:
+        raise CorpusError(f"{path}: cannot be read as a list of names: {error}") from error
+
+
+def prepared(folder: Path, fps: float, split: Split, axes: int, unit: str = "") -> Iterator[Recording]:
+    """Recordings in the layout that FaceFormer introduced: `vertices_npy/<speaker>_<sentence>.npy` beside
+    `wav/`, of the same names. Arrays are (frames, vertices * axes), or (frames, controls) with `axes` 1.
+    """
+    for path in sorted((folder / "vertices_npy").glob("*.npy")):
+        speaker, _, sentence = path.stem.rpartition("_")
+        yield Recording(
+            path.stem,
+            speaker,
+            split(speaker, sentence),
+            partial(frames_of, path, fps, axes, unit=unit),
+            sound_of(folder / "wav" / f"{path.stem}.wav"),
+        )
+
+
+def frames_of(path: Path, fps: float, axes: int, names: tuple[str, ...] = (), unit: str = "") -> Frames:
+    """Motion of a `.npy` file. Raises CorpusError when its shape does not fit the names or axes."""
+    values = load_array(path)
+    flat = values.reshape(len(values), -1) if values.ndim else values
+    if flat.ndim != 2 or flat.shape[1] % axes or (names and flat.shape[1] != axes * len(names)):
+        wanted = axes * len(names) if names else f"a multiple of {axes}"
+        raise CorpusError(f"{path}: has the shape {values.shape}; needed are frames of {wanted} numbers")
+    return Frames(flat.reshape(len(flat), -1, axes) if axes > 1 else flat, fps, names, unit)

@@ -1,0 +1,87 @@
+"""BEAT: 30 people who talk and read, with the 51 weights that an iPhone tracks, at 60 frames a second."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from functools import lru_cache, partial
+from pathlib import Path
+
+import numpy as np
+
+from phonanim.audio import duration
+from phonanim.datasets import Card, Frames, Recording, intervals, not_found
+from phonanim.datasets._files import sound_of
+from phonanim.datasets._splits import EIGHTY_TEN_TEN, drawn, pieces
+from phonanim.errors import CorpusError
+
+CARD = Card(
+    title="BEAT",
+    kind="controls",
+    content="30 speakers, 76 h, 51 ARKit weights, 60 fps, phones and words (MFA)",
+    licence="non-commercial research (version 0.2.1)",
+    ask="pantomatrix.github.io/BEAT",
+    layout="`<speaker>/<speaker>_<name>_<type>_<first>_<last>.json`, `.wav`, `.TextGrid`",
+    split="English reading of four native speakers in pieces of 10 s, 80-10-10, speakers and emotions in "
+    "equal parts",
+    source="Liu et al. 2022; split of Stan 2023, section 4.2.2",
+    assumed="which four speakers (here 2, 4, 6, 8, as in the authors' own English configuration); which "
+    "pieces (drawn here with the seed 42, from what is in the folder)",
+)
+SPEAKERS = ("2", "4", "6", "8")
+PIECE = 10.0  # seconds
+SEED = 42
+NAME = re.compile(r"(\d+)_([^_]+)_(\d+)_(\d+)_(\d+)")
+READ = "0"  # the type of English reading; 1 is conversation, then come other languages
+EMOTIONS = {64: "neutral", 72: "happiness", 80: "anger", 86: "sadness", 94: "contempt", 102: "surprise",
+            110: "fear", 118: "disgust"}  # fmt: skip
+"""The last text of each emotion."""
+
+
+def recordings(folder: Path) -> Iterator[Recording]:
+    """Pieces of 10 s, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
+    paths = [path for path in sorted(folder.glob("*/*.json")) if NAME.fullmatch(path.stem)]
+    if not paths:
+        raise not_found(folder, "BEAT", "<speaker>/<speaker>_<name>_<type>_<first>_<last>.json")
+    found = {piece.name: (piece, group_of(path.stem)) for path in paths for piece in _pieces(path)}
+    groups = {name: group for name, (_, group) in found.items() if group}
+    splits = drawn(groups, EIGHTY_TEN_TEN, np.random.default_rng(SEED))
+    for name, (piece, _) in sorted(found.items()):
+        yield Recording(name, piece.speaker, splits.get(name, ""), piece.frames, piece.sound, piece.phones)
+
+
+def group_of(stem: str) -> str:
+    """Speaker and emotion of a recording that takes part in the split; empty for others."""
+    match = NAME.fullmatch(stem)
+    if match is None or match[1] not in SPEAKERS or match[3] != READ:
+        return ""
+    emotion = next((name for last, name in EMOTIONS.items() if int(match[4]) <= last), "")
+    return f"{match[1]} {emotion}" if emotion else ""
+
+
+def _pieces(path: Path) -> Iterator[Recording]:
+    audio = path.with_suffix(".wav")
+    if not audio.is_file():
+        raise CorpusError(f"{audio}: is missing; BEAT is needed with its sound")
+    speaker = path.stem.split("_")[1]
+    grid = path.with_suffix(".TextGrid")
+    phones = partial(intervals, grid) if grid.is_file() else None
+    whole = Recording(path.stem, speaker, "", partial(load, path), sound_of(audio), phones)
+    yield from pieces(whole, duration(audio), PIECE)
+
+
+@lru_cache(maxsize=2)
+def load(path: Path) -> Frames:
+    """The weights of a file, (frames, 51). Raises CorpusError."""
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        values = np.array([frame["weights"] for frame in document["frames"]], np.float32)
+        times = [frame["time"] for frame in document["frames"]]
+        names = tuple(document["names"])
+        fps = round((len(times) - 1) / (times[-1] - times[0]), 2)
+    except (OSError, ValueError, KeyError, TypeError, IndexError, ZeroDivisionError) as error:
+        raise CorpusError(f"{path}: holds no facial weights ({error!r}); fetch it again") from error
+    if values.shape[1:] != (len(names),):
+        raise CorpusError(f"{path}: has frames of {values.shape[1:]} weights, but {len(names)} names")
+    return Frames(values, fps, names)

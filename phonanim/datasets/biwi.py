@@ -1,0 +1,80 @@
+"""BIWI: 14 people, 40 sentences said plainly and with emotion, dense meshes at 25 frames a second."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.datasets import Card, Frames, Recording, not_found
+from phonanim.datasets._files import numbers_last, prepared, sound_of
+from phonanim.errors import CorpusError
+
+CARD = Card(
+    title="BIWI 3D Audiovisual Corpus of Affective Communication, B3D(AC)²",
+    kind="vertices",
+    content="14 speakers, 40 sentences neutral and emotional, 23,370 vertices, 25 fps",
+    licence="research only, signed agreement",
+    ask="ETH Zurich, Computer Vision Laboratory (data.vision.ee.ethz.ch/cvl/datasets/b3dac2.en.html)",
+    layout="`faces/<speaker>/<sentence>/*.vl` and `audio/<speaker>_<sentence>_cut.wav`; "
+    "or prepared: `vertices_npy/<speaker>_<sentence>.npy` and `wav/`",
+    split="emotional sentences of F2 F3 F4 M3 M4 M5: 1-32 train, 33-36 validation, 37-40 test; "
+    "37-40 of the other eight: test_b",
+    source="Fanelli et al. 2010; split of Fan et al. 2022 (FaceFormer), Stan 2023, section 4.1.1",
+    assumed="unit of length; prepared numbers above 40 are the emotional sentences",
+)
+FPS = 25.0
+UNIT = "as distributed"
+TRAINING = ("F2", "F3", "F4", "M3", "M4", "M5")
+SENTENCES = 40
+
+
+def recordings(folder: Path) -> Iterator[Recording]:
+    """The recordings, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
+    if (folder / "vertices_npy").is_dir():
+        yield from prepared(folder, FPS, split_of, 3, UNIT)
+        return
+    sequences = sorted(path for path in folder.glob("faces/*/*") if any(path.glob("*.vl")))
+    if not sequences:
+        raise not_found(folder, "BIWI", "faces/<speaker>/<sentence>/*.vl", "vertices_npy/*.npy")
+    for path in sequences:
+        speaker, sentence = path.parent.name, path.name
+        audio = folder / "audio" / f"{speaker}_{sentence}_cut.wav"
+        yield Recording(
+            f"{speaker}_{sentence}",
+            speaker,
+            split_of(speaker, sentence),
+            partial(load, path),
+            sound_of(audio),
+        )
+
+
+def split_of(speaker: str, sentence: str) -> str:
+    """The split by speaker and sentence: "e05", or its number plus 40, is the emotional sentence 5."""
+    number = int("".join(filter(str.isdigit, sentence)) or 0)
+    if not sentence.startswith("e") and number <= SENTENCES:
+        return ""
+    number = (number - 1) % SENTENCES + 1
+    if speaker not in TRAINING:
+        return "test_b" if number > 36 else ""
+    return "train" if number <= 32 else "validation" if number <= 36 else "test"
+
+
+def load(sequence: Path) -> Frames:
+    """The frames of a folder of `.vl` files. Raises CorpusError when they differ in size."""
+    frames = [read_vl(path) for path in sorted(sequence.glob("*.vl"), key=numbers_last)]
+    if len({len(frame) for frame in frames}) > 1:
+        raise CorpusError(f"{sequence}: its frames have different numbers of vertices; fetch it again")
+    return Frames(np.stack(frames), FPS, unit=UNIT)
+
+
+def read_vl(path: Path) -> NDArray[np.float32]:
+    """Vertices (vertices, 3): a 32-bit count, then three 32-bit floats each. Raises CorpusError."""
+    data = path.read_bytes()
+    count = int.from_bytes(data[:4], "little")
+    if count == 0 or len(data) != 4 + 12 * count:
+        raise CorpusError(f"{path}: has {len(data)} bytes, which is not a count and as many vertices")
+    return np.frombuffer(data, "<f4", offset=4).reshape(count, 3)

@@ -1,0 +1,92 @@
+"""HPRC: eight speakers, 720 sentences at two rates, sensors and sound in one MATLAB file each."""
+
+from __future__ import annotations
+
+import re
+import zlib
+from collections.abc import Iterator, Mapping
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from phonanim.alignment import Interval
+from phonanim.audio import Sound
+from phonanim.datasets import Card, Frames, Recording, not_found
+from phonanim.errors import CorpusError, MissingExtraError
+
+CARD = Card(
+    title="Haskins Production Rate Comparison (HPRC)",
+    kind="sensors",
+    content="8 speakers, 720 Harvard sentences at two rates, seven sensors in 3D, 100 Hz, phones (forced)",
+    licence="GPL 3.0",
+    ask="Haskins Laboratories, Mark Tiede",
+    layout="`**/<speaker>_B<block>_S<sentence>_R<repetition>_<N or F>.mat`: a structure array with NAME, "
+    "SRATE, SIGNAL, and with SENTENCE and PHONES at the element AUDIO",
+    split="none is published",
+    source="Tiede et al. 2017",
+    assumed="seconds as the unit of PHONES; the first three columns of SIGNAL are x, y, z in mm",
+)
+NAME = re.compile(r"([FM]\d\d)_B\d\d_S\d\d_R\d\d_[NF]")
+AUDIO = "AUDIO"
+DAMAGE = (ValueError, KeyError, TypeError, IndexError, StopIteration)
+"""What taking the wrong thing out of a file raises."""
+
+
+def recordings(folder: Path) -> Iterator[Recording]:
+    """The recordings, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
+    paths = [path for path in folder.glob("**/*.mat") if NAME.fullmatch(path.stem)]
+    if not paths:
+        raise not_found(folder, "HPRC", "F01_B01_S01_R01_N.mat and the like, at any depth")
+    for path in sorted(paths, key=lambda path: path.stem):
+        frames, sound, phones = partial(_frames, path), partial(_sound, path), partial(_phones, path)
+        yield Recording(path.stem, path.stem[:3], "", frames, sound, phones)
+
+
+def _frames(path: Path) -> Frames:
+    """The sensors, (frames, sensors, 3)."""
+    tracks = {name: track for name, track in _tracks(path).items() if name != AUDIO}
+    try:
+        values = np.stack([np.asarray(track["SIGNAL"])[:, :3] for track in tracks.values()], axis=1)
+        rate = float(next(iter(tracks.values()))["SRATE"])
+    except DAMAGE as error:
+        raise CorpusError(f"{path}: holds no sensors with SRATE and SIGNAL ({error!r})") from error
+    return Frames(values.astype(np.float32), rate, tuple(tracks), "mm")
+
+
+def _sound(path: Path) -> Sound:
+    """The recording; whole numbers are 16-bit samples."""
+    track = _audio(path)
+    samples = np.asarray(track["SIGNAL"])
+    scale = 32768 if np.issubdtype(samples.dtype, np.integer) else 1
+    return Sound((samples.ravel() / scale).astype(np.float32), round(float(track["SRATE"])))
+
+
+def _phones(path: Path) -> tuple[Interval, ...]:
+    found = _audio(path).get("PHONES", [])
+    phones = [found] if isinstance(found, Mapping) else list(found)
+    return tuple(Interval(str(p["LABEL"]), float(p["OFFS"][0]), float(p["OFFS"][1])) for p in phones)
+
+
+def _audio(path: Path) -> Mapping[str, Any]:
+    tracks = _tracks(path)
+    if AUDIO not in tracks:
+        raise CorpusError(f"{path}: has no element {AUDIO}; it has {', '.join(tracks)}")
+    return tracks[AUDIO]
+
+
+@lru_cache(maxsize=2)
+def _tracks(path: Path) -> dict[str, Mapping[str, Any]]:
+    """The elements of the structure array by their NAME."""
+    try:
+        from scipy.io import loadmat
+        from scipy.io.matlab import MatReadError
+    except ImportError as error:
+        raise MissingExtraError("HPRC needs SciPy: pip install 'phonanim[train]'") from error
+    try:
+        document = loadmat(path, simplify_cells=True)
+        elements = next(value for name, value in document.items() if not name.startswith("__"))
+        return {str(element["NAME"]): element for element in elements}
+    except (MatReadError, NotImplementedError, OSError, zlib.error, *DAMAGE) as error:
+        raise CorpusError(f"{path}: is no MATLAB file of named signals ({error!r})") from error

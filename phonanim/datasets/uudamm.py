@@ -1,0 +1,49 @@
+"""UUDaMM: two actors in conversation, the controls of one character, at 30 frames a second."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+from phonanim.datasets import Card, Recording, not_found
+from phonanim.datasets._files import prepared
+
+CARD = Card(
+    title="Utrecht University Dyadic Multimodal MoCap data set (UUDaMM)",
+    kind="controls",
+    content="2 speakers, 9 h 41 min, 192 controls of the character Ray; captured at 120 fps, used at 30",
+    licence="not published; on request",
+    ask="Utrecht University, Zerrin Yumak",
+    layout="prepared pieces of 10 s: `vertices_npy/<speaker>_<number>.npy` (300 frames of 192 controls) and "
+    "`wav/`",
+    split="of 2,537 pieces a speaker 2,029 train, 254 validation, 254 test",
+    source="Nikolov et al. 2021; Stan 2023, section 4.2.1 and table 3",
+    assumed="the layout (that of the published code of FaceDiffuser); the order in which pieces are drawn "
+    "(Python's `random`, seed 1, as there)",
+)
+FPS = 30.0
+PIECES, TRAIN, VALIDATION = 2537, 2029, 254
+
+
+def recordings(folder: Path) -> Iterator[Recording]:
+    """The pieces, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
+    if not any((folder / "vertices_npy").glob("*_*.npy")):
+        raise not_found(folder, "UUDaMM", "vertices_npy/<speaker>_<number>.npy")
+    return prepared(folder, FPS, split_of, 1)
+
+
+def split_of(speaker: str, number: str) -> str:
+    """The split of a piece, the same for both speakers, who are in one conversation."""
+    place = _order().get(int(number)) if number.isdigit() else None
+    if place is None:
+        return ""
+    return "train" if place < TRAIN else "validation" if place < TRAIN + VALIDATION else "test"
+
+
+@cache
+def _order() -> dict[int, int]:
+    numbers = list(range(1, PIECES + 1))
+    random.Random(1).shuffle(numbers)
+    return {number: place for place, number in enumerate(numbers)}

@@ -1,0 +1,104 @@
+"""VOCASET: 12 people, 40 sentences each, meshes in the topology of FLAME at 60 frames a second."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from phonanim.audio import Sound
+from phonanim.datasets import Card, Frames, Recording, not_found
+from phonanim.datasets._files import prepared
+from phonanim.datasets._pickles import read_pickle
+from phonanim.errors import CorpusError
+
+CARD = Card(
+    title="VOCASET",
+    kind="vertices",
+    content="12 speakers, 40 sentences, 5,023 vertices (FLAME), 60 fps, 29 min",
+    licence="non-commercial research, registration",
+    ask="Max Planck Institute for Intelligent Systems (voca.is.tue.mpg.de)",
+    layout="`data_verts.npy`, `raw_audio_fixed.pkl`, `subj_seq_to_idx.pkl`; "
+    "or prepared: `vertices_npy/<speaker>_sentence<NN>.npy` and `wav/`",
+    split="eight speakers train, all 40 sentences; two validation and two test, sentences 21-40",
+    source="Cudeiro et al. 2019; split as in Fan et al. 2022 (FaceFormer), Stan 2023, section 4.1.2",
+)
+FPS = 60.0
+METRES = 1000.0  # mm
+VALIDATION = ("FaceTalk_170811_03275_TA", "FaceTalk_170908_03277_TA")
+TEST = ("FaceTalk_170809_00138_TA", "FaceTalk_170731_00024_TA")
+
+
+def recordings(folder: Path) -> Iterator[Recording]:
+    """The recordings, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
+    vertices, index = folder / "data_verts.npy", folder / "subj_seq_to_idx.pkl"
+    if vertices.is_file() and index.is_file():
+        return _raw(folder, vertices, read_index(index))
+    if (folder / "vertices_npy").is_dir():
+        return prepared(folder, FPS, split_of, 3, "as distributed")
+    raise not_found(folder, "VOCASET", "data_verts.npy and subj_seq_to_idx.pkl", "vertices_npy/*.npy")
+
+
+def split_of(speaker: str, sentence: str) -> str:
+    """The split by speaker and sentence, such as "sentence21"."""
+    if speaker not in (*VALIDATION, *TEST):
+        return "train"
+    if not sentence[-2:].isdigit() or int(sentence[-2:]) <= 20:
+        return ""
+    return "validation" if speaker in VALIDATION else "test"
+
+
+def read_index(path: Path) -> dict[tuple[str, str], tuple[int, ...]]:
+    """The rows of each recording, by speaker and sentence. Raises CorpusError."""
+    document = read_pickle(path)
+    try:
+        return {
+            (str(speaker), str(sentence)): tuple(int(rows[frame]) for frame in sorted(rows))
+            for speaker, sentences in sorted(document.items())
+            for sentence, rows in sorted(sentences.items())
+        }
+    except (AttributeError, TypeError, ValueError) as error:
+        raise CorpusError(f"{path}: is no index of rows by speaker and sentence ({error})") from error
+
+
+def _raw(
+    folder: Path, vertices: Path, index: Mapping[tuple[str, str], tuple[int, ...]]
+) -> Iterator[Recording]:
+    audio = folder / "raw_audio_fixed.pkl"
+    for (speaker, sentence), rows in index.items():
+        yield Recording(
+            f"{speaker}_{sentence}",
+            speaker,
+            split_of(speaker, sentence),
+            partial(_frames, vertices, rows),
+            partial(_sound, audio, speaker, sentence) if audio.is_file() else None,
+        )
+
+
+def _frames(path: Path, rows: tuple[int, ...]) -> Frames:
+    """Some rows of the one large array, of which no more than they is read."""
+    try:
+        values = np.load(path, mmap_mode="r", allow_pickle=False)[list(rows)]
+    except (ValueError, IndexError) as error:
+        raise CorpusError(
+            f"{path}: does not hold the frames of the index ({error}); fetch it again"
+        ) from error
+    return Frames(values.astype(np.float32) * METRES, FPS, unit="mm")
+
+
+@lru_cache(maxsize=1)
+def _sounds(path: Path) -> Any:
+    return read_pickle(path)
+
+
+def _sound(path: Path, speaker: str, sentence: str) -> Sound:
+    """A recording of 16-bit samples out of the one file of them."""
+    try:
+        found = _sounds(path)[speaker][sentence]
+        samples, rate = (np.asarray(found["audio"]) / 32768).astype(np.float32), int(found["sample_rate"])
+    except (KeyError, TypeError) as error:
+        raise CorpusError(f"{path}: has no recording of {speaker} {sentence} ({error!r})") from error
+    return Sound(samples, rate)
