@@ -34,9 +34,10 @@ class Picture:
         """Vertex values interpolated at pixels, (n, k) -> (p, k)."""
         faces = self.face.ravel()[pixels]
         row, column = np.divmod(pixels, self.face.shape[1])
-        affine = np.einsum("tck,tcj->tjk", values[self.corners], self.planes)[faces]
-        x, y = column.astype(np.float32)[:, None], row.astype(np.float32)[:, None]
-        result: NDArray[np.float32] = affine[:, 0] * x + affine[:, 1] * y + affine[:, 2]
+        across, down, start = np.einsum("tck,tcj->jtk", values[self.corners], self.planes)
+        result: NDArray[np.float32] = across.take(faces, axis=0) * column.astype(np.float32)[:, None]
+        result += down.take(faces, axis=0) * row.astype(np.float32)[:, None]
+        result += start.take(faces, axis=0)
         return result
 
 

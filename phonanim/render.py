@@ -78,7 +78,7 @@ def lower_face(head: Head, size: int = 200, yaw: float = 16.0) -> View:
 
 
 def whole_head(head: Head, height: int = 512, width: int = 512, yaw: float = 0.0) -> View:
-    """The view of face and neck; what shapes move, and around it, where skin and eyes are not known by name."""
+    """The view of face and neck, or, where skin and eyes are not known by name, around what shapes move."""
     if not {"skin", "eye_l"} <= set(head.parts):
         return _around_moved(head, height, width, yaw)
     crown = head.vertices[head.parts["skin"], 1].max()
@@ -102,8 +102,8 @@ def render(vertices: NDArray[np.float64], head: Head, view: View) -> NDArray[np.
     seen = turned(vertices, view)
     picture = rasterize(projected(seen, view), head.triangles, height, width)
     pixels = picture.covered()
-    light = picture.at(pixels, lit(seen, head)) * crevices(picture, view).reshape(-1, 1)[pixels]
-    image = backdrop(height, width)
+    light = picture.at(pixels, lit(seen, head)) * crevices(picture, view, pixels)[:, None]
+    image = backdrop(height, width).copy()
     image.reshape(-1, 3)[pixels] = light
     return srgb(averaged(image, view.samples) if view.samples > 1 else softened(image, picture.depth))
 
@@ -156,20 +156,22 @@ def ambient(up: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.asarray(mixed, np.float32)
 
 
-def crevices(picture: Picture, view: View) -> NDArray[np.float32]:
-    """How much light reaches each pixel past what stands before it, (height, width), 0 to 1.
+def crevices(picture: Picture, view: View, pixels: NDArray[np.int64]) -> NDArray[np.float32]:
+    """How much light reaches pixels past what stands before them, (p,), 0 to 1.
 
     The surroundings are blurred at half the resolution, as they have no detail.
     """
-    shown = picture.face >= 0
-    depth = np.where(shown, picture.depth, picture.depth[shown].min() if shown.any() else np.float32(0))
-    height, width = depth.shape
-    light = np.ones_like(depth)
+    depth = picture.depth.ravel()[pixels]
+    filled = np.full(picture.depth.shape, depth.min(initial=np.inf), np.float32)
+    filled.ravel()[pixels] = depth
+    height, width = filled.shape
+    darkness = np.zeros_like(depth)
     for radius, rate in CREVICES:
-        pixels = max(1, round(radius * view.height * view.samples / view.span / 2))
-        around = doubled(doubled(blurred(depth[::2, ::2], pixels)).T).T[:height, :width]
-        light *= np.exp(np.float32(-rate) * np.clip(around - depth, 0, None))
-    return light
+        reach = max(1, round(radius * view.height * view.samples / view.span / 2))
+        around = doubled(doubled(blurred(filled[::2, ::2], reach)).T).T[:height, :width]
+        row, column = np.divmod(pixels, width)
+        darkness += np.float32(rate) * np.maximum(around[row, column] - depth, 0)
+    return np.asarray(np.exp(-darkness), np.float32)
 
 
 def doubled(values: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -181,18 +183,21 @@ def doubled(values: NDArray[np.float32]) -> NDArray[np.float32]:
 def blurred(values: NDArray[np.float32], radius: int) -> NDArray[np.float32]:
     """Mean over a square of (2·radius + 1)² pixels, twice; the border repeats."""
     for axis in (0, 1, 0, 1):
-        padding = [(radius + 1, radius) if a == axis else (0, 0) for a in (0, 1)]
-        sums = np.cumsum(np.pad(values, padding, mode="edge"), axis=axis, dtype=np.float64)
-        upper, lower = [np.take(sums, np.arange(values.shape[axis]) + s, axis) for s in (2 * radius + 1, 0)]
-        values = ((upper - lower) / (2 * radius + 1)).astype(np.float32)
+        padded = np.pad(values, [(radius, radius) if a == axis else (0, 0) for a in (0, 1)], mode="edge")
+        padded, count = (padded, len(values)) if axis == 0 else (padded.T, values.shape[1])
+        sums = padded[:count].copy()
+        for shift in range(1, 2 * radius + 1):
+            sums += padded[shift : shift + count]
+        values = (sums if axis == 0 else sums.T) / np.float32(2 * radius + 1)
     return values
 
 
+@cache
 def backdrop(height: int, width: int) -> NDArray[np.float32]:
     """A quiet gradient, (height, width, 3) linear."""
     share = np.linspace(1, 0, height, dtype=np.float32)[:, None, None]
     low, high = np.array(BACKDROP, np.float32)
-    return np.asarray(np.broadcast_to(low + share * (high - low), (height, width, 3)).copy(), np.float32)
+    return np.asarray(np.broadcast_to(low + share * (high - low), (height, width, 3)), np.float32)
 
 
 def averaged(image: NDArray[np.float32], samples: int) -> NDArray[np.float32]:
@@ -202,7 +207,7 @@ def averaged(image: NDArray[np.float32], samples: int) -> NDArray[np.float32]:
 
 
 def softened(image: NDArray[np.float32], depth: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The picture with the mean of five pixels where something near ends before something far."""
+    """The picture, in place, with the mean of five pixels where something near ends before something far."""
     known = np.maximum(depth, -OUTLINE * 10)
     edges = np.zeros(depth.shape, bool)
     edges[:-1] |= np.abs(np.diff(known, axis=0)) > OUTLINE
@@ -213,15 +218,14 @@ def softened(image: NDArray[np.float32], depth: NDArray[np.float32]) -> NDArray[
     last = (depth.shape[0] - 1, depth.shape[1] - 1)
     near = [(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)]
     sums = sum(image[np.clip(rows + y, 0, last[0]), np.clip(columns + x, 0, last[1])] for y, x in near)
-    result = image.copy()
-    result[rows, columns] = sums / np.float32(len(near))
-    return result
+    image[rows, columns] = sums / np.float32(len(near))
+    return image
 
 
 def srgb(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Linear light as sRGB bytes (IEC 61966-2-1), highlights rolled off softly."""
-    steps = np.clip(linear * TONE_STEPS, 0, TONE_LIMIT * TONE_STEPS - 1)
-    return np.asarray(_tones()[steps.astype(np.int32)], np.uint8)
+    steps = (linear * np.float32(TONE_STEPS)).astype(np.int32)
+    return np.asarray(_tones().take(steps, mode="clip"), np.uint8)
 
 
 @cache
