@@ -20,7 +20,7 @@ from phonanim.errors import AlignmentError, MissingExtraError, OptionError
 
 RATE = 16000  # hertz, what the acoustic model was trained on
 FRAME = 0.01  # seconds, the step of the acoustic model
-SILENCES = ("<s>", "</s>", "<sil>", "[NOISE]", "[COUGH]", "[SMACK]", "[UM]", "[UH]", "SIL")
+FILLERS = ("<", "[", "+", "SIL")  # how names begin that are no words: <sil>, [NOISE], [SPEECH]
 DITHER = 1e-4  # of full scale: digital silence has no spectrum to recognize
 
 
@@ -68,7 +68,7 @@ def _two_passes(
     words: list[Interval] = []
     phones: list[Interval] = []
     for word in decoder.get_alignment():
-        if word.name not in SILENCES:
+        if not word.name.startswith(FILLERS):
             words.append(_interval(spelled(word.name), word, duration))
             # While the loop stands at this word: a word that the iterator has left is freed memory.
             phones += [_interval(phone.name, phone, duration) for phone in word]

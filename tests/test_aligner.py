@@ -57,6 +57,13 @@ def test_without_text_the_words_are_recognized(line, pocketsphinx):
     assert {"my", "father"} <= heard  # a synthetic voice is hard to recognize
 
 
+def test_noises_are_no_words(shared_data, pocketsphinx):
+    """In this recording the recognizer hears speech that is no word, which is not a phone either."""
+    found = align(shared_data / "textgrids/061_en_damon_set_test.wav")
+    assert [word.label for word in found.words] == ["damon", "said"]
+    assert not [phone.label for phone in found.phones if not phone.label.isalpha()]
+
+
 def test_words_that_the_dictionary_lacks(line, pocketsphinx):
     with pytest.raises(OptionError, match="lacks 'grzegorz', '42'; spell numbers out"):
         align(line, "my father grzegorz watched 42")
