@@ -82,33 +82,46 @@ def read_sound(path: Path) -> NDArray[np.float32]:
     return np.concatenate(pieces).astype(np.float32)
 
 
-def write_film(frames: Iterable[Frame], path: Path, rate: Fraction, quality: int = 16) -> None:
-    """Write frames (rows, columns, 3), both even, as H.264; a lower `quality` number is finer."""
+def write_film(
+    frames: Iterable[Frame],
+    path: Path,
+    rate: Fraction,
+    sound: NDArray[np.float32] | None = None,
+    quality: int = 16,
+) -> None:
+    """Write frames (rows, columns, 3), both even, as H.264, and sound (samples,) at 16 kHz as AAC.
+
+    A lower `quality` number is finer. Raises OutputError.
+    """
     av = library()
     with atomic_path(path) as partial, av.open(str(partial), "w") as film:
         stream = film.add_stream("libx264", rate=rate, options={"crf": str(quality), "preset": "veryfast"})
         stream.pix_fmt = "yuv420p"
         stream.codec_context.thread_count = THREADS
+        heard = None if sound is None else film.add_stream("aac", rate=SOUND_RATE, layout="mono")
         for number, frame in enumerate(frames):
             if number == 0:
                 stream.height, stream.width = frame.shape[:2]
             film.mux(stream.encode(av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format="rgb24")))
         film.mux(stream.encode(None))
+        if heard is not None and sound is not None:
+            _encode_sound(film, heard, sound.astype(np.float32)[None], "fltp")
 
 
 def write_sound(samples: NDArray[np.float32], path: Path) -> None:
-    """Write mono sound at 16 kHz, (samples,) -1 to 1, as FLAC."""
-    av = library()
+    """Write mono sound at 16 kHz, (samples,) -1 to 1, as FLAC. Raises OutputError."""
     pcm = np.rint(np.clip(samples, -1, 1) * 32767).astype(np.int16)[None]
-    with atomic_path(path) as partial, av.open(str(partial), "w") as file:
-        stream = file.add_stream("flac", rate=SOUND_RATE, layout="mono", format="s16")
-        for start in range(0, pcm.shape[1], BLOCK):
-            piece = np.ascontiguousarray(pcm[:, start : start + BLOCK])
-            frame = av.AudioFrame.from_ndarray(piece, format="s16", layout="mono")
-            frame.rate = SOUND_RATE
-            frame.pts = start
-            file.mux(stream.encode(frame))
-        file.mux(stream.encode(None))
+    with atomic_path(path) as partial, library().open(str(partial), "w") as file:
+        _encode_sound(file, file.add_stream("flac", rate=SOUND_RATE, layout="mono", format="s16"), pcm, "s16")
+
+
+def _encode_sound(file: Any, stream: Any, samples: NDArray[Any], kind: str) -> None:
+    for start in range(0, samples.shape[1], BLOCK):
+        piece = np.ascontiguousarray(samples[:, start : start + BLOCK])
+        frame = library().AudioFrame.from_ndarray(piece, format=kind, layout="mono")
+        frame.rate, frame.pts = SOUND_RATE, start
+        file.mux(stream.encode(frame))
+    file.mux(stream.encode(None))
 
 
 def library() -> Any:

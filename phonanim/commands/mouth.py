@@ -1,0 +1,81 @@
+"""`phonanim mouth`: mouths that are drawn, learned from films."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from phonanim.commands import Talk, talk_options
+
+FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
+
+
+@click.group()
+def command() -> None:
+    """Draw the mouth of a filmed speaker, as it would say something else.
+
+    \b
+    Example:
+      phonanim mouth draw line.TextGrid --model models/mouth -o line.mp4
+    """
+
+
+@command.command()
+@click.argument("config", type=FILE)
+@click.option(
+    "-o", "--output", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder to write."
+)
+@talk_options
+def train(config: Path, output: Path, talk: Talk) -> None:
+    """Train a mouth as a TOML file says, on a corpus that has its appearance.
+
+    \b
+    Example:
+      phonanim mouth train benchmarks/configs/mouth.toml -o models/mouth
+    """
+    from phonanim.mouth import train_mouth
+
+    with talk.progress(config.stem) as progress:
+        folder = train_mouth(config, output, progress)
+    talk.say(f"wrote {folder}; draw with `phonanim mouth draw --model {folder}`")
+    talk.result({"mouth": str(folder)})
+
+
+@command.command()
+@click.argument("alignment", type=FILE)
+@click.option(
+    "--model", required=True, type=click.Path(exists=True, file_okay=False, path_type=Path), help="The mouth."
+)
+@click.option("-o", "--output", required=True, type=click.Path(dir_okay=False, path_type=Path))
+@click.option("--fps", type=click.FloatRange(1, 120), default=25.0, help="Frames per second of a film.")
+@click.option("--audio", type=FILE, help="The recording, for a film.")
+@click.option("--scale", type=click.FloatRange(0.5, 8), default=3.0, help="Size, of that of the reference.")
+@talk_options
+def draw(
+    alignment: Path, model: Path, output: Path, fps: float, audio: Path | None, scale: float, talk: Talk
+) -> None:
+    """Draw the mouth that says an alignment: a film (.mp4), or a strip with one picture a phone (.png).
+
+    \b
+    Examples:
+      phonanim mouth draw line.TextGrid --model models/mouth -o line.mp4 --audio line.wav
+      phonanim mouth draw line.TextGrid --model models/mouth -o line.png
+    """
+    from phonanim.alignment import read_alignment
+    from phonanim.errors import OutputError
+    from phonanim.language import to_phones
+    from phonanim.mouth import film, load_mouth, strip
+    from phonanim.pixels import write_png
+
+    if output.suffix not in (".mp4", ".png"):
+        raise OutputError(f"{output}: a mouth is drawn as .mp4 or .png; choose one of them")
+    mouth = load_mouth(model)
+    track = to_phones(read_alignment(alignment))[0]
+    if output.suffix == ".png":
+        write_png(strip(mouth, track, scale), output)
+    else:
+        with talk.progress("film") as progress:
+            film(mouth, track, output, fps, audio, scale, progress)
+    talk.say(f"wrote {output}")
+    talk.result({"output": str(output)})
