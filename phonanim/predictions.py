@@ -65,7 +65,8 @@ def from_array(array: NDArray[Any], source: str, fps: float, template: Array | N
     """
     if array.ndim > 2 and array.shape[0] == 1:
         array = array[0]
-    if not np.issubdtype(array.dtype, np.number) or array.size == 0:
+    real = np.issubdtype(array.dtype, np.floating) or np.issubdtype(array.dtype, np.integer)
+    if not real or array.size == 0 or array.ndim == 0:
         raise EvaluationError(
             f"{source}: holds {array.dtype} of shape {array.shape}, not the numbers of frames"
         )

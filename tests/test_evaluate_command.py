@@ -110,6 +110,30 @@ def test_folders_give_means_and_intervals(run, lines):
     assert "95 % interval" in table
 
 
+def test_tables_by_phone_are_merged_over_files(run, lines):
+    arguments = (lines / "ours", "--reference", lines / "theirs", "--alignment", lines / "said")
+    facts = json.loads(run(*arguments, "--json")[1])
+    rows = {row["name"]: row for row in facts["phones"]}
+    each = [next(r for r in scores["phones"] if r["name"] == "p") for scores in facts["files"].values()]
+    assert rows["p"]["frames"] == sum(row["frames"] for row in each)
+    assert rows["p"]["mean"] == pytest.approx(np.mean([row["mean"] for row in each]))
+    assert "tmve_lips_mm by class of phones" in run(*arguments)[1]
+
+
+def test_a_real_capture_read_at_half_its_rate(run, lines, shared_data):
+    from phonanim.exporters import load
+
+    capture = load(shared_data / "formats" / "livelink_real_capture.csv")
+    save(replace(capture, values=capture.values[:300]), lines / "whole.npz")
+    save(replace(capture, values=capture.values[:300:2], fps=capture.fps / 2), lines / "half.npz")
+    measures = json.loads(run(lines / "half.npz", "--reference", lines / "whole.npz", "--json")[1])
+    measures = measures["files"]["half.npz"]["measures"]
+    assert 0.9 < measures["aperture_r"] < 1
+    assert abs(measures["aperture_lag_ms"]) < 5
+    assert 0 < measures["tmve_lips_mm"] < 1
+    assert measures["aperture_jerk_ratio"] < 1
+
+
 def test_the_same_files_give_the_same_bytes(run, lines):
     first, second = (run(lines / "ours", "--reference", lines / "theirs", "--json")[1] for _ in range(2))
     assert first == second

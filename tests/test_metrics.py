@@ -172,6 +172,21 @@ def test_errors_by_phone_and_by_class():
     assert "labiodentals" not in classes
 
 
+def test_tables_of_several_lines_merge_by_frames():
+    first = [metrics.PhoneError("p", 1.0, 10, 1), metrics.PhoneError("aa", 2.0, 5, 1)]
+    found = metrics.merged([first, [metrics.PhoneError("p", 4.0, 20, 2)]])
+    assert found == [metrics.PhoneError("p", 3.0, 30, 3), metrics.PhoneError("aa", 2.0, 5, 1)]
+
+
+def test_spectra_are_those_of_scipy():
+    signal = pytest.importorskip("scipy.signal")
+    curve = np.random.default_rng(0).normal(size=230).cumsum()
+    density = signal.welch(curve, FPS, "hann", nperseg=50, detrend="constant", scaling="density")[1]
+    edges = (0.0, 5.5, 25.0)
+    wanted = [density[:6].sum(), density[6:].sum()]  # bins of 1 Hz
+    assert metrics.band_energies(curve, FPS, edges) == pytest.approx(wanted)
+
+
 def test_classes_hold_what_their_names_say():
     members = {
         name: {p for p, m in zip(INVENTORY.phones, mask, strict=True) if m}

@@ -89,7 +89,7 @@ def command(
     facts = report(rows, diversities)
     for note in dict.fromkeys(note for scores in rows.values() for note in scores.notes):
         talk.say(f"note: {note}")
-    talk.result(facts, "\n".join(one(rows) if len(rows) == 1 else several(rows, facts)))
+    talk.result(facts, "\n".join(one(rows, facts) if len(rows) == 1 else several(rows, facts)))
 
 
 def score_all(
@@ -143,6 +143,8 @@ def spoken_in(alignment: Path, prediction: Path, language: str) -> PhoneTrack:
 
 def report(rows: dict[str, Scores], diversities: list[float]) -> dict[str, Any]:
     """Everything, for scripts; what is not a number is null."""
+    from phonanim.metrics import merged
+
     summary = summarized(rows)
     if diversities:
         summary["diversity_mm"] = {"mean": sum(diversities) / len(diversities), "files": len(diversities)}
@@ -160,6 +162,8 @@ def report(rows: dict[str, Scores], diversities: list[float]) -> dict[str, Any]:
             for name, scores in rows.items()
         },
         "summary": summary,
+        "phones": [vars(row) for row in merged(scores.phones for scores in rows.values())],
+        "classes": [vars(row) for row in merged(scores.classes for scores in rows.values())],
     }
 
 
@@ -182,14 +186,19 @@ def summarized(rows: dict[str, Scores]) -> dict[str, dict[str, Any]]:
     return found
 
 
-def one(rows: dict[str, Scores]) -> list[str]:
+def one(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
     """A table of measures, and one by class of phones."""
     scores = next(iter(rows.values()))
     lines = [f"{key:<34} {value:12.4f}" for key, value in scores.measures.items()]
-    if scores.classes:
-        lines += ["", f"{scores.error} by class of phones"]
-        lines += [f"{row.name:<34} {row.mean:12.4f}  {row.segments} sounds" for row in scores.classes]
-    return [f"{scores.frames} frames at {scores.fps:g} fps", *lines]
+    return [f"{scores.frames} frames at {scores.fps:g} fps", *lines, *by_classes(rows, facts)]
+
+
+def by_classes(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
+    """The error of each class of phones; nothing where it is not known what is said."""
+    if not facts["classes"]:
+        return []
+    lines = [f"{row['name']:<34} {row['mean']:12.4f}  {row['segments']} sounds" for row in facts["classes"]]
+    return ["", f"{next(iter(rows.values())).error} by class of phones", *lines]
 
 
 def several(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
@@ -205,7 +214,7 @@ def several(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
     for key, entry in facts["summary"].items():
         low, high = entry.get("interval", (math.nan, math.nan))
         lines.append(f"{key:<34} {entry['mean']:12.4f}  {low:.4f} to {high:.4f}")
-    return lines
+    return lines + by_classes(rows, facts)
 
 
 def _four(text: str) -> tuple[int, ...]:

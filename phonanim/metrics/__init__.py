@@ -15,7 +15,15 @@ from phonanim.metrics.curves import (
     log_spectral_distance,
 )
 from phonanim.metrics.lips import closure_error, least_gaps, lip_gap
-from phonanim.metrics.phones import PHONE_CLASSES, PhoneError, by_class, by_phone, phone_middles, spoken
+from phonanim.metrics.phones import (
+    PHONE_CLASSES,
+    PhoneError,
+    by_class,
+    by_phone,
+    merged,
+    phone_middles,
+    spoken,
+)
 from phonanim.metrics.vertices import (
     distances,
     diversity,
@@ -47,6 +55,7 @@ __all__ = [
     "lip_vertex_error",
     "log_spectral_distance",
     "mean_vertex_error",
+    "merged",
     "phone_middles",
     "spoken",
     "squared_error",

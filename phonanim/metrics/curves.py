@@ -71,9 +71,7 @@ def log_spectral_distance(predicted: Curve, captured: Curve, fps: float) -> floa
     """
     if np.ptp(predicted) == 0 or np.ptp(captured) == 0:
         return float("nan")
-    decibels = [
-        10 * np.log10(np.maximum(p, FLOOR * p.max())) for p in _spectra(predicted, captured, fps)
-    ]
+    decibels = [10 * np.log10(np.maximum(p, FLOOR * p.max())) for p in _spectra(predicted, captured, fps)]
     return float(np.sqrt(np.mean((decibels[0] - decibels[1]) ** 2)))
 
 

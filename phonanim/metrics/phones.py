@@ -64,6 +64,21 @@ def by_class(
     return list(_rows(error, segments, codes, classes.items()))
 
 
+def merged(tables: Iterable[Iterable[PhoneError]]) -> list[PhoneError]:
+    """Tables of several lines as one: means weighed by frames, rows in order of their first appearance."""
+    gathered: dict[str, list[PhoneError]] = {}
+    for table in tables:
+        for row in table:
+            gathered.setdefault(row.name, []).append(row)
+    return [_merged(name, rows) for name, rows in gathered.items()]
+
+
+def _merged(name: str, rows: list[PhoneError]) -> PhoneError:
+    frames = sum(row.frames for row in rows)
+    total = sum(row.mean * row.frames for row in rows)
+    return PhoneError(name, total / frames, frames, sum(row.segments for row in rows))
+
+
 def _rows(
     error: Array,
     segments: NDArray[np.int64],
