@@ -83,6 +83,8 @@ def load_hidden(name: str, kind: str, example: str) -> Hidden:
 
 
 def _read(folder: Path, kind: str) -> Any:
+    from safetensors import SafetensorError
+
     try:
         import torch
         import transformers
@@ -94,7 +96,7 @@ def _read(folder: Path, kind: str) -> Any:
         model, told = getattr(transformers, kind).from_pretrained(
             folder, local_files_only=True, output_loading_info=True, use_safetensors=True, dtype=torch.float32
         )
-    except (OSError, ValueError, RuntimeError) as error:
+    except (OSError, ValueError, RuntimeError, SafetensorError) as error:
         reason = str(error).strip().splitlines()[0]
         raise ModelError(f"{folder}: cannot be read as {kind} ({reason}); get it again") from error
     missing = sorted(told["missing_keys"])

@@ -37,7 +37,7 @@ class Posteriors:
 def of_track(track: PhoneTrack) -> Features:
     """The features of an alignment."""
     start = Posteriors.start
-    times = start + np.arange(max(1, int(np.ceil(track.duration * STEPS)))) / STEPS
+    times = start + np.arange(max(1, int(np.ceil(track.duration * STEPS - 1e-6)))) / STEPS
     return Features(posteriors(track, times).astype(np.float16), STEPS, start)
 
 
