@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 PATH = click.Path(exists=True, path_type=Path)
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 SEED = 0  # of the bootstrap, so that the same files give the same intervals
+RESAMPLES = 2000  # enough for two digits of an interval, for each of some forty measures
 # What a table of files shows, the first four of these that were measured.
 LEADING = (
     "lve_mm",
@@ -181,7 +182,7 @@ def summarized(rows: dict[str, Scores]) -> dict[str, dict[str, Any]]:
             continue
         found[key] = {"mean": float(values.mean()), "files": len(values)}
         if len(values) > 1:
-            interval = bootstrap_interval(mean_rows(values), np.random.default_rng(SEED))
+            interval = bootstrap_interval(mean_rows(values), np.random.default_rng(SEED), resamples=RESAMPLES)
             found[key]["interval"] = list(interval)
     return found
 
