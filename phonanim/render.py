@@ -161,10 +161,10 @@ def crevices(picture: Picture, view: View, pixels: NDArray[np.int64]) -> NDArray
 
     The surroundings are blurred at half the resolution, as they have no detail.
     """
+    height, width = picture.depth.shape
     depth = picture.depth.ravel()[pixels]
-    filled = np.full(picture.depth.shape, depth.min(initial=np.inf), np.float32)
+    filled = np.full((height, width), depth.min(initial=np.inf), np.float32)
     filled.ravel()[pixels] = depth
-    height, width = filled.shape
     darkness = np.zeros_like(depth)
     for radius, rate in CREVICES:
         reach = max(1, round(radius * view.height * view.samples / view.span / 2))

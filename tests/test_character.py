@@ -129,3 +129,22 @@ def test_a_character_that_is_also_the_destination(mine):
     path = mine()
     save(only(line(), jawOpen=0.25), path, character=path)
     assert load(path).channel("JawOpen").max() == 0.25
+
+
+def test_two_meshes_that_share_all_names(tmp_path, mine):
+    """Both speak, and are read back as one; where another program moved them apart, that is told."""
+    twins = character(names=("browUp", "JawOpen"), teeth=("browUp", "JawOpen"))
+    path = tmp_path / "a.glb"
+    save(only(line(), jawOpen=0.25), path, character=mine(twins))
+    glb = read_glb(path)
+    first, second = glb.tree["animations"][-1]["channels"]
+    assert first["target"]["node"] != second["target"]["node"]
+    again = load(path)
+    assert again.channels == ("browUp", "JawOpen")
+    np.testing.assert_allclose(again.channel("JawOpen"), 0.25)
+    save(only(line(), jawOpen=0.5), tmp_path / "b.glb", character=mine(twins))
+    other = read_glb(tmp_path / "b.glb")
+    parted = glb.binary[: -len(other.binary) // 4] + other.binary[-len(other.binary) // 4 :]
+    path.write_bytes(glb_bytes(glb.tree, parted))
+    with pytest.raises(OutputError, match=r"a\.glb: two of its meshes move JawOpen differently.*rename one"):
+        load(path)

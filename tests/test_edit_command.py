@@ -45,6 +45,30 @@ def test_edits_survive_a_new_animation(line, base, edited, replace, capsys):
     assert again.provenance["edits_sha256"]
 
 
+@pytest.mark.parametrize("suffix", ["usda", "usdc"])
+def test_edits_made_in_usd(line, suffix):
+    """The weights are changed by the USD library itself, as another program would, and without our notes."""
+    usd = pytest.importorskip("pxr.Usd", reason="needs the extra usd")
+    skel = pytest.importorskip("pxr.UsdSkel", reason="needs the extra usd")
+    base, edited = load(line / "line.json"), load(line / "edited.json")
+    for name in (f"base.{suffix}", f"edited.{suffix}"):
+        save(base, line / name)
+    stage = usd.Stage.Open(str(line / f"edited.{suffix}"))
+    prim = stage.GetPrimAtPath("/head/speech")
+    prim.ClearCustomData()
+    animation = skel.Animation(prim)
+    order = [edited.channels.index(str(name)) for name in animation.GetBlendShapesAttr().Get()]
+    for frame in range(115, 125):
+        animation.GetBlendShapeWeightsAttr().Set(edited.values[frame, order].tolist(), frame)
+    stage.Save()
+    assert run(["edit", "diff", f"base.{suffix}", f"edited.{suffix}", "-o", "line.edits.json", "-q"]) == 0
+    assert run(["animate", "line.TextGrid", "-o", "again.json", "--edits", "line.edits.json", "-q"]) == 0
+    assert np.abs(load(line / "again.json").values - edited.values).max() <= 1e-3 + 1e-6
+    assert run(["convert", f"edited.{suffix}", "-o", "back.npz", "-q"]) == 0
+    back = load(line / "back.npz")
+    np.testing.assert_allclose(back.channel("jawOpen"), edited.channel("jawOpen"), atol=1e-6)
+
+
 def test_what_does_not_fit_is_told(line, capsys):
     assert run(["edit", "diff", "line.json", "edited.json", "-o", "line.edits.json", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["edits"] == 1

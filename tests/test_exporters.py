@@ -1,5 +1,6 @@
 import json
 import os
+import re
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,6 +12,7 @@ from animations import line, metahuman
 from phonanim import exporters
 from phonanim.errors import MissingExtraError, OutputError
 from phonanim.exporters import find_exporter, formats, load, options_of, save, suffixes
+from phonanim.exporters.npz import save_arrays
 from phonanim.head import SHIPPED
 
 # What a format cannot do without, or does faster with.
@@ -140,6 +142,47 @@ def test_animations_that_are_not_written(tmp_path):
     with pytest.raises(OutputError, match=r"the animation has no frames or no channels"):
         save(animation.with_values(values[:0]), tmp_path / "a.csv")
     assert not list(tmp_path.iterdir())
+
+
+LEFT = np.float32(0.4375)  # no other weight is this
+DAMAGE = {
+    "a.npz": lambda path, animation: save_arrays(
+        path, {"values": animation.values, "channels": np.array(animation.channels), "about": about(path)}
+    ),
+    "a.json": lambda path, _: path.write_text(
+        re.sub(r'"jawOpen":\[[^,]*', '"jawOpen":[NaN', path.read_text())
+    ),
+    "a.track.json": lambda path, _: path.write_text(
+        re.sub(r"(\[\s*0.0,\s*)[\d.]+", r"\1NaN", path.read_text())
+    ),
+    "a.glb": lambda path, animation: path.write_bytes(
+        path.read_bytes().replace(LEFT.tobytes(), np.float32(np.nan).tobytes())
+    ),
+    "a.csv": lambda path, _: path.write_text(path.read_text().replace("0.4375000000", "nan")),
+    "a.usda": lambda path, _: path.write_text(re.sub(r" 0\.4375,", " nan,", path.read_text())),
+}
+
+
+def about(path):
+    with np.load(path) as archive:
+        return archive["about"]
+
+
+@pytest.mark.parametrize("name", DAMAGE)
+def test_curves_that_are_not_finite_are_not_read(tmp_path, name):
+    if name == "a.usda":
+        pytest.importorskip("pxr", reason="needs the extra usd")
+    animation = line()
+    animation.values[3, animation.channels.index("jawOpen")] = LEFT
+    save(animation, tmp_path / name)
+    animation.values[3, animation.channels.index("jawOpen")] = np.nan
+    DAMAGE[name](tmp_path / name, animation)
+    with pytest.raises(
+        OutputError, match=r"(is not a finite number at .*; mend the curve first|finite numbers)"
+    ):
+        load(tmp_path / name)
+    with pytest.raises(OutputError, match=rf"{re.escape(name)}"):
+        load(tmp_path / name)
 
 
 @pytest.mark.skipif(find_spec("pxr") is not None, reason="the extra usd is installed")

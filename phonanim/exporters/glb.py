@@ -20,6 +20,7 @@ from phonanim.morphs import Morphs, find_morphs, moving_morphs
 
 SUMMARY = "glTF binary: the shipped head, or your own character, speaking"
 FLOAT = 5126
+DIFFERENT = 1e-3  # of full weight
 ROUNDING = 1e-6  # seconds: a key that is stored as float32 may lie this far after its frame
 
 
@@ -135,9 +136,9 @@ def _animation(
     curves: dict[str, NDArray[np.float64]] = {}
     for track in tracks:
         names = morphs[track["target"]["node"]].names
-        curves |= dict(
-            zip(names, _sampled(glb, entry["samplers"][track["sampler"]], len(names), grid), strict=True)
-        )
+        sampled = _sampled(glb, entry["samplers"][track["sampler"]], len(names), grid)
+        for name, curve in zip(names, sampled, strict=True):
+            curves[name] = _agreed(curves.get(name), curve, name, path)
     return Animation(
         values=np.stack(list(curves.values()), axis=1).astype(np.float32),
         channels=tuple(curves),
@@ -149,6 +150,19 @@ def _animation(
         audio=path.parent / extras["audio"] if extras.get("audio") else None,
         provenance=dict(extras.get("provenance", {})),
     )
+
+
+def _agreed(
+    known: NDArray[np.float64] | None, curve: NDArray[np.float64], name: str, path: Path
+) -> NDArray[np.float64]:
+    """The curve of a target that several meshes may have: the same in all that move it."""
+    if known is None or not known.any():
+        return curve
+    if curve.any() and np.abs(curve - known).max() > DIFFERENT:
+        raise OutputError(
+            f"{path}: two of its meshes move {name} differently, so it has no one curve; rename one of them"
+        )
+    return known
 
 
 def _sampled(glb: Glb, sampler: dict[str, Any], count: int, grid: NDArray[np.float64]) -> NDArray[np.float64]:
