@@ -20,6 +20,7 @@ import sys
 import tempfile
 import threading
 import time
+from itertools import pairwise
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -83,7 +84,7 @@ def timed(source: Path, out: Path) -> None:
     lines, frames, hours = totals["lines"], totals["frames"], totals["seconds"] / 3600
     print(f"{lines} lines, {hours:.2f} h of speech: {wall:.1f} s, {peak[0]:.0f} MB at most")
     print(f"{lines / wall:.0f} lines/s, {frames / wall:.0f} frames/s, {totals['failed']} failed")
-    tenths = [after - before for before, after in zip(laps, laps[1:], strict=False)]
+    tenths = [after - before for before, after in pairwise(laps)]
     print("processor seconds of each tenth of the lines:", " ".join(f"{lap:.1f}" for lap in tenths))
     print(f"{laps[-1]:.1f} processor seconds in all, {frames / laps[-1]:.0f} frames in each")
 
@@ -102,19 +103,19 @@ def killed(source: Path, folder: Path, kills: int) -> None:
     start(few, folder / "calm").communicate()
     wall = time.perf_counter() - began
     rng = random.Random(0)
-    ran = 0
-    for _ in range(kills):
+    hit = 0
+    while hit < kills:
         process = start(few, folder / "out")
         time.sleep(rng.uniform(0.1, 0.7 * wall))
         if process.poll() is None:
-            ran += 1
+            hit += 1
             os.killpg(process.pid, signal.SIGKILL)
+        else:  # all lines are done: from here on kills would hit nothing
+            shutil.rmtree(folder / "out")
         process.communicate()
-        if rng.random() < 0.3:  # otherwise the lines would soon be done, and the kills hit nothing
-            shutil.rmtree(folder / "out", ignore_errors=True)
     start(few, folder / "out").communicate()
     verdict = "the same bytes" if contents(folder / "out") == contents(folder / "calm") else "OTHER BYTES"
-    print(f"{kills} kills ({ran} of them while it ran) of a run of {wall:.1f} s: {verdict}")
+    print(f"{kills} kills of a run of {wall:.1f} s while it ran: {verdict}")
 
 
 def main(source: Path, kills: int) -> None:

@@ -1,6 +1,7 @@
 """Lines on shared storage: by URL, through fsspec."""
 
 import http.server
+import json
 import os
 import subprocess
 import sys
@@ -22,6 +23,8 @@ from phonanim.dubbing.row import Common
 from phonanim.dubbing.run import needed, run
 from phonanim.dubbing.storage import Remote, hash_of, place
 from phonanim.errors import MissingExtraError, OptionError, OutputError
+from phonanim.glb import glb_bytes, read_glb
+from phonanim.head import SHIPPED
 from phonanim.options import Options
 from phonanim.textgrid import write_textgrid
 
@@ -117,6 +120,37 @@ def test_what_is_unchanged_is_kept(memory, lines):
     second = stored(memory, "/show/out")
     assert (second["a.csv"], second["sub/c.csv"]) == (first["a.csv"], first["sub/c.csv"])
     assert second["b.csv"] != first["b.csv"]
+
+
+def test_a_character_and_an_overlay_that_change(memory, root):
+    table = b"id,alignment,character,overlay\na,lines/a.TextGrid,hero.glb,brow.toml=0.5\n"
+    memory.pipe_file("/show/t.csv", table)
+    memory.pipe_file("/show/brow.toml", b"browInnerUp = 0.5\n")
+    glb = read_glb(SHIPPED)
+    made = []
+    for author in ("one", "one", "two"):
+        hero = glb_bytes({**glb.tree, "asset": {**glb.tree["asset"], "copyright": author}}, glb.binary)
+        memory.pipe_file("/show/hero.glb", hero)
+        run(
+            read_lines("memory://show/t.csv", COMMON),
+            place("memory://show/out"),
+            ("glb",),
+            inline,
+            made.append,
+        )
+        assert made[-1].outcome.error == ""
+        spoken = read_glb_of(memory.cat_file("/show/out/a.glb"))
+        assert spoken["asset"]["copyright"] == author
+        assert (
+            spoken["animations"][-1]["extras"]["provenance"]["options"]["overlays"][0]["source"]
+            == "brow.toml"
+        )
+    assert [result.made for result in made] == [True, False, True]
+
+
+def read_glb_of(content):
+    """The JSON of a GLB."""
+    return json.loads(content[20 : 20 + int.from_bytes(content[12:16], "little")])
 
 
 def test_a_run_that_was_killed_goes_on(memory, monkeypatch):

@@ -80,6 +80,9 @@ def deliver(names: list[str], folder: Path, target: Place) -> None:
 def forget_copies() -> None:
     """Fetch again what many lines use."""
     _kept.cache_clear()
+    if _shelf.cache_info().currsize:
+        _remove(str(_shelf().folder))
+        _shelf.cache_clear()
 
 
 def _files(line: Line) -> list[Any]:
