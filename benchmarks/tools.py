@@ -39,14 +39,12 @@ from phonanim.metrics import (
     distances,
     jerk,
     lag,
-    least_gaps,
     lip_vertex_error,
     log_spectral_distance,
     phone_middles,
     spoken,
 )
 from phonanim.options import Options
-from phonanim.phones import PhoneTrack
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.fit import closed_face
 from phonanim.rig.landmarks import read_landmarks
@@ -71,7 +69,6 @@ class Clip:
     captured: Array
     speech: NDArray[np.bool_]
     contacts: dict[str, NDArray[np.int64]]
-    track: PhoneTrack
 
 
 @dataclass(frozen=True)
@@ -133,7 +130,6 @@ def gather(corpus: Corpus) -> list[Clip]:
             corpus.landmarks[corpus.rows([clip])].astype(np.float64),
             spoken(corpus.tracks[clip], times),
             {name: nearest(times, phone_middles(corpus.tracks[clip], p)) for name, p in CONTACTS.items()},
-            corpus.tracks[clip],
         )
         for clip in corpus.clips_of("test")
     ]
@@ -271,13 +267,6 @@ def dynamics(clips: list[Clip], found: list[Array], stage: Stage) -> dict[str, f
             opening[clip.contacts[name]] for opening, clip in zip(openings, clips, strict=True)
         )
         for name in CONTACTS
-    }
-    result |= {
-        f"{name}_least_gap_mm": mean(
-            least_gaps(opening, clip.times, clip.track, phones)
-            for opening, clip in zip(openings, clips, strict=True)
-        )
-        for name, phones in CONTACTS.items()
     }
     fps = 1 / float(np.diff(clips[0].times).mean())
     pairs = list(zip(openings, captured, strict=True))
