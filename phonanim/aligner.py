@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import re
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +13,7 @@ from numpy.typing import NDArray
 from phonanim.alignment import Interval
 from phonanim.audio import read_audio, resample
 from phonanim.errors import AlignmentError, MissingExtraError, OptionError
+from phonanim.stderr import silent_stderr
 
 RATE = 16000  # hertz, what the acoustic model was trained on
 FRAME = 0.01  # seconds, the step of the acoustic model
@@ -110,24 +107,10 @@ def _pcm(samples: NDArray[np.float32]) -> bytes:
 
 
 def _decoder(listening: bool) -> Any:
-    with _silent_stderr():
+    with silent_stderr():  # pocketsphinx opens the sound card on import, and complains where there is none
         try:
             from pocketsphinx import Decoder
         except ImportError as error:
             raise MissingExtraError("aligning speech needs pip install 'phonanim[align]'") from error
     options = {} if listening else {"lm": None}
     return Decoder(samprate=RATE, loglevel="FATAL", **options)
-
-
-@contextmanager
-def _silent_stderr() -> Iterator[None]:
-    """Keep quiet: pocketsphinx opens the sound card on import, and complains on machines without one."""
-    sys.stderr.flush()
-    keep, void = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(void, 2)
-    try:
-        yield
-    finally:
-        os.dup2(keep, 2)
-        os.close(keep)
-        os.close(void)

@@ -6,8 +6,9 @@ import csv
 import io
 import json
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from phonanim.aligner import align
 from phonanim.alignment import Interval, read_alignment
-from phonanim.errors import CorpusError, PhonanimError
+from phonanim.errors import AlignmentError, CorpusError, OptionError, PhonanimError
 from phonanim.face import OUTER_LIPS, SUBNASALE
 from phonanim.files import atomic_path, write_text
 from phonanim.textgrid import write_textgrid
@@ -27,6 +28,7 @@ Progress = Callable[[float], None]
 
 SCALE = 0.125  # pixels in a unit of the stored landmarks
 MARGIN = 0.15  # of its size around the lower face, in the film of the mouth
+SAME_RATE = 1e-3  # relative difference
 LENGTH_TOLERANCE = 0.25  # seconds by which an alignment may be longer or shorter than its film
 
 
@@ -95,42 +97,32 @@ def take(
     path: Path,
     destination: Path,
     tracker: Tracker,
-    first: Film | None,
+    first: Film | None = None,
     progress: Progress = lambda done: None,
 ) -> Clip:
-    """Track and align one film and write its sound, its TextGrid and the film of its mouth.
+    """Track and align one film; then write its sound, its TextGrid and the film of its mouth.
 
-    Raises a PhonanimError that says why the film cannot be used.
+    Raises a PhonanimError that says why the film cannot be used; nothing is written then.
     """
     film = open_film(path)
-    if first and abs(float(film.rate / first.rate) - 1) > 1e-3:
+    if first and abs(float(film.rate / first.rate) - 1) > SAME_RATE:
         raise CorpusError(
             f"{path}: has {float(film.rate):g} frames per second and {first.path.name} "
             f"{float(first.rate):g}; convert it to that"
         )
+    sound = read_sound(path)
+    words, phones = transcribe(find_text(path), film, sound)
+    track = track_film(film, tracker, progress)
     for folder in ("audio", "textgrid", "mouth"):
         (destination / folder).mkdir(parents=True, exist_ok=True)
-    if not film.has_sound:
-        raise CorpusError(f"{path}: has no sound; phones are found in what is heard")
-    sound = read_sound(path)
-    spoken = find_text(path)
-    audio = destination / "audio" / f"{path.stem}.flac"
-    write_sound(sound, audio)
-    words, phones = transcribe(spoken, audio, film)
-    track = track_film(film, tracker, progress)
-    duration = max(film.frames / float(film.rate), len(sound) / SOUND_RATE, phones[-1].end)
+    write_sound(sound, destination / "audio" / f"{path.stem}.flac")
+    duration = max(len(track.landmarks) / float(film.rate), len(sound) / SOUND_RATE, phones[-1].end)
     write_textgrid(
         destination / "textgrid" / f"{path.stem}.TextGrid", {"words": words, "phones": phones}, duration
     )
     corner = film_mouth(film, track, tracker, destination / "mouth" / f"{path.stem}.mp4")
-    return Clip(
-        path.stem,
-        replace(film, frames=len(track.landmarks)),
-        track,
-        quality(track.landmarks, tracker.indices),
-        corner,
-        len(phones),
-    )
+    worth = quality(track.landmarks, tracker.indices)
+    return Clip(path.stem, film, track, worth, corner, len(phones))
 
 
 def find_text(film: Path) -> Path:
@@ -144,11 +136,12 @@ def find_text(film: Path) -> Path:
     )
 
 
-def transcribe(spoken: Path, audio: Path, film: Film) -> tuple[Sequence[Interval], Sequence[Interval]]:
+def transcribe(
+    spoken: Path, film: Film, sound: NDArray[np.float32]
+) -> tuple[Sequence[Interval], Sequence[Interval]]:
     """Words and phones of a film, read from its TextGrid or found in its sound by the text."""
     if spoken.suffix == ".txt":
-        found = align(audio, spoken.read_text(encoding="utf-8"))
-        return found.words, found.phones
+        return find_phones(spoken, film, sound)
     alignment = read_alignment(spoken)
     length = film.frames / float(film.rate)
     if abs(alignment.duration - length) > LENGTH_TOLERANCE:
@@ -156,6 +149,24 @@ def transcribe(spoken: Path, audio: Path, film: Film) -> tuple[Sequence[Interval
             f"{spoken}: lasts {alignment.duration:.2f} s and the film {length:.2f} s; align it again"
         )
     return alignment.words, alignment.intervals
+
+
+def find_phones(
+    spoken: Path, film: Film, sound: NDArray[np.float32]
+) -> tuple[Sequence[Interval], Sequence[Interval]]:
+    """Words and phones by `phonanim align`. Raises CorpusError in the name of the film."""
+    try:
+        text = spoken.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise CorpusError(f"{spoken}: is not UTF-8 text (byte {error.start}); save it as UTF-8") from error
+    with TemporaryDirectory() as folder:
+        audio = Path(folder) / f"{film.path.stem}.flac"
+        write_sound(sound, audio)
+        try:
+            found = align(audio, text)
+        except (AlignmentError, OptionError) as error:
+            raise CorpusError(f"{spoken}: {str(error).removeprefix(f'{audio}: ')}") from error
+    return found.words, found.phones
 
 
 def film_mouth(film: Film, track: Track, tracker: Tracker, target: Path) -> tuple[int, int]:
@@ -199,7 +210,7 @@ def write_tables(report: Report, tracker: Tracker, destination: Path, test: floa
     writer = csv.writer(table, lineterminator="\n")
     writer.writerow(["clip", "frames", "crop_x", "crop_y", "split"])
     for clip, kind in zip(report.clips, splits, strict=True):
-        writer.writerow([clip.name, clip.film.frames, *clip.corner, kind])
+        writer.writerow([clip.name, len(clip.track.landmarks), *clip.corner, kind])
     write_text(destination / "clips.csv", table.getvalue())
 
 
@@ -221,7 +232,7 @@ def write_landmarks(clips: Sequence[Clip], indices: NDArray[np.int64], path: Pat
             fps=np.float64(float(clips[0].film.rate)),
             indices=indices.astype(np.int32),
             clips=np.array([clip.name for clip in clips]),
-            frames=np.array([clip.film.frames for clip in clips], np.int32),
+            frames=np.array([len(clip.track.landmarks) for clip in clips], np.int32),
         )
 
 
@@ -231,7 +242,7 @@ def summary(report: Report) -> list[str]:
     for clip in report.clips:
         worth = clip.quality
         lines.append(
-            f"{clip.name:24} {clip.film.frames:6} {len(clip.track.rejected):8} {worth.pupils_px:10.1f} "
+            f"{clip.name:24} {len(clip.track.landmarks):6} {len(clip.track.rejected):8} {worth.pupils_px:10.1f} "
             f"{worth.jitter_mm:10.2f} {worth.turn_deg:9.1f} {clip.phones:7}"
         )
         lines += [f"  {warning}" for warning in worth.warnings()]
@@ -244,7 +255,7 @@ def _facts(clip: Clip, kind: str) -> dict[str, Any]:
     return {
         "clip": clip.name,
         "film": str(clip.film.path),
-        "frames": clip.film.frames,
+        "frames": len(clip.track.landmarks),
         "split": kind,
         "phones": clip.phones,
         **worth,

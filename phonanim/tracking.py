@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from phonanim.corpus import PUPIL_DISTANCE_MM, PUPILS, RIGID
 from phonanim.errors import CorpusError, MissingExtraError
+from phonanim.stderr import silent_stderr
 from phonanim.video import Film, Frame, read_frames
 
 Array = NDArray[np.float64]
@@ -84,9 +85,12 @@ def mediapipe_tracker(indices: NDArray[np.int64]) -> Tracker:
         ) from error
 
     def follow(frames: Iterable[Frame]) -> Iterator[Array | None]:
-        with face_mesh.FaceMesh(max_num_faces=1, refine_landmarks=True) as mesh:
+        with silent_stderr():
+            mesh = face_mesh.FaceMesh(max_num_faces=1, refine_landmarks=True)
+        with mesh:
             for frame in frames:
-                faces = mesh.process(np.ascontiguousarray(frame)).multi_face_landmarks
+                with silent_stderr():
+                    faces = mesh.process(np.ascontiguousarray(frame)).multi_face_landmarks
                 yield _pixels(faces[0], frame, indices) if faces else None
 
     return Tracker("mediapipe", indices, follow, "no face was found")
