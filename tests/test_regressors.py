@@ -20,8 +20,11 @@ from phonanim.regressors import Driver, Model, kinds, load, make_config, regress
 HEARD = {"encoder": "mfcc", "hidden": 8, "depth": 1, "epochs": 2, "window": 20, "learning_rate": 0.01}
 SMALL: dict[str, dict[str, Any]] = {
     "dnn": {"hidden": [16], "epochs": 2, "batch": 64},
+    "dynamic_visemes": {"clusters": 12},
     "ensemble": {"members": [{"kind": "phone_mean"}, {"kind": "tree", "weight": 3, "leaf": 4}]},
     "phisanet": HEARD | {"classifier": 0.01},
+    "hmm": {"leaf": 5, "rate": 100.0, "alignments": 1},
+    "lstm": {"units": 8, "epochs": 2},
     "phone_mean": {},
     "procedural": {"steps": 20, "batch": 64},
     "tree": {"leaf": 4},
@@ -80,7 +83,7 @@ def test_the_same_seed_gives_the_same_bytes(model: Model, tmp_path: Path) -> Non
 
 def test_better_than_the_mean() -> None:
     data = made_up_examples(np.random.default_rng(5))
-    for kind in ("phone_mean", "tree"):
+    for kind in ("dynamic_visemes", "hmm", "phone_mean", "tree"):
         regressor = trained(kind).regressor
         errors, spreads = [], []
         for track, times, target in zip(data.tracks, data.times, data.targets, strict=True):

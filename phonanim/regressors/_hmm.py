@@ -1,0 +1,255 @@
+"""Training of regressors/hmm.py: states aligned with frames, and trees grown over their statistics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import MissingExtraError
+from phonanim.regressors import Examples, Progress
+from phonanim.regressors.hmm import LEAF, WINDOWS, answers, questions, quinphones
+
+if TYPE_CHECKING:
+    from phonanim.regressors.hmm import Config
+
+Array = NDArray[np.float64]
+FLOOR = 1e-3  # of the variance of all frames: no leaf is surer than that
+CHUNK = 65536  # frames at once
+
+
+@dataclass(frozen=True)
+class Frames:
+    """All clips at the models' rate: `values` (frames, 3 * modes), in a phone each, clip after clip.
+
+    Phone i is `contexts[i]` (phones, 5) and has the frames `starts[i]` to `starts[i + 1]`, which weigh
+    `weights[i]`. Phones too short for a frame are left out.
+    """
+
+    values: NDArray[np.float32]
+    starts: NDArray[np.int64]
+    contexts: NDArray[np.uint8]
+    weights: Array
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """How often, the sum and the sum of squares: `count` (models,), `total`, `squares` (models, n)."""
+
+    count: Array
+    total: Array
+    squares: Array
+
+
+@dataclass(frozen=True)
+class Tree:
+    """A grown tree (see `Trees` of regressors/hmm.py), and mean and variance of its leaves (leaves, n)."""
+
+    question: NDArray[np.int32]
+    yes: NDArray[np.int32]
+    no: NDArray[np.int32]
+    means: Array
+    variances: Array
+    leaf_of: NDArray[np.int64]  # of each model that it was grown from
+
+
+def fit_trees(config: Config, train: Examples, progress: Progress) -> dict[str, Any]:
+    """Divide phones evenly at first, then cluster and align in turn; returns the fields of `Trees`."""
+    frames = observe(train, config.rate)
+    contexts, model = np.unique(frames.contexts, axis=0, return_inverse=True)
+    place, members = questions()
+    asked = answers(contexts, place, members)
+    state = even_states(np.diff(frames.starts), config.states)
+    trees: list[Tree] = []
+    for turn in range(config.alignments + 1):
+        if trees:
+            state = align(frames, trees, model)
+        trees = [
+            grow(pooled(frames, model, state == s, len(contexts)), asked, config.leaf, config.mdl)
+            for s in range(config.states)
+        ]
+        progress((turn + 1) / (config.alignments + 2))
+    lengths = [np.add.reduceat(state == s, frames.starts[:-1]) / config.rate for s in range(config.states)]
+    spans = gathered(np.stack(lengths, axis=1), frames.weights, model, len(contexts))
+    durations = grow(spans, asked, config.leaf, config.mdl)
+    progress(1.0)
+    return flattened([*trees, durations], config.states) | {"place": place, "members": members}
+
+
+def observe(train: Examples, rate: float) -> Frames:
+    """Modes at `rate` by cubic splines, with their differences, and the phones that they lie in.
+
+    Raises MissingExtraError.
+    """
+    try:
+        from scipy.interpolate import CubicSpline
+    except ImportError as error:
+        raise MissingExtraError(
+            "models of kind hmm need SciPy; install it with pip install 'phonanim[train]'"
+        ) from error
+    values, lengths, contexts, weights = [], [], [], []
+    for track, times, target, weight in zip(
+        train.tracks, train.times, train.targets, train.weights, strict=True
+    ):
+        at = np.arange(int(track.duration * rate)) / rate
+        path = CubicSpline(times, target)(np.clip(at, times[0], times[-1]))
+        values.append(with_differences(path))
+        held = np.bincount(track.segment_at(at), minlength=len(track.codes))
+        lengths.append(held[held > 0])
+        contexts.append(quinphones(track.codes)[held > 0])
+        weights.append(np.full(int((held > 0).sum()), weight))
+    starts = np.concatenate([[0], np.cumsum(np.concatenate(lengths))])
+    return Frames(np.concatenate(values), starts, np.concatenate(contexts), np.concatenate(weights))
+
+
+def with_differences(path: Array) -> NDArray[np.float32]:
+    """(frames, modes) -> (frames, 3 * modes): values, first and second differences; the ends repeat."""
+    padded = np.concatenate([path[:1], path, path[-1:]])
+    around = np.stack([padded[:-2], padded[1:-1], padded[2:]])
+    return np.asarray(np.einsum("wk,kfm->fwm", WINDOWS, around).reshape(len(path), -1), np.float32)
+
+
+def even_states(lengths: NDArray[np.int64], states: int) -> NDArray[np.int64]:
+    """State of each frame where phones of some lengths in frames are divided evenly, (frames,)."""
+    within = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+    return np.asarray(within * states // np.repeat(lengths, lengths))
+
+
+def pooled(frames: Frames, model: NDArray[np.int64], chosen: NDArray[np.bool_], count: int) -> Statistics:
+    """Statistics of the chosen frames (frames,) of each model, of which there are `count`."""
+    phone = np.repeat(np.arange(len(model)), np.diff(frames.starts))[chosen]
+    return gathered(frames.values[chosen], frames.weights[phone], model[phone], count)
+
+
+def gathered(rows: NDArray[np.floating], weights: Array, model: NDArray[np.int64], count: int) -> Statistics:
+    """Weighted statistics of rows (rows, n) by model, (rows,)."""
+    columns = [np.bincount(model, weights * column, count) for column in rows.T]
+    squares = [np.bincount(model, weights * np.square(column, dtype=np.float64), count) for column in rows.T]
+    held = np.bincount(model, weights, count).astype(np.float64)
+    return Statistics(held, np.stack(columns, 1), np.stack(squares, 1))
+
+
+def grow(found: Statistics, asked: NDArray[np.bool_], leaf: int, mdl: float) -> Tree:
+    """Split models by their answers (models, questions) as long as the description gets shorter.
+
+    Gaussians of independent columns; splitting pays when the log likelihood rises by mdl * n * ln(frames)
+    (Shinoda and Watanabe 2000, equation 9), the price of another mean and variance of n columns.
+    """
+    count, n = found.count.sum(), found.total.shape[1]
+    mean = found.total.sum(axis=0) / count
+    spread = found.squares.sum(axis=0) / count - mean**2
+    rows = np.column_stack([found.count, found.total, found.squares])
+    price = mdl * n * np.log(max(count, 2.0))
+    floor = FLOOR * spread + 1e-9
+    nodes: list[list[int]] = [[LEAF, 0, 0]]
+    waiting = [(0, np.flatnonzero(found.count > 0))]
+    leaf_of = np.zeros(len(asked), np.int64)
+    leaves: list[Array] = []
+    while waiting:
+        node, models = waiting.pop()
+        best = best_question(rows[models], asked[models], leaf, price, floor)
+        if best is None:
+            leaf_of[models] = nodes[node][1] = len(leaves)
+            leaves.append(rows[models].sum(axis=0))
+            continue
+        nodes[node] = [best, len(nodes), len(nodes) + 1]
+        sides = asked[models, best]
+        waiting += [(len(nodes), models[sides]), (len(nodes) + 1, models[~sides])]
+        nodes += [[LEAF, 0, 0], [LEAF, 0, 0]]
+    means, variances, _ = gaussians(np.array(leaves), floor)
+    question, yes, no = np.array(nodes, np.int32).T
+    return Tree(question, yes, no, means, variances, leaf_of)
+
+
+def best_question(rows: Array, asked: NDArray[np.bool_], leaf: int, price: float, floor: Array) -> int | None:
+    """The question that raises the likelihood of models' statistics most, or None where none pays."""
+    whole = rows.sum(axis=0)
+    yes = asked.T.astype(np.float64) @ rows
+    no = whole - yes
+    allowed = np.flatnonzero((yes[:, 0] >= leaf) & (no[:, 0] >= leaf))
+    if len(allowed) == 0:
+        return None
+    before = gaussians(whole[None], floor)[2]
+    gain = gaussians(yes[allowed], floor)[2] + gaussians(no[allowed], floor)[2] - before
+    return int(allowed[gain.argmax()]) if gain.max() > price else None
+
+
+def gaussians(rows: Array, floor: Array) -> tuple[Array, Array, Array]:
+    """Statistics (rows, 1 + 2n) -> means, variances (rows, n), log likelihoods up to a constant (rows,)."""
+    total, squares = np.split(rows[:, 1:] / rows[:, :1], 2, axis=1)
+    variances = np.maximum(squares - total**2, floor)
+    return total, variances, -0.5 * rows[:, 0] * np.log(variances).sum(axis=1)
+
+
+def align(frames: Frames, trees: list[Tree], model: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The likeliest state of each frame, (frames,); phones keep their bounds (Viterbi).
+
+    Phones with fewer frames than states stay divided evenly.
+    """
+    lengths, states = np.diff(frames.starts), len(trees)
+    phone = np.repeat(np.arange(len(lengths)), lengths)
+    fit = np.empty((len(phone), states))
+    for state, tree in enumerate(trees):
+        fit[:, state] = log_likelihood(frames.values, tree, tree.leaf_of[model[phone]])
+    moved = np.zeros((len(phone), states), bool)  # into this state, from the one before
+    scores = np.full((len(lengths), states), -np.inf)
+    scores[:, 0] = fit[frames.starts[:-1], 0]
+    for step in range(1, int(lengths.max())):
+        going = np.flatnonzero(lengths > step)
+        row = frames.starts[going] + step
+        stay = scores[going]
+        move = np.concatenate([np.full((len(going), 1), -np.inf), stay[:, :-1]], axis=1)
+        moved[row] = move > stay
+        scores[going] = np.maximum(stay, move) + fit[row]
+    return _walk_back(frames, moved, states)
+
+
+def _walk_back(frames: Frames, moved: NDArray[np.bool_], states: int) -> NDArray[np.int64]:
+    lengths = np.diff(frames.starts)
+    found = even_states(lengths, states)
+    at = np.full(len(lengths), states - 1)
+    for step in range(int(lengths.max())):
+        going = np.flatnonzero((lengths > step) & (lengths >= states))
+        row = frames.starts[going + 1] - 1 - step
+        found[row] = at[going]
+        at[going] -= moved[row, at[going]]
+    return found
+
+
+def log_likelihood(values: NDArray[np.float32], tree: Tree, leaf: NDArray[np.int64]) -> Array:
+    """Of each frame (frames, n) under its leaf (frames,), up to a constant."""
+    found = np.empty(len(values))
+    scale = (1 / np.sqrt(tree.variances)).astype(np.float32)
+    shift = tree.means.astype(np.float32)
+    constant = -0.5 * np.log(tree.variances).sum(axis=1)
+    for begin in range(0, len(values), CHUNK):
+        rows = slice(begin, begin + CHUNK)
+        away = (values[rows] - shift[leaf[rows]]) * scale[leaf[rows]]
+        found[rows] = constant[leaf[rows]] - 0.5 * np.einsum("fn,fn->f", away, away)
+    return found
+
+
+def flattened(trees: list[Tree], states: int) -> dict[str, NDArray[Any]]:
+    """All trees end to end; the last is that of the durations."""
+    nodes = np.cumsum([0, *(len(t.question) for t in trees)])
+    leaves = np.cumsum([0, *(len(t.means) for t in trees[:-1])])
+    leaves[-1] = 0  # durations have leaves of their own
+    yes = [np.where(t.question == LEAF, t.yes + leaves[i], t.yes + nodes[i]) for i, t in enumerate(trees)]
+    *others, durations = trees
+    means, variances = (np.concatenate([getattr(t, n) for t in others]) for n in ("means", "variances"))
+    found: dict[str, NDArray[Any]] = {
+        "roots": nodes[:-1],
+        "question": np.concatenate([t.question for t in trees]),
+        "yes": np.concatenate(yes),
+        "no": np.concatenate([t.no + nodes[i] for i, t in enumerate(trees)]),
+    }
+    floats = {
+        "means": means.reshape(len(means), len(WINDOWS), -1),
+        "variances": variances.reshape(len(means), len(WINDOWS), -1),
+        "shares": durations.means,
+        "share_variances": durations.variances,
+    }
+    whole = {name: array.astype(np.int32) for name, array in found.items()}
+    return whole | {name: array.astype(np.float32) for name, array in floats.items()}

@@ -1,0 +1,141 @@
+"""Gradient descent for regressors/lstm.py; imported by its `fit` alone."""
+
+from __future__ import annotations
+
+import copy
+from typing import TYPE_CHECKING
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from phonanim.regressors import Examples, Progress
+from phonanim.regressors.lstm import LAYERS, Floats, n_inputs, sequence
+
+if TYPE_CHECKING:
+    from phonanim.regressors.lstm import Config
+
+LONGEST_STEP = 1.0  # norm of a gradient, beyond which it is shortened: recurrent ones explode
+
+
+class Network(nn.Module):
+    """The layers of Taylor 2017, section 8.1, with dropout after each of the three hidden ones."""
+
+    def __init__(self, config: Config, modes: int) -> None:
+        super().__init__()
+        size = config.units // (1 + config.bidirectional)
+        wide = size * (1 + config.bidirectional)
+        self.input = nn.Linear(n_inputs(config.features), config.units)
+        self.recurrent = nn.ModuleList(
+            nn.LSTM(
+                config.units if n == 0 else wide, size, batch_first=True, bidirectional=config.bidirectional
+            )
+            for n in range(LAYERS)
+        )
+        self.output = nn.Linear(wide, modes)
+        self.dropout = nn.Dropout(config.dropout)
+
+    def forward(self, signal: Tensor) -> Tensor:
+        signal = self.dropout(torch.tanh(self.input(signal)))
+        for layer in self.recurrent:
+            signal = self.dropout(layer(signal)[0])
+        found: Tensor = self.output(signal)
+        return found
+
+
+def fit_recurrent(
+    config: Config,
+    train: Examples,
+    validation: Examples,
+    clusters: NDArray[np.int8],
+    generator: torch.Generator,
+    progress: Progress,
+) -> dict[str, Floats]:
+    """Train on whole utterances with Adam; returns the weights that regressors/lstm.py names.
+
+    The weights with the least validation error are kept; training ends when `patience` epochs brought
+    none better.
+    """
+    every = np.concatenate(train.targets)
+    centre, spread = every.mean(axis=0), float(every.std())
+    data = [torch.from_numpy(a) for a in padded(config, train, clusters)]
+    held_out = [torch.from_numpy(a) for a in padded(config, validation, clusters)] if len(validation) else []
+    network = Network(config, every.shape[1])
+    optimizer = torch.optim.Adam(network.parameters(), lr=config.rate)
+    batches = -(-len(train) // config.batch)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(
+        optimizer, config.rate, total_steps=config.epochs * batches
+    )
+    middle = torch.from_numpy(centre)
+    best, best_state, waited = np.inf, copy.deepcopy(network.state_dict()), 0
+    for epoch in range(config.epochs):
+        network.train()
+        for rows in torch.split(torch.randperm(len(train), generator=generator), config.batch):
+            loss = _error(network, data, rows, middle, spread)
+            optimizer.zero_grad()
+            loss.backward()  # type: ignore[no-untyped-call]
+            nn.utils.clip_grad_norm_(network.parameters(), LONGEST_STEP)
+            optimizer.step()
+            schedule.step()
+        error = _validate(network, held_out, middle, spread)
+        if error < best or not held_out:
+            best, best_state, waited = error, copy.deepcopy(network.state_dict()), 0
+        else:
+            waited += 1
+        progress((epoch + 1) / config.epochs)
+        if waited > config.patience:
+            break
+    network.load_state_dict(best_state)
+    return exported(network, centre, spread)
+
+
+def padded(config: Config, examples: Examples, clusters: NDArray[np.int8]) -> tuple[Floats, Floats, Floats]:
+    """Utterances of one length: inputs, targets (n, frames, features or modes), weights (n, frames).
+
+    Behind the end of a shorter one its last phone goes on, which weighs nothing.
+    """
+    longest, modes = max(len(times) for times in examples.times), examples.targets[0].shape[1]
+    signals = np.empty((len(examples), longest, n_inputs(config.features)), np.float32)
+    targets = np.zeros((len(examples), longest, modes), np.float32)
+    weights = np.zeros((len(examples), longest), np.float32)
+    for row, (track, times, target, weight) in enumerate(
+        zip(examples.tracks, examples.times, examples.targets, examples.weights, strict=True)
+    ):
+        signal = sequence(config.features, track, times, clusters)
+        signals[row, : len(times)], signals[row, len(times) :] = signal, signal[-1]
+        targets[row, : len(times)], weights[row, : len(times)] = target, weight
+    return signals, targets, weights
+
+
+def _error(network: Network, data: list[Tensor], rows: Tensor, middle: Tensor, spread: float) -> Tensor:
+    signals, targets, weights = (part[rows] for part in data)
+    squared = ((network(signals) - (targets - middle) / spread) ** 2).mean(dim=2)
+    return (squared * weights).sum() / weights.sum()
+
+
+def _validate(network: Network, data: list[Tensor], middle: Tensor, spread: float) -> float:
+    if not data:
+        return 0.0
+    network.eval()
+    with torch.no_grad():
+        return float(_error(network, data, torch.arange(len(data[0])), middle, spread))
+
+
+def exported(network: Network, centre: NDArray[np.floating], spread: float) -> dict[str, Floats]:
+    """A network's weights as `layer_shapes` of regressors/lstm.py names them; targets unscaled again."""
+    found = {
+        "input": network.input.weight.T,
+        "input_bias": network.input.bias,
+        "output": network.output.weight.T * spread,
+        "output_bias": network.output.bias * spread + torch.from_numpy(np.asarray(centre, np.float32)),
+    }
+    for number, layer in enumerate(network.recurrent):
+        named = dict(layer.named_parameters())
+        ends = ("", "_reverse") if "weight_ih_l0_reverse" in named else ("",)
+        found[f"forward{number}"] = torch.stack([named[f"weight_ih_l0{e}"].T for e in ends])
+        found[f"recur{number}"] = torch.stack([named[f"weight_hh_l0{e}"].T for e in ends])
+        found[f"bias{number}"] = torch.stack(
+            [named[f"bias_ih_l0{e}"] + named[f"bias_hh_l0{e}"] for e in ends]
+        )
+    return {name: np.ascontiguousarray(t.detach().numpy(), np.float32) for name, t in found.items()}

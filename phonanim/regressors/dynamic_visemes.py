@@ -1,0 +1,163 @@
+"""Dynamic visemes: recorded movements of the mouth, put together (Taylor et al. 2012).
+
+The recordings are cut into gestures where the mouth is slowest, gestures that look alike are clustered,
+and each cluster becomes one unit: a movement of some duration, and the phones that were heard during it.
+To speak, a track is covered with units by dynamic programming. Their cost is what the phones, the joins
+and the speaking rate say against them:
+
+    sum over units  d * mean_k( -ln P_k(phone at place k | unit) )      phones, d in steps of time
+                    + join * |end of the unit before - start|^2 / variance
+                    + rate * ln(d / usual duration of the unit)^2
+
+Units are stretched to their place, and what a join lacks is spread over the units on both sides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.audio import Sound
+from phonanim.inventory import N_PHONES
+from phonanim.phones import PhoneTrack
+from phonanim.regressors import Driver, Examples, Progress, Tensors
+from phonanim.windows import TICK
+
+Array = NDArray[np.float64]
+# Where in a unit its phones are looked up, as shares of its time; the outer ones see its neighbours.
+PLACES = np.array([-0.4, 0.1, 0.3, 0.5, 0.7, 0.9, 1.4])
+TABLES = ("paths", "phones", "durations", "joins")
+
+
+@dataclass(frozen=True)
+class Config:
+    """`clusters`, `join`, `rate`, `step` and `doubt` were chosen on validation clips.
+
+    A gesture lasts `shortest` to `longest` seconds. `unit` is what stands for a cluster: its "median",
+    the gesture nearest to the centre, or the "mean" of its gestures. `doubt` is the share of the
+    probability that phones of the same attribute classes and all phones have in each unit. `step` is
+    the grid of seconds on which units may begin.
+    """
+
+    clusters: int = 150
+    shortest: float = 0.08
+    longest: float = 0.6
+    unit: Literal["median", "mean"] = "median"
+    doubt: float = 0.2
+    join: float = 3.0
+    rate: float = 1.0
+    step: float = 0.04
+
+
+@dataclass(frozen=True)
+class Units:
+    """The units: `paths` (units, points, modes) from start to end, `durations` (units,) in seconds,
+    `phones` (places, 41, units) the ln P_k(phone | unit), and `joins` (units, units) of the distances
+    from the end of one to the start of another.
+    """
+
+    config: Config
+    paths: NDArray[np.float32]
+    phones: NDArray[np.float32]
+    durations: NDArray[np.float32]
+    joins: NDArray[np.float32]
+
+    driven_by: ClassVar[Driver] = "phones"
+    config_class: ClassVar[type] = Config
+
+    def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:
+        """Modes at instants, (times,) seconds -> (times, modes); linear between the points of units."""
+        units, bounds = self.select(track)
+        return play(self.paths[units], bounds, np.clip(times, 0, bounds[-1]))
+
+    def select(self, track: PhoneTrack) -> tuple[NDArray[np.int64], Array]:
+        """The cheapest units that cover a track, (chosen,), and their bounds in seconds, one more."""
+        steps = max(1, int(np.ceil(track.duration / self.config.step - TICK)))
+        lengths = np.arange(1, max(1, round(self.config.longest / self.config.step)) + 1)
+        rates = (
+            self.config.rate * np.log(lengths[:, None] * np.float32(self.config.step) / self.durations) ** 2
+        )
+        cost = np.full(
+            (steps + len(lengths) + 1, len(self.paths)), np.inf, np.float32
+        )  # of ending there with a unit
+        length = np.zeros(cost.shape, np.int16)
+        before = np.zeros(cost.shape, np.int32)
+        cost[0] = 0
+        joins = self.config.join * self.joins.T
+        for step in range(steps):
+            joined = cost[step] + joins if step else 0 * joins
+            before[step] = joined.argmin(axis=1)
+            start = joined[np.arange(len(joined)), before[step]]
+            ahead = start + self._against(track, step, lengths) + rates
+            there = slice(step + 1, step + 1 + len(lengths))
+            better = ahead < cost[there]
+            cost[there] = np.where(better, ahead, cost[there])
+            length[there] = np.where(better, lengths[:, None], length[there])
+        return self._trace(cost[steps], length, before, steps)
+
+    def _against(self, track: PhoneTrack, step: int, lengths: NDArray[np.int64]) -> Array:
+        """What the phones say against each unit from a step on, for (lengths,) steps -> (lengths, units)."""
+        places = (step + lengths[:, None] * PLACES) * self.config.step
+        codes = track.sample(places.ravel() + TICK).reshape(places.shape)
+        heard = self.phones[np.arange(len(PLACES)), codes].mean(axis=1)
+        return np.asarray(-lengths[:, None] * heard, np.float32)
+
+    def _trace(
+        self, last: Array, length: NDArray[np.int16], before: NDArray[np.int32], steps: int
+    ) -> tuple[NDArray[np.int64], Array]:
+        unit, at = int(last.argmin()), steps
+        units, ends = [], [steps]
+        while at > 0:
+            units.append(unit)
+            at -= int(length[at, unit])
+            ends.append(at)
+            unit = int(before[at, unit])
+        return np.array(units[::-1]), np.array(ends[::-1]) * self.config.step
+
+    def tensors(self) -> Tensors:
+        """The tables of the units, by name."""
+        return {name: getattr(self, name) for name in TABLES}
+
+    @classmethod
+    def from_tensors(cls, config: Any, tensors: Tensors) -> Units:
+        """Raises ValueError when the tables are not of the same units."""
+        count = len(tensors["paths"])
+        wanted = {"phones": (len(PLACES), N_PHONES, count), "durations": (count,), "joins": (count, count)}
+        for name, shape in wanted.items():
+            if tensors[name].shape != shape:
+                raise ValueError(f"{name} is {tensors[name].shape}, not {shape}")
+        return cls(config, **{name: tensors[name].astype(np.float32) for name in TABLES})
+
+    @classmethod
+    def fit(
+        cls, config: Any, train: Examples, validation: Examples, rng: np.random.Generator, progress: Progress
+    ) -> Units:
+        """Cut, cluster and count; `validation` is not needed."""
+        from phonanim.regressors._gestures import fit_units
+
+        return cls(config, **fit_units(config, train, rng, progress))
+
+
+def play(paths: NDArray[np.floating], bounds: Array, times: Array) -> NDArray[np.float32]:
+    """Units one after the other, (units, points, modes) from bounds[i] to bounds[i + 1] s -> (times, modes).
+
+    Neighbours meet halfway between the end of one and the start of the other; each unit gets there by
+    a line added over all its time.
+    """
+    paths = paths.astype(np.float64)
+    meeting = (paths[:-1, -1] + paths[1:, 0]) / 2
+    at_start = np.concatenate([paths[:1, 0], meeting]) - paths[:, 0]
+    at_end = np.concatenate([meeting, paths[-1:, -1]]) - paths[:, -1]
+    ramp = np.linspace(0, 1, paths.shape[1])[:, None]
+    paths = paths + (1 - ramp) * at_start[:, None] + ramp * at_end[:, None]
+    unit = np.clip(np.searchsorted(bounds, times, side="right") - 1, 0, len(paths) - 1)
+    place = (times - bounds[unit]) / (bounds[unit + 1] - bounds[unit]) * (paths.shape[1] - 1)
+    point = np.clip(place.astype(np.int64), 0, paths.shape[1] - 2)
+    lower, upper = paths[unit, point], paths[unit, point + 1]
+    return np.asarray(lower + (upper - lower) * (place - point)[:, None], np.float32)
+
+
+REGRESSOR = Units

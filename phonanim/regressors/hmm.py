@@ -1,0 +1,201 @@
+"""Hidden Markov models as in HTS (Zen et al. 2007; Taylor 2017, section 8.1).
+
+Every phone in its quinphone context is a left-to-right model of five states, one Gaussian each over the
+modes and their first and second differences. Decision trees that ask about the five phones tie the states
+(Odell 1995). The alignment says how long a phone lasts, a sixth tree how its states share that time
+(Yoshimura et al. 1998), and the motion is the likeliest trajectory under both modes and differences
+(Tokuda et al. 2000).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.audio import Sound
+from phonanim.errors import MissingExtraError
+from phonanim.inventory import INVENTORY, N_PHONES
+from phonanim.phones import PhoneTrack
+from phonanim.regressors import Driver, Examples, Progress, Tensors
+
+Array = NDArray[np.float64]
+LEAF = -1  # in `question`
+CONTEXT = 2  # phones on either side
+# Weights of the frames before, at and after: the value, its first and its second difference.
+WINDOWS = np.array([[0.0, 1.0, 0.0], [-0.5, 0.0, 0.5], [1.0, -2.0, 1.0]])
+NODES = ("roots", "question", "yes", "no")
+LEAVES = ("means", "variances", "shares", "share_variances")
+QUESTIONS = ("place", "members")
+
+
+@dataclass(frozen=True)
+class Config:
+    """`rate` is the models' frames a second: five states need more of them than a camera delivers.
+
+    A node is split when both sides keep `leaf` frames and the likelihood grows by more than `mdl` times
+    the minimum description length of another Gaussian (Shinoda and Watanabe 2000); `mdl` above 1 allows
+    for neighbouring frames that tell little new. `alignments` counts the Viterbi passes.
+    """
+
+    states: int = 5
+    rate: float = 200.0
+    leaf: int = 50
+    mdl: float = 1.0
+    alignments: int = 2
+
+
+@dataclass(frozen=True)
+class Trees:
+    """One tree for each state and one for durations, all nodes end to end; `roots` (states + 1,).
+
+    A node's `question` is a row of `place` (questions,), which of the five phones is asked about, and
+    `members` (questions, 41), the phones for which the answer is yes; it leads to the node `yes` or
+    `no`. Where `question` is LEAF, `yes` is a row of `means` and `variances` (leaves, 3, modes) or, in
+    the last tree, of `shares` and `share_variances` (leaves, states), in seconds.
+    """
+
+    config: Config
+    roots: NDArray[np.int32]
+    question: NDArray[np.int32]
+    yes: NDArray[np.int32]
+    no: NDArray[np.int32]
+    place: NDArray[np.int8]
+    members: NDArray[np.uint8]
+    means: NDArray[np.float32]
+    variances: NDArray[np.float32]
+    shares: NDArray[np.float32]
+    share_variances: NDArray[np.float32]
+
+    driven_by: ClassVar[Driver] = "phones"
+    config_class: ClassVar[type] = Config
+
+    def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:
+        """Modes at instants, (times,) seconds -> (times, modes); linear between the models' frames."""
+        leaves, bounds = self.states(track)
+        frames = np.arange(int(np.ceil(track.duration * self.config.rate)) + 1)
+        state = np.searchsorted(bounds, frames / self.config.rate, side="right") - 1
+        leaf = leaves[np.clip(state, 0, len(leaves) - 1)]
+        path = trajectory(self.means[leaf].astype(np.float64), 1 / self.variances[leaf].astype(np.float64))
+        place = np.clip(times * self.config.rate, 0, frames[-1])
+        return np.asarray(np.stack([np.interp(place, frames, m) for m in path.T], axis=1), np.float32)
+
+    def states(self, track: PhoneTrack) -> tuple[NDArray[np.int64], Array]:
+        """Leaf of every state of a track, (segments * states,), and their bounds in seconds, one more."""
+        asked = answers(quinphones(track.codes), self.place, self.members)
+        leaves = np.stack([self.descend(root, asked) for root in self.roots[:-1]], axis=1)
+        last = self.descend(self.roots[-1], asked)
+        shares = share_out(self.shares[last], self.share_variances[last], np.diff(track.bounds))
+        inner = track.bounds[:-1, None] + np.cumsum(shares, axis=1)
+        inner[:, -1] = track.bounds[1:]
+        return leaves.ravel(), np.concatenate([track.bounds[:1], inner.ravel()])
+
+    def descend(self, root: int, asked: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Leaf that answers (rows, questions) lead to, (rows,)."""
+        node = np.full(len(asked), root, np.int64)
+        going = np.flatnonzero(self.question[node] != LEAF)
+        while len(going):
+            at = node[going]
+            node[going] = np.where(asked[going, self.question[at]], self.yes[at], self.no[at])
+            going = going[self.question[node[going]] != LEAF]
+        return self.yes[node].astype(np.int64)
+
+    def tensors(self) -> Tensors:
+        """The trees, what they ask, and their leaves, by name."""
+        return {name: getattr(self, name) for name in (*NODES, *QUESTIONS, *LEAVES)}
+
+    @classmethod
+    def from_tensors(cls, config: Any, tensors: Tensors) -> Trees:
+        """Raises ValueError when a node points nowhere, or the trees are not one for each state."""
+        trees = cls(config, **{name: tensors[name] for name in (*NODES, *QUESTIONS, *LEAVES)})
+        if len(trees.roots) != config.states + 1 or trees.shares.shape[1] != config.states:
+            raise ValueError(f"there are {len(trees.roots)} trees for {config.states} states")
+        inner = trees.question != LEAF
+        children = np.stack([trees.yes, trees.no])[:, inner]
+        # Children lie behind their parents, so that every walk ends.
+        if (children <= np.flatnonzero(inner)).any() or (children >= len(inner)).any():
+            raise ValueError("a node points outside its tree")
+        if (trees.yes[~inner] < 0).any() or (
+            trees.yes[~inner] >= max(map(len, (trees.means, trees.shares)))
+        ).any():
+            raise ValueError("a node points to a leaf that is not there")
+        return trees
+
+    @classmethod
+    def fit(
+        cls, config: Any, train: Examples, validation: Examples, rng: np.random.Generator, progress: Progress
+    ) -> Trees:
+        """Align and cluster in turn; neither `validation` nor chance is needed."""
+        from phonanim.regressors._hmm import fit_trees
+
+        return cls(config, **fit_trees(config, train, progress))
+
+
+def questions() -> tuple[NDArray[np.int8], NDArray[np.uint8]]:
+    """Everything that can be asked: is the phone at a place this one, or of this attribute class?
+
+    Places (questions,) from 0, two phones before, to 4; members (questions, 41).
+    """
+    classes = np.vstack([np.eye(N_PHONES, dtype=np.uint8), INVENTORY.attributes.T.astype(np.uint8)])
+    classes = np.unique(classes[classes.any(axis=1) & ~classes.all(axis=1)], axis=0)
+    places = np.arange(2 * CONTEXT + 1, dtype=np.int8)
+    return np.repeat(places, len(classes)), np.tile(classes, (len(places), 1))
+
+
+def quinphones(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Each phone between its neighbours, (segments,) -> (segments, 5); silence lies beyond the ends."""
+    silence = np.full(CONTEXT, INVENTORY.code("sil"), np.uint8)
+    whole = np.concatenate([silence, codes, silence])
+    return np.lib.stride_tricks.sliding_window_view(whole, 2 * CONTEXT + 1)
+
+
+def answers(
+    contexts: NDArray[np.uint8], place: NDArray[np.int8], members: NDArray[np.uint8]
+) -> NDArray[np.bool_]:
+    """What quinphones (rows, 5) answer to every question, (rows, questions)."""
+    return members[np.arange(len(members)), contexts[:, place]].astype(bool)
+
+
+def share_out(
+    means: NDArray[np.floating], variances: NDArray[np.floating], lengths: Array
+) -> NDArray[np.float64]:
+    """The likeliest durations of the states of phones with some lengths, all seconds -> (phones, states).
+
+    d = m + rho v with rho so that they sum to the phone's length (Yoshimura et al. 1998, equation 4).
+    """
+    rho = (lengths - means.sum(axis=1)) / variances.sum(axis=1)
+    shares = np.maximum(means + rho[:, None] * variances, 0.02 * lengths[:, None])
+    return np.asarray(shares * (lengths / shares.sum(axis=1))[:, None], np.float64)
+
+
+def trajectory(means: Array, precisions: Array) -> Array:
+    """The likeliest path under Gaussians of value and differences, (frames, 3, modes) -> (frames, modes).
+
+    Solves W'PW c = W'P m (Tokuda et al. 2000, equation 10), five-banded, mode by mode. Differences that
+    would reach beyond the ends do not count. Raises MissingExtraError.
+    """
+    try:
+        from scipy.linalg import solveh_banded
+    except ImportError as error:
+        raise MissingExtraError(
+            "models of kind hmm need SciPy; install it with pip install 'phonanim[train]'"
+        ) from error
+    frames, _, modes = means.shape
+    precisions = precisions.copy()
+    precisions[[0, -1], 1:] = 0
+    bands = np.zeros((3, frames + 2, modes))  # of W'PW below the diagonal, one frame beyond either end
+    right = np.zeros((frames + 2, modes))
+    for weights, mean, precision in zip(
+        WINDOWS, means.swapaxes(0, 1), precisions.swapaxes(0, 1), strict=True
+    ):
+        for i, left in enumerate(weights):
+            right[i : frames + i] += left * precision * mean
+            for j in range(i, 3):
+                bands[j - i, i : frames + i] += left * weights[j] * precision
+    bands, right = bands[:, 1:-1], right[1:-1]
+    return np.stack([solveh_banded(bands[..., m], right[:, m], lower=True) for m in range(modes)], axis=1)
+
+
+REGRESSOR = Trees
