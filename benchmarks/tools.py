@@ -20,7 +20,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -112,10 +112,11 @@ def main() -> None:
 
 
 def set_up(model: str) -> Stage:
-    """The shipped head with the reference face of a model."""
+    """The shipped head with the reference face of a model, moved by the rig's controls alone."""
     face, rig = load_model(model).face, load_rig("arkit")
-    spots = read_landmarks(rig.landmarks)
-    head = load_head(rig.head)
+    spots, head = read_landmarks(rig.landmarks), load_head(rig.head)
+    rows = [head.targets.index(control) for control in rig.controls]
+    head = replace(head, targets=rig.controls, deltas=head.deltas[rows])
     return Stage(
         face, rig, make_puppet(head, spots, face), straightened(head, spots, face), head_masks()["lips"]
     )
