@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from phonanim.alignment import Interval
-from phonanim.corpus import Corpus
 from phonanim.audio import Sound
+from phonanim.corpus import Corpus
 from phonanim.face import INNER_LIPS, OUTER_LIPS, FaceModel, fit_face
 from phonanim.inventory import INVENTORY
 from phonanim.phones import PhoneTrack
