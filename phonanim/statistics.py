@@ -8,6 +8,7 @@ Resampling and exchanging then work on rows, and stay exact for any measure.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from fractions import Fraction
 from math import comb
 
 import numpy as np
@@ -119,5 +120,6 @@ def binomial_test(successes: int, trials: int, chance: float = 0.5) -> float:
     """
     if not 0 <= successes <= trials:
         raise ValueError(f"{successes} successes in {trials} trials")
-    likely = [comb(trials, k) * chance**k * (1 - chance) ** (trials - k) for k in range(trials + 1)]
-    return min(1.0, sum(p for p in likely if p <= likely[successes] * (1 + 1e-9)))
+    exact = Fraction(chance)
+    likely = [comb(trials, k) * exact**k * (1 - exact) ** (trials - k) for k in range(trials + 1)]
+    return float(min(1, sum(p for p in likely if p <= likely[successes])))

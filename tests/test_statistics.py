@@ -84,5 +84,7 @@ def test_sign_test_by_hand() -> None:
 def test_binomial_test_by_hand() -> None:
     assert st.binomial_test(0, 5) == pytest.approx(2 / 32)
     assert st.binomial_test(2, 2, 0.25) == pytest.approx(1 / 16)
+    assert st.binomial_test(600, 1200) == 1.0
+    assert st.binomial_test(560, 1200) == pytest.approx(st.sign_test(560, 640))
     with pytest.raises(ValueError, match="6 successes in 5 trials"):
         st.binomial_test(6, 5)
