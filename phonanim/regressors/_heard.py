@@ -89,8 +89,7 @@ class Heard:
             raise ModelError("an audio-driven model needs a recording")
         features = self.hear(sound, track)
         grid = step_times(sound.duration, self.config.rate)
-        found = np.concatenate([self._stretch(features, grid, begin) for begin in self._begins(grid)])
-        return _between(found, (times - grid[0]) * self.config.rate)
+        return _between(self.decoded(features, grid), (times - grid[0]) * self.config.rate)
 
     def hear(self, sound: Sound, track: PhoneTrack | None = None) -> Features:
         """Features of a sound, by the encoder that the model learned from."""
@@ -112,8 +111,10 @@ class Heard:
         """How much of each layer is heard, (layers,), sum 1 (Medina 2023, eq. 4.14)."""
         return softmax(self.mix)
 
-    def _begins(self, grid: Array) -> range:
-        return range(0, len(grid), round(CHUNK * self.config.rate))
+    def decoded(self, features: Features, grid: Array) -> Floats:
+        """Modes at steps, (steps,) seconds of `step_times` -> (steps, modes)."""
+        begins = range(0, len(grid), round(CHUNK * self.config.rate))
+        return np.concatenate([self._stretch(features, grid, begin) for begin in begins])
 
     def _stretch(self, features: Features, grid: Array, begin: int) -> Floats:
         """Modes of one stretch of steps, decoded with what is around it; memory stays bounded."""
