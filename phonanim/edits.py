@@ -74,7 +74,7 @@ def diff(
     _check_pair(base, edited)
     margin = max(round(fade * base.fps), 1)
     found = []
-    for channel in base.channels:
+    for channel in (name for name in base.channels if name in edited.channels):
         before = base.channel(channel).astype(np.float64)
         after = _at(edited, channel, len(before), base.fps)
         curve = after - before if kind == "offset" else after
@@ -106,7 +106,7 @@ def apply(animation: Animation, edits: Edits, rig: Rig) -> tuple[Animation, tupl
 
 
 def _check_pair(base: Animation, edited: Animation) -> None:
-    if odd := sorted(set(base.channels) ^ _moving(base, edited)):
+    if odd := sorted(_moving(base, edited) | _moving(edited, base)):
         raise OptionError(f"only one of the two animations has {odd[0]}; compare two of the same rig")
     lengths = [(len(one.values) - 1) / one.fps for one in (base, edited)]
     if abs(lengths[0] - lengths[1]) > 1 / min(base.fps, edited.fps):
@@ -116,9 +116,11 @@ def _check_pair(base: Animation, edited: Animation) -> None:
         )
 
 
-def _moving(base: Animation, edited: Animation) -> set[str]:
-    """The channels of the edited line, without those that its format alone has: they stand at 0."""
-    return {name for name in edited.channels if name in base.channels or edited.channel(name).any()}
+def _moving(animation: Animation, other: Animation) -> set[str]:
+    """The channels that an animation alone has and moves; what a format or a mesh lacks stands at 0."""
+    return {
+        name for name in animation.channels if name not in other.channels and animation.channel(name).any()
+    }
 
 
 def _at(animation: Animation, channel: str, frames: int, fps: float) -> Array:

@@ -42,7 +42,7 @@ def test_one_animation_with_names_times_and_labels(spoken):
     (channel,), (sampler,) = animation["channels"], animation["samplers"]
     assert channel["target"] == {"node": 0, "path": "weights"}
     np.testing.assert_allclose(glb.accessor(sampler["input"])[:, 0], line().times, atol=1e-6)
-    weights = glb.accessor(sampler["output"]).reshape(61, 52)
+    weights = glb.accessor(sampler["output"]).reshape(61, len(load_head().targets))
     names = glb.tree["meshes"][0]["extras"]["targetNames"]
     np.testing.assert_array_equal(weights[:, names.index("jawOpen")], line().channel("jawOpen"))
     assert animation["extras"]["phones"][2] == ["ə", 0.2, 0.3]
@@ -105,7 +105,7 @@ def edited(path, keys, values, interpolation):
 def test_other_programs_keys(spoken):
     keys = np.array([0, 0.1, 0.2, 0.5])
     jaw = load_head().targets.index("jawOpen")
-    values = np.zeros((4, 52))
+    values = np.zeros((4, len(load_head().targets)))
     values[:, jaw] = [0, 1, 0, 0.6]
     edited(spoken, keys, values, "LINEAR")
     read = load(spoken)
@@ -113,7 +113,7 @@ def test_other_programs_keys(spoken):
     np.testing.assert_allclose(read.channel("jawOpen"), [0, 1, 0, 0.2, 0.4, 0.6], atol=1e-5)
     edited(spoken, keys, values, "STEP")
     np.testing.assert_allclose(load(spoken).channel("jawOpen"), [0, 1, 0, 0, 0, 0.6], atol=1e-5)
-    tangents = np.stack([np.zeros((4, 52)), values, np.zeros((4, 52))], axis=1)
+    tangents = np.stack([0 * values, values, 0 * values], axis=1)
     edited(spoken, keys, tangents, "CUBICSPLINE")
     eased = [0.6 * (3 - 2 * t) * t * t for t in (1 / 3, 2 / 3)]
     np.testing.assert_allclose(load(spoken).channel("jawOpen"), [0, 1, 0, *eased, 0.6], atol=1e-5)
@@ -150,3 +150,20 @@ def test_the_khronos_validator_finds_nothing(spoken, root):
 
 def test_the_json_is_plain(spoken):
     json.dumps(read_glb(spoken).tree, allow_nan=False)
+
+
+def test_an_animation_per_mesh_is_one(spoken, tmp_path):
+    """As Blender writes it: an action for every mesh, and a shorter one that was there before."""
+    glb = read_glb(spoken)
+    (entry,) = glb.tree["animations"]
+    (channel,) = entry["channels"]
+    node = glb.tree["nodes"][channel["target"]["node"]]
+    glb.tree["nodes"].append({**node, "name": "second"})
+    second = {**channel, "target": {**channel["target"], "node": len(glb.tree["nodes"]) - 1}}
+    apart = [{**entry, "channels": [one], "extras": {}} for one in (channel, second)]
+    glb.tree["animations"] = apart
+    path = tmp_path / "apart.glb"
+    path.write_bytes(glb_bytes(glb.tree, glb.binary))
+    again = load(path)
+    assert again.fps == 60
+    np.testing.assert_allclose(again.values, load(spoken).values)

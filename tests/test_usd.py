@@ -87,11 +87,48 @@ def test_stages_that_hold_no_animation(tmp_path):
         load(path)
 
 
+def test_numbered_weights_are_those_of_their_shapes(tmp_path):
+    """As Blender writes shapes that several meshes share: a weight for each, numbered, in one animation."""
+    path = tmp_path / "a.usda"
+    path.write_text(NUMBERED.format("0.5"))
+    again = load(path)
+    assert again.channels == ("jawOpen", "x1")
+    np.testing.assert_allclose(again.values, [[0, 1], [0.5, 1]])
+    path.write_text(NUMBERED.format("0.7"))
+    with pytest.raises(
+        OutputError, match=r"a\.usda: two of its meshes move jawOpen differently; key them alike"
+    ):
+        load(path)
+
+
 def test_rigs_that_the_head_does_not_know(tmp_path):
     with pytest.raises(RigError, match=r"the head has none of the channels x0, x1, x2, x3"):
         save(replace(line(), channels=tuple(f"x{i}" for i in range(52))), tmp_path / "a.usda")
 
 
+NUMBERED = """#usda 1.0
+def SkelAnimation "speech"
+{{
+    uniform token[] blendShapes = ["jawOpen", "jawOpen2", "x1"]
+    float[] blendShapeWeights.timeSamples = {{
+        0: [0, 0, 1],
+        1: [0.5, {}, 1],
+    }}
+}}
+def Mesh "teeth" (
+    prepend apiSchemas = ["SkelBindingAPI"]
+)
+{{
+    uniform token[] skel:blendShapes = ["jawOpen2", "x1"]
+    rel skel:blendShapeTargets = [</teeth/jawOpen>, </teeth/x1>]
+    def BlendShape "jawOpen"
+    {{
+    }}
+    def BlendShape "x1"
+    {{
+    }}
+}}
+"""
 LIMITED = """
 import resource, signal, sys
 sys.path[:0] = [{tests!r}, {root!r}]

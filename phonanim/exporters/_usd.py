@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -58,7 +59,8 @@ def read_weights(path: Path) -> Weights:
 
 def _sampled(stage: Any, animation: Any, path: Path) -> Weights:
     """The weights at every whole time code between the first and the last sample."""
-    names = tuple(map(str, animation.GetBlendShapesAttr().Get() or ()))
+    known = _shape_names(stage)
+    names = tuple(known.get(str(name), str(name)) for name in animation.GetBlendShapesAttr().Get() or ())
     attribute = animation.GetBlendShapeWeightsAttr()
     times = attribute.GetTimeSamples()
     codes = np.arange(round(times[-1] - times[0]) + 1) + times[0]
@@ -70,3 +72,17 @@ def _sampled(stage: Any, animation: Any, path: Path) -> Weights:
     rate = float(stage.GetTimeCodesPerSecond())
     note = animation.GetPrim().GetCustomDataByKey("phonanim")
     return values, names, float(codes[0]) / rate, rate, json.loads(note) if note else {}
+
+
+def _shape_names(stage: Any) -> dict[str, str]:
+    """The shape that a weight moves, where weights were numbered (jawOpen2) because meshes share names."""
+    found = {}
+    for prim in stage.Traverse():
+        binding = library().UsdSkel.BindingAPI(prim)
+        tokens = binding.GetBlendShapesAttr().Get() or ()
+        for token, target in zip(
+            map(str, tokens), binding.GetBlendShapeTargetsRel().GetTargets(), strict=False
+        ):
+            if re.fullmatch(re.escape(target.name) + r"_?\d+", token):
+                found[token] = str(target.name)
+    return found

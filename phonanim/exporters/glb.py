@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from phonanim.morphs import Morphs, find_morphs, moving_morphs
 
 SUMMARY = "glTF binary: the shipped head, or your own character, speaking"
 FLOAT = 5126
+SPAN = 0.02  # seconds by which tracks of one animation may end apart
 DIFFERENT = 1e-3  # of full weight
 ROUNDING = 1e-6  # seconds: a key that is stored as float32 may lie this far after its frame
 
@@ -111,34 +113,62 @@ class Appended:
 def read(path: Path) -> Animation:
     """Read the last animation that moves morph targets, by their names.
 
-    Keys that lie on no regular grid are interpolated onto one. Raises RigError when the file is damaged,
-    OutputError when it has no such animation.
+    Programs that write an animation per mesh are understood: earlier ones of other meshes that last as long
+    belong to it. Keys that lie on no regular grid are interpolated onto one. Raises RigError when the file is
+    damaged, OutputError when it has no such animation or two meshes disagree.
     """
     glb = read_glb(path)
     morphs = {found.node: found for found in find_morphs(glb)}
+    tracks = _tracks(glb, morphs)
+    if not tracks:
+        raise OutputError(
+            f"{path}: has no animation of morph targets with names; export it with its shape keys"
+        )
+    return _animation(glb, tracks, morphs, path)
+
+
+@dataclass(frozen=True)
+class _Track:
+    """Weights of one node: the sampler, its keys in seconds, and what was noted beside its animation."""
+
+    node: int
+    sampler: dict[str, Any]
+    clock: NDArray[np.float64]
+    extras: dict[str, Any]
+
+
+def _tracks(glb: Glb, morphs: dict[int, Morphs]) -> list[_Track]:
+    """The last track of each node that lasts as long as the last one of all, in the order of the file."""
+    found: dict[int, _Track] = {}
     for entry in reversed(glb.tree.get("animations", [])):
-        tracks = [c for c in entry["channels"] if c["target"]["path"] == "weights"]
-        tracks = [c for c in tracks if c["target"].get("node") in morphs]
-        if tracks:
-            return _animation(glb, entry, tracks, morphs, path)
-    raise OutputError(f"{path}: has no animation of morph targets with names; export it with its shape keys")
+        extras = entry.get("extras", {}) if isinstance(entry.get("extras", {}), dict) else {}
+        for channel in entry["channels"]:
+            node = channel["target"].get("node")
+            if channel["target"]["path"] != "weights" or node not in morphs or node in found:
+                continue
+            sampler = entry["samplers"][channel["sampler"]]
+            track = _Track(node, sampler, glb.accessor(sampler["input"])[:, 0].astype(float), extras)
+            if all(_as_long(track, other) for other in found.values()):
+                found[node] = track
+    return list(found.values())
 
 
-def _animation(
-    glb: Glb, entry: dict[str, Any], tracks: list[dict[str, Any]], morphs: dict[int, Morphs], path: Path
-) -> Animation:
-    extras = entry.get("extras", {}) if isinstance(entry.get("extras", {}), dict) else {}
-    clock = glb.accessor(entry["samplers"][tracks[0]["sampler"]]["input"])[:, 0].astype(float)
+def _as_long(one: _Track, other: _Track) -> bool:
+    return bool(np.allclose(one.clock[[0, -1]], other.clock[[0, -1]], atol=SPAN))
+
+
+def _animation(glb: Glb, tracks: list[_Track], morphs: dict[int, Morphs], path: Path) -> Animation:
+    extras, clock = tracks[0].extras, max((track.clock for track in tracks), key=len)
     if len(clock) < 2 and "fps" not in extras:
         raise OutputError(f"{path}: its animation has one key alone, so there is no motion to read")
     fps = float(extras["fps"]) if "fps" in extras else rate_of(clock)
     grid = clock[0] + np.arange(round((clock[-1] - clock[0]) * fps) + 1) / fps
     curves: dict[str, NDArray[np.float64]] = {}
     for track in tracks:
-        names = morphs[track["target"]["node"]].names
-        sampled = _sampled(glb, entry["samplers"][track["sampler"]], len(names), grid)
+        names = morphs[track.node].names
+        sampled = _sampled(glb, track, len(names), grid)
         for name, curve in zip(names, sampled, strict=True):
-            curves[name] = _agreed(curves.get(name), curve, name, path)
+            curves[name] = agreed(curves.get(name), curve, name, path)
     return Animation(
         values=np.stack(list(curves.values()), axis=1).astype(np.float32),
         channels=tuple(curves),
@@ -152,22 +182,23 @@ def _animation(
     )
 
 
-def _agreed(
+def agreed(
     known: NDArray[np.float64] | None, curve: NDArray[np.float64], name: str, path: Path
 ) -> NDArray[np.float64]:
-    """The curve of a target that several meshes may have: the same in all that move it."""
+    """The curve of a target that several meshes have: one for all that move it. Raises OutputError."""
     if known is None or not known.any():
         return curve
     if curve.any() and np.abs(curve - known).max() > DIFFERENT:
         raise OutputError(
-            f"{path}: two of its meshes move {name} differently, so it has no one curve; rename one of them"
+            f"{path}: two of its meshes move {name} differently; "
+            "key them alike, or export the one that you changed by itself"
         )
     return known
 
 
-def _sampled(glb: Glb, sampler: dict[str, Any], count: int, grid: NDArray[np.float64]) -> NDArray[np.float64]:
+def _sampled(glb: Glb, track: _Track, count: int, grid: NDArray[np.float64]) -> NDArray[np.float64]:
     """(targets, frames): keys on a grid of seconds, by the sampler's own interpolation."""
-    keys = glb.accessor(sampler["input"])[:, 0].astype(float)
+    sampler, keys = track.sampler, track.clock
     values = glb.accessor(sampler["output"]).astype(float).reshape(len(keys), -1, count)
     interpolation = sampler.get("interpolation", "LINEAR")
     if interpolation == "LINEAR" and len(keys) == len(grid) and np.allclose(keys, grid, atol=1e-4):

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from phonanim.animation import Animation
 from phonanim.exporters._head import head_of
+from phonanim.exporters.glb import agreed
 from phonanim.exporters.json import intervals, spans
 from phonanim.files import write_text
 from phonanim.head import SHIPPED, Head, load_head
@@ -165,14 +166,17 @@ def stage_text(animation: Animation, character: Path = SHIPPED) -> str:
 def read(path: Path) -> Animation:
     """Read the blend shape weights of the first SkelAnimation that has any, in a stage of any writer.
 
-    Needs the extra `usd`. Raises OutputError when there is none, MissingExtraError.
+    Needs the extra `usd`. Raises OutputError when there is none or two meshes disagree, MissingExtraError.
     """
     from phonanim.exporters._usd import read_weights
 
     weights, names, start, fps, about = read_weights(path)
+    curves: dict[str, NDArray[np.float64]] = {}
+    for name, curve in zip(names, weights.T, strict=True):
+        curves[name] = agreed(curves.get(name), curve, name, path)
     return Animation(
-        values=weights.astype(np.float32),
-        channels=names,
+        values=np.stack(list(curves.values()), axis=1).astype(np.float32),
+        channels=tuple(curves),
         fps=fps,
         rig=str(about.get("rig", "arkit")),
         start=start,
