@@ -5,7 +5,8 @@
 Prints seconds, lines and frames per second, the processor time of each tenth of the lines (which other work
 on the machine hardly changes), and the most memory that all processes together held (shared pages count
 once). Then runs the first 300 lines undisturbed, and again
-with a SIGKILL to the whole process group at random moments, and compares every byte.
+with a SIGKILL to the whole process group at random moments, and compares every byte. Then the processor time
+of single lines of 4 seconds to 10 minutes, joined from the same files.
 """
 
 from __future__ import annotations
@@ -21,10 +22,22 @@ import tempfile
 import threading
 import time
 from itertools import pairwise
-from pathlib import Path
+from pathlib import Path, PurePosixPath
+
+from phonanim.threads import one_thread
+
+one_thread()  # before NumPy is imported, as in a worker
+
+from phonanim.alignment import Interval, read_alignment  # noqa: E402
+from phonanim.dubbing.job import Job  # noqa: E402
+from phonanim.dubbing.line import Line  # noqa: E402
+from phonanim.dubbing.make import make  # noqa: E402
+from phonanim.options import DEFAULTS  # noqa: E402
+from phonanim.textgrid import write_textgrid  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
 FEW = 300
+LENGTHS = (4, 10, 60, 600)  # seconds
 
 
 def start(source: Path, out: Path) -> subprocess.Popen[str]:
@@ -118,10 +131,40 @@ def killed(source: Path, folder: Path, kills: int) -> None:
     print(f"{kills} kills of a run of {wall:.1f} s while it ran: {verdict}")
 
 
+def joined(source: Path, seconds: float) -> list[Interval]:
+    """The phones of one file after the other, up to an instant."""
+    phones: list[Interval] = []
+    start = 0.0
+    for path in sorted(source.rglob("*.TextGrid")):
+        alignment = read_alignment(path)
+        phones += [Interval(one.label, one.start + start, one.end + start) for one in alignment.intervals]
+        start += alignment.duration
+        if start >= seconds:
+            break
+    return [phone for phone in phones if phone.end <= seconds]
+
+
+def lengths(source: Path, folder: Path) -> None:
+    """Processor time per second of speech, the best of three or more."""
+    for seconds in LENGTHS:
+        path = folder / f"{seconds}.TextGrid"
+        write_textgrid(path, {"phones": joined(source, seconds)}, seconds)
+        line = Line(str(seconds), "", path, None, DEFAULTS, PurePosixPath(str(seconds)))
+        laps = []
+        for _ in range(max(3, 100 // seconds)):
+            began = time.process_time()
+            error = make(Job(line, folder, ("csv",), None)).outcome.error
+            assert not error, error
+            laps.append(time.process_time() - began)
+        cost = 1000 * min(laps) / seconds
+        print(f"a line of {seconds} s: {cost:.1f} ms of processor time for each second of it")
+
+
 def main(source: Path, kills: int) -> None:
     with tempfile.TemporaryDirectory() as name:
         timed(source, Path(name) / "all")
         killed(source, Path(name), kills)
+        lengths(source, Path(name))
 
 
 if __name__ == "__main__":

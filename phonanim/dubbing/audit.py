@@ -50,7 +50,10 @@ def audit(lines: Lines, folder: Place) -> list[Finding]:
         raise OptionError(f"{folder}: there is no such folder; name the one with the outputs")
     ledger = read_ledger(folder)
     delivered = files_of(folder)
-    findings = [Finding("missing", fault.id, "", f"{fault.place}: {fault.message}") for fault in lines.faults]
+    findings = [
+        Finding("missing", fault.id, fault.language, f"{fault.place}: {fault.message}")
+        for fault in lines.faults
+    ]
     for line in lines.lines:
         files = delivered.pop(str(line.output), [])
         findings += _findings(line, files, ledger.get(line.id), folder)

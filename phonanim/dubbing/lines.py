@@ -28,6 +28,7 @@ class Fault:
     id: str
     place: str
     message: str
+    language: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +120,7 @@ def _checked(rows: Iterable[Row], root: Place, common: Common, empty: str) -> Li
             _first(names, same_file(line.output), row.place, f"the output {str(line.output)!r}")
             lines.append(line)
         except PhonanimError as error:
-            faults.append(Fault(id, row.place, str(error)))
+            faults.append(Fault(id, row.place, str(error), row.cells.get("language", "")))
     if not lines and not faults:
         raise OptionError(empty)
     return Lines(tuple(lines), tuple(faults))

@@ -19,7 +19,8 @@ from phonanim.options import Options, Overlay
 from phonanim.overlay import find_overlay
 from phonanim.rig.read import find_rig, read_document
 
-RIG_FILES = ("direct", "table", "head", "landmarks", "accents")  # the keys of a rig that name files beside it
+# The keys of a rig that name files beside it.
+RIG_FILES = ("direct", "table", "head", "landmarks", "accents", "tongue")
 
 
 def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
