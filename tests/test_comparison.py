@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 from speech import made_up_corpus
 
-from phonanim.comparison import tables
+from phonanim.comparison import tables, tools
 from phonanim.comparison.fit import at_hand
 from phonanim.comparison.folds import folds
 from phonanim.comparison.plan import read_plan
@@ -185,6 +185,24 @@ def test_what_is_wrong_in_a_plan(house: Path, change: tuple[str, str], message: 
     path.write_text(PLAN.replace(*change))
     with pytest.raises(ModelError, match=message):
         read_plan(path)
+
+
+def test_other_tools(tmp_path: Path) -> None:
+    clips = {f"clip{n}": {"vertex_error_mm": 1.0 + 0.01 * n, "aperture_r": None} for n in range(12)}
+    worse = {name: {**c, "vertex_error_mm": c["vertex_error_mm"] + 0.5} for name, c in clips.items()}
+    path = tmp_path / "tools.json"
+    path.write_text(json.dumps({"phonanim default": clips, "other": worse}))
+    rows = tools.table(tools.read_tools(path), seed=0)
+    column = rows[0].index("vertex error, mm")
+    assert rows[1][column].startswith("1.055 [1.0")
+    assert rows[2][column].startswith("1.555 [")
+    assert float(rows[2][column].partition("p ")[2]) < 0.01
+    assert rows[1][1] == ""
+    path.write_text('{"other": {}}')
+    with pytest.raises(ModelError, match=r"has no row 'phonanim default'; make it with benchmarks/tools.py"):
+        tools.read_tools(path)
+    with pytest.raises(ModelError, match="nothing.json: cannot be read"):
+        tools.read_tools(tmp_path / "nothing.json")
 
 
 def test_a_report_of_nothing(tmp_path: Path) -> None:

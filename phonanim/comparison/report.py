@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from phonanim.comparison import tables
+from phonanim.comparison import tables, tools
 from phonanim.comparison.figures import draw_all
 from phonanim.comparison.fit import corpus_at, face_of
 from phonanim.comparison.plan import Plan
@@ -113,7 +113,8 @@ def _cost(document: Document, plan: Plan) -> list[str]:
 def _tools(document: Document, plan: Plan) -> list[str]:
     if "tools" not in document:
         return []
-    return ["## Other tools, through the same head", plan.notes.get("tools", ""), document["tools"]]
+    rows = markdown(tools.table(document["tools"], document["seed"]))
+    return ["## Other tools, through the same head", plan.notes.get("tools", ""), rows]
 
 
 def _picture(name: str) -> str:

@@ -18,6 +18,7 @@ from phonanim.comparison.folds import Fold, folds
 from phonanim.comparison.plan import Plan
 from phonanim.comparison.scores import Scores, clip_scores
 from phonanim.comparison.sweeps import run_sweeps, sweep_jobs
+from phonanim.comparison.tools import read_tools
 from phonanim.corpus import Corpus
 from phonanim.face import FaceModel
 from phonanim.training import predict_clip
@@ -47,6 +48,8 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
     for number, name in enumerate(plan.models):
         document["models"][name] = _score_model(plan, name, found, work, corpus, face)
         progress("scoring", (number + 1) / len(plan.models))
+    if plan.tools is not None:
+        document["tools"] = read_tools(plan.tools)
     document["sweeps"] = run_sweeps(plan, corpus, face, work)
     return document
 

@@ -1,0 +1,74 @@
+"""Other tools through the same head: per clip values (benchmarks/tools.py) as a table with tests."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import ModelError
+from phonanim.statistics import bootstrap_interval, holm, mean_rows, paired_test
+
+Array = NDArray[np.float64]
+OURS = "phonanim default"
+COLUMNS = {
+    "aperture_r": "aperture r",
+    "aperture_r_speech": "in speech",
+    "width_r_speech": "width r in speech",
+    "vertex_error_mm": "vertex error, mm",
+    "lve_mm": "LVE, mm",
+    "pbm_gap_mm": "p b m gap, mm",
+    "lag_ms": "lag, ms",
+}
+TESTED = ("aperture_r_speech", "vertex_error_mm", "lve_mm")
+
+
+def read_tools(path: Path) -> dict[str, Any]:
+    """{tool: {clip: {measure: number or null}}}. Raises ModelError when the file is none of those."""
+    try:
+        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ModelError(f"{path}: cannot be read ({error}); make it with benchmarks/tools.py") from error
+    if OURS not in found:
+        raise ModelError(f"{path}: has no row {OURS!r}; make it with benchmarks/tools.py")
+    return found
+
+
+def table(tools: dict[str, Any], seed: int) -> list[list[str]]:
+    """Mean over clips with its 95 % interval for each tool; p of its difference from ours, Holm-corrected."""
+    others = [name for name in tools if name != OURS]
+    pairs = [(name, measure) for name in others for measure in TESTED]
+    p = dict(zip(pairs, holm([_p(tools, name, measure, seed) for name, measure in pairs]), strict=True))
+    rows = [["tool", *COLUMNS.values()]]
+    for name in tools:
+        cells = []
+        for measure in COLUMNS:
+            text = _cell(_values(tools, name, measure), seed)
+            chance = p.get((name, measure))
+            cells.append(text if chance is None or text == "" else f"{text}, p {chance:.4f}")
+        rows.append([name, *cells])
+    return rows
+
+
+def _values(tools: dict[str, Any], name: str, measure: str) -> Array:
+    return np.array([np.nan if c.get(measure) is None else c[measure] for c in tools[name].values()], float)
+
+
+def _cell(values: Array, seed: int) -> str:
+    known = values[np.isfinite(values)]
+    if len(known) == 0:
+        return ""
+    low, high = bootstrap_interval(mean_rows(known), np.random.default_rng(seed))
+    return f"{known.mean():.3f} [{low:.3f}, {high:.3f}]"
+
+
+def _p(tools: dict[str, Any], name: str, measure: str, seed: int) -> float:
+    ours, theirs = _values(tools, OURS, measure), _values(tools, name, measure)
+    both = np.isfinite(ours) & np.isfinite(theirs)
+    if not both.any():
+        return 1.0
+    rng = np.random.default_rng(seed)
+    return paired_test(mean_rows(ours[both]), mean_rows(theirs[both]), rng)
