@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -28,3 +30,26 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no data in {folder}: set PHONANIM_DATA to the folder that holds grid_s1")
     return folder
+
+
+@pytest.fixture
+def bucket(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """The file system of an S3 server on this machine with a bucket `show`; skips without moto and s3fs."""
+    servers = pytest.importorskip("moto.server", reason="needs moto[server] and s3fs")
+    pytest.importorskip("s3fs", reason="needs moto[server] and s3fs")
+    import fsspec
+
+    server = servers.ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
+    server.start()
+    monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://127.0.0.1:{server.get_host_and_port()[1]}")
+    for name, value in {
+        "ACCESS_KEY_ID": "x",
+        "SECRET_ACCESS_KEY": "x",
+        "DEFAULT_REGION": "us-east-1",
+    }.items():
+        monkeypatch.setenv(f"AWS_{name}", value)
+    storage = fsspec.filesystem("s3", skip_instance_cache=True, use_listings_cache=False)
+    storage.mkdir("show")
+    yield storage
+    storage.rm("show", recursive=True)
+    server.stop()

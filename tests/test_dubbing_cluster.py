@@ -22,7 +22,11 @@ def start(module, root, *arguments):
     command = [sys.executable, "-m", f"distributed.cli.{module}", *arguments]
     return subprocess.Popen(
         command,
-        env={**os.environ, "PYTHONPATH": str(root), "OPENBLAS_NUM_THREADS": "1"},
+        env={
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join([str(root), *sys.path]),
+            "OPENBLAS_NUM_THREADS": "1",
+        },
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         start_new_session=True,
@@ -101,6 +105,16 @@ def test_a_worker_that_is_killed_costs_nothing(cluster, lines, tmp_path):
     assert batch("calm", "--workers", "1") == 0
     assert outputs(tmp_path / "out") == outputs(tmp_path / "calm")
     assert (tmp_path / "out/ledger.jsonl").read_bytes() == (tmp_path / "calm/ledger.jsonl").read_bytes()
+
+
+@pytest.mark.slow
+def test_lines_in_a_bucket_on_a_cluster(lines, bucket, cluster):
+    bucket.put(str(lines), "show/lines", recursive=True)
+    options = ["--engine", "dask", "--scheduler", cluster[0]]
+    assert run(["batch", "s3://show/lines", "-o", "s3://show/out", "-q", *options]) == 0
+    assert batch("out", "--workers", "1") == 0
+    there = {path.rpartition("/")[2]: bucket.cat_file(path) for path in bucket.glob("show/out/*.csv")}
+    assert there == outputs(lines.parent / "out")
 
 
 @pytest.mark.slow

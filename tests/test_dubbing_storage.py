@@ -165,7 +165,9 @@ def test_a_run_that_was_killed_goes_on(memory, monkeypatch):
 
     with pytest.raises(KeyboardInterrupt):
         run(lines, target, ("csv",), killed)
-    assert len(memory.find("/show/out/ledger.parts")) == 2
+    assert (
+        len(memory.find("/show/out/ledger.parts")) == 3
+    )  # the first one only tried whether it can be written
     assert set(read_ledger(target)) == {"a", "b"}
     told = []
     run(lines, target, ("csv",), inline, told.append)
@@ -263,6 +265,13 @@ def test_what_a_storage_says_is_one_line(memory, monkeypatch):
         place("memory://x/y").unlink()
 
 
+def test_storage_that_cannot_be_written_shows_before_the_first_line(memory, monkeypatch):
+    monkeypatch.setattr(type(memory), "pipe_file", refuse)
+    lines = read_lines("memory://show/lines", COMMON)
+    with pytest.raises(OutputError, match="ledger.parts/.*: cannot be written: no, and again no$"):
+        run(lines, place("memory://show/out"), ("csv",), refuse)
+
+
 def refuse(*arguments, **options):
     raise RuntimeError("no,\n  and again no")
 
@@ -316,31 +325,8 @@ def test_lines_of_a_web_server(web, lines, tmp_path, monkeypatch, root):
     assert web_made[NAME] == made[NAME]
 
 
-@pytest.fixture
-def bucket(lines, monkeypatch):
-    """A bucket of an S3 server of this machine, with the lines."""
-    server_of = pytest.importorskip("moto.server")
-    pytest.importorskip("s3fs")
-    import fsspec
-
-    server = server_of.ThreadedMotoServer(ip_address="127.0.0.1", port=0)
-    server.start()
-    port = server.get_host_and_port()[1]
-    for name, value in {
-        "AWS_ENDPOINT_URL": f"http://127.0.0.1:{port}",
-        "AWS_ACCESS_KEY_ID": "x",
-        "AWS_SECRET_ACCESS_KEY": "x",
-        "AWS_DEFAULT_REGION": "us-east-1",
-    }.items():
-        monkeypatch.setenv(name, value)
-    storage = fsspec.filesystem("s3", skip_instance_cache=True)
-    storage.mkdir("show")
-    storage.put(str(lines), "show/lines", recursive=True)
-    yield storage
-    server.stop()
-
-
 def test_lines_in_a_bucket(bucket, lines, tmp_path, monkeypatch, root, capsys):
+    bucket.put(str(lines), "show/lines", recursive=True)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(root), *sys.path]))
     options = ["--fps", "25", "--workers", "2", "-q"]
     assert phonanim(["batch", "s3://show/lines", "-o", "s3://show/out", *options]) == 0

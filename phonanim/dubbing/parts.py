@@ -39,6 +39,7 @@ def recording(folder: Remote) -> Iterator[Callable[[Outcome], None]]:
     """A function that takes outcomes, which become a part every few seconds and at the end."""
     waiting: list[Outcome] = []
     last = time.monotonic()
+    _write(folder, waiting)  # storage that cannot be written shows before the first line is made
 
     def record(outcome: Outcome) -> None:
         nonlocal last
@@ -50,15 +51,15 @@ def recording(folder: Remote) -> Iterator[Callable[[Outcome], None]]:
     try:
         yield record
     finally:
-        _write(folder, waiting)
+        if waiting:
+            _write(folder, waiting)
 
 
 def _write(folder: Remote, waiting: list[Outcome]) -> None:
     """Make a part of what waits. Its name sorts by time, and is no other run's."""
-    if waiting:
-        name = PurePosixPath(FOLDER, f"{time.time_ns():020}-{secrets.token_hex(4)}.jsonl")
-        (folder / name).write_bytes("".join(map(encode, waiting)).encode("utf-8"))
-        waiting.clear()
+    name = PurePosixPath(FOLDER, f"{time.time_ns():020}-{secrets.token_hex(4)}.jsonl")
+    (folder / name).write_bytes("".join(map(encode, waiting)).encode("utf-8"))
+    waiting.clear()
 
 
 def _parts(folder: Remote) -> list[Remote]:
