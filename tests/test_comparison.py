@@ -135,7 +135,7 @@ def test_a_trained_model_may_be_compared_as_it_is(house: Path, report: str, tmp_
         text.replace('"corpus"', f'"{house}/corpus"').replace("mean.toml", str(house / "mean.toml"))
     )
     document = compare(read_plan(tmp_path / "plan.toml"), tmp_path / "work", 1)
-    whole = json.loads((house / "out/benchmark.json").read_text())
+    whole = json.loads((house / "out/benchmark/benchmark.json").read_text())
     scores = document["models"]["tree"]["scores"]["raw"]
     assert scores == {
         k: v for k, v in whole["models"]["tree"]["scores"]["raw"].items() if k.startswith("test/")

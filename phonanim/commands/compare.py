@@ -17,7 +17,7 @@ from phonanim.commands import Talk, talk_options
     type=click.Path(file_okay=False, path_type=Path),
     default=Path("comparison"),
     show_default=True,
-    help="Folder for benchmark.md, benchmark.json and the figures.",
+    help="Folder for benchmark.md; its data and figures go to benchmark/ in it.",
 )
 @click.option(
     "--work",
@@ -36,8 +36,8 @@ def command(
 
     \b
     Examples:
-      phonanim compare benchmarks/compare.toml -o docs/benchmark --work work/compare
-      phonanim compare benchmarks/compare.toml -o docs/benchmark --report-only
+      phonanim compare benchmarks/compare.toml -o docs --work work/compare
+      phonanim compare benchmarks/compare.toml -o docs --report-only
     """
     from phonanim.threads import one_thread
 
@@ -58,4 +58,4 @@ def command(
         write_document(document, output)
     written = write_report(document, found, output)
     talk.say(f"wrote {written}")
-    talk.result({"report": str(written), "json": str(output / "benchmark.json")})
+    talk.result({"report": str(written), "json": str(output / "benchmark" / "benchmark.json")})

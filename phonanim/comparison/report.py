@@ -16,6 +16,7 @@ from phonanim.errors import ModelError
 from phonanim.files import write_text
 
 Document = dict[str, Any]
+DATA = "benchmark"
 ERRORS = ("parameter_mse", "shape_mse", "vertex_error", "lip_error")
 CURVES = ("aperture_r", "width_r", "speed_error", "pbm_gap")
 TESTED = ("parameter_mse", "shape_mse", "aperture_r", "width_r")
@@ -23,16 +24,16 @@ SHORT = ("shape_mse", "aperture_r", "width_r")
 
 
 def write_document(document: Document, folder: Path) -> Path:
-    """benchmark.json: every sum of every clip, so that any statistic can be made of it."""
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "benchmark.json"
+    """benchmark/benchmark.json: every sum of every clip, so that any statistic can be made of it."""
+    path = folder / DATA / "benchmark.json"
+    path.parent.mkdir(parents=True, exist_ok=True)
     write_text(path, json.dumps(document, separators=(",", ":")) + "\n")
     return path
 
 
 def read_document(folder: Path) -> Document:
     """The document that `write_document` wrote. Raises ModelError when it is not there."""
-    path = folder / "benchmark.json"
+    path = folder / DATA / "benchmark.json"
     try:
         found: Document = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
@@ -41,11 +42,11 @@ def read_document(folder: Path) -> Document:
 
 
 def write_report(document: Document, plan: Plan, folder: Path) -> Path:
-    """Write benchmark.md with its figures into a folder."""
+    """Write benchmark.md into a folder, and its figures into benchmark/ beside it."""
     corpus, face = corpus_at(plan.corpus), face_of(plan.corpus)
     clip = corpus.clips.index(document["folds"]["test"]["clips"][0])
     captured = face.project(corpus.landmarks[corpus.rows([clip])])[:, 0]
-    figures = draw_all(document, face, corpus.fps, captured, "raw", folder / "figures")
+    figures = draw_all(document, face, corpus.fps, captured, "raw", folder / DATA)
     parts = [_opening(document), *_test(document, plan), *_generalization(document, plan)]
     parts += [*_sweeps(document, plan), *_cost(document, plan), *_tools(document, plan)]
     parts += [_picture(name) for name in ("first_mode", "heat") if f"{name}.png" in figures]
@@ -62,7 +63,7 @@ def _opening(document: Document) -> str:
         f"{len(folds['test']['clips'])} test clips of {corpus['source']}. Square brackets hold 95 % "
         "intervals by bootstrap over sentences; p values are of paired permutation tests over sentences, "
         "Holm-corrected within a table, in parentheses where they do not reach 0.05. "
-        "The measures are explained in [evaluation.md](../evaluation.md)."
+        "The measures are those of `phonanim evaluate`; all sums are in benchmark/benchmark.json."
     )
 
 
@@ -118,4 +119,4 @@ def _tools(document: Document, plan: Plan) -> list[str]:
 
 
 def _picture(name: str) -> str:
-    return f"![{name.replace('_', ' ')}](figures/{name}.png)"
+    return f"![{name.replace('_', ' ')}]({DATA}/{name}.png)"

@@ -114,9 +114,14 @@ def _score_fold(
             chosen = where(corpus, clip)
             rows[name].append(clip_scores(shapes, captured, face, corpus.tracks[clip], corpus.fps, chosen))
     return {
-        f"{fold.name}/{name}": {measure: [r[measure].tolist() for r in clips] for measure in clips[0]}
+        f"{fold.name}/{name}": {measure: [_short(r[measure]) for r in clips] for measure in clips[0]}
         for name, clips in rows.items()
     }
+
+
+def _short(sums: NDArray[np.float64]) -> list[float]:
+    """Nine significant digits: enough for any statistic of them, and half the file."""
+    return [float(f"{number:.9g}") for number in sums]
 
 
 def with_contacts(
