@@ -233,11 +233,29 @@ def load_appearance(folder: Path) -> AppearanceModel:
         tensors = load_file(folder / "appearance.safetensors")
         if facts["format"] != FORMAT:
             raise ValueError(f"format {facts['format']}, not {FORMAT}")
-        return _from_tensors(tensors, facts)
+        return _checked(_from_tensors(tensors, facts))
     except (OSError, ValueError, KeyError, SafetensorError) as error:
         raise ModelError(
             f"{folder}: is no appearance model ({error}); make one with `phonanim corpus appearance`"
         ) from error
+
+
+def _checked(model: AppearanceModel) -> AppearanceModel:
+    """The model itself. Raises ValueError where its parts do not fit each other, or are not finite."""
+    n_parts = len(model.face.std) + len(model.outer.std) + len(model.inner.std)
+    n_pixels, n_modes = len(model.mesh.pixels), len(model.face.std)
+    agree = (
+        model.basis.shape == (len(model.std), n_parts),
+        model.slopes.shape == (n_modes, n_pixels, 3),
+        model.mesh.corners.shape == model.mesh.weights.shape == (n_pixels, 3),
+        len(model.outer.place) + len(model.inner.place) == n_pixels,
+        len(model.rows) == len(model.mesh.reference) <= len(model.face.mean),
+    )
+    if not all(agree):
+        raise ValueError("its shapes do not agree")
+    if not all(np.isfinite(part).all() for part in _tensors(model).values()):
+        raise ValueError("it holds numbers that are not finite")
+    return model
 
 
 def _tensors(model: AppearanceModel) -> dict[str, NDArray[Any]]:

@@ -240,9 +240,9 @@ def summary(report: Report) -> list[str]:
     """The report for readers: a line per clip, what to know of it, and the films that were left out."""
     lines = ["clip                     frames  bridged  pupils px  jitter mm  turn deg  phones"]
     for clip in report.clips:
-        worth = clip.quality
+        worth, n_frames, n_bridged = clip.quality, len(clip.track.landmarks), len(clip.track.rejected)
         lines.append(
-            f"{clip.name:24} {len(clip.track.landmarks):6} {len(clip.track.rejected):8} {worth.pupils_px:10.1f} "
+            f"{clip.name:24} {n_frames:6} {n_bridged:8} {worth.pupils_px:10.1f} "
             f"{worth.jitter_mm:10.2f} {worth.turn_deg:9.1f} {clip.phones:7}"
         )
         lines += [f"  {warning}" for warning in worth.warnings()]
