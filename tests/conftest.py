@@ -32,24 +32,26 @@ def shared_data() -> Path:
     return folder
 
 
-@pytest.fixture
-def bucket(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    """The file system of an S3 server on this machine with a bucket `show`; skips without moto and s3fs."""
+@pytest.fixture(scope="session")
+def s3() -> Iterator[Any]:
+    """The file system of an S3 server on this machine; skips without moto and s3fs."""
     servers = pytest.importorskip("moto.server", reason="needs moto[server] and s3fs")
     pytest.importorskip("s3fs", reason="needs moto[server] and s3fs")
     import fsspec
 
     server = servers.ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
     server.start()
-    monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://127.0.0.1:{server.get_host_and_port()[1]}")
-    for name, value in {
-        "ACCESS_KEY_ID": "x",
-        "SECRET_ACCESS_KEY": "x",
-        "DEFAULT_REGION": "us-east-1",
-    }.items():
-        monkeypatch.setenv(f"AWS_{name}", value)
-    storage = fsspec.filesystem("s3", skip_instance_cache=True, use_listings_cache=False)
-    storage.mkdir("show")
-    yield storage
-    storage.rm("show", recursive=True)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("AWS_ENDPOINT_URL", f"http://127.0.0.1:{server.get_host_and_port()[1]}")
+        for name, value in {"ACCESS_KEY_ID": "x", "SECRET_ACCESS_KEY": "x"}.items():
+            patch.setenv(f"AWS_{name}", value)
+        yield fsspec.filesystem("s3", use_listings_cache=False)
     server.stop()
+
+
+@pytest.fixture
+def bucket(s3: Any) -> Iterator[Any]:
+    """The same with an empty bucket `show`."""
+    s3.mkdir("show")
+    yield s3
+    s3.rm("show", recursive=True)
