@@ -6,6 +6,7 @@ on import, and cubic spans with the curve's own slopes needed no fewer keys on a
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,7 +61,9 @@ def reduce_curve(curve: NDArray[np.floating], tolerance: float) -> Keys:
     error = _largest(dense - dense[0])
     if error <= tolerance:
         return Keys(np.zeros(1, np.int64), dense[:1], error)
-    return reduce_curves(dense, tolerance)
+    frames = _single(dense[:, 0], tolerance)
+    keys = Keys(frames, dense[frames], 0.0)
+    return Keys(frames, keys.values, _largest(keys.sample(np.arange(len(dense), dtype=float)) - dense))
 
 
 def describe(keys: dict[str, Keys], animation: Animation) -> str:
@@ -106,3 +109,20 @@ def _farthest(dense: NDArray[np.float64], first: int, tolerance: float) -> int:
     fits = ((slopes >= low[:-1]) & (slopes <= high[:-1])).all(axis=1)
     reached = np.flatnonzero(fits[: closed[0]] if len(closed) else fits)
     return first + 2 + int(reached[-1]) if len(reached) else first + 1
+
+
+def _single(curve: NDArray[np.float64], tolerance: float) -> NDArray[np.int64]:
+    """The keys of one curve, (frames,), as `_farthest` finds them; for one curve a plain loop is faster."""
+    values = curve.tolist()
+    places, last = [0], len(values) - 1
+    while (first := places[-1]) < last:
+        low, high, reached, start = -math.inf, math.inf, first + 1, values[first]
+        for step in range(1, last - first + 1):
+            rise = values[first + step] - start
+            if low <= rise / step <= high:
+                reached = first + step
+            low, high = max(low, (rise - tolerance) / step), min(high, (rise + tolerance) / step)
+            if low > high:
+                break
+        places.append(reached)
+    return np.array(places, np.int64)

@@ -84,3 +84,13 @@ def test_the_report_counts_moving_curves():
     assert text == "2 keys in 1 moving curves, 2.0 per second each, largest error 0.0000"
     text = describe_shared(reduce_curves(moved.values, 0.01), moved)
     assert text == "2 keys that all curves share, 2.0 per second, largest error 0.0000"
+
+
+@given(st.integers(0, 10000), st.floats(0.0, 0.3))
+def test_one_curve_has_the_keys_that_it_has_among_several(seed, tolerance):
+    rng = np.random.default_rng(seed)
+    curve = np.convolve(rng.normal(size=rng.integers(2, 200)), np.ones(5) / 5)[:, None]
+    alone, among = reduce_curve(curve[:, 0], tolerance), reduce_curves(curve, tolerance)
+    if len(alone.frames) > 1:
+        np.testing.assert_array_equal(alone.frames, among.frames)
+        assert alone.error == among.error <= tolerance + 1e-12

@@ -1,0 +1,81 @@
+"""What smoothing and overlays leave of the closures, measured on the lips of the shipped head.
+
+    python benchmarks/layers.py ALIGNMENT ...
+
+For each setting: the mean jerk of the curves, as a share of the plain line's; how many p b m f v there are;
+and how much farther than in the plain line the lips part, at most: in those frames of these phones in which
+they are closed, and anywhere in these phones.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.animate import Performance, perform
+from phonanim.contacts import functionals
+from phonanim.face import INNER_LIP_PAIRS
+from phonanim.head import load_head
+from phonanim.inventory import INVENTORY
+from phonanim.options import Options, Overlay
+from phonanim.rig.landmarks import shipped_landmarks
+from phonanim.rig.puppet import Puppet, make_puppet
+from phonanim.smooth import CLOSED
+
+Array = NDArray[np.float64]
+PAIRS = len(INNER_LIP_PAIRS)
+SETTINGS = {
+    "smooth 0.05 s": {"smooth": 0.05},
+    "smooth 0.1 s": {"smooth": 0.1},
+    "smooth 0.3 s": {"smooth": 0.3},
+    "smile": {"overlays": (Overlay("smile"),)},
+    "twice a smile, angry, blinks": {"overlays": (Overlay("smile", 2.0), Overlay("angry")), "blinks": 1},
+}
+
+
+def gaps(performance: Performance, puppet: Puppet) -> Array:
+    """The widest of seven gaps between the lips of the head, (frames,) mm."""
+    upper, lower = (performance.face.rows(side) for side in zip(*INNER_LIP_PAIRS, strict=True))
+    posed = puppet.pose(performance.animation.values)
+    return np.asarray((posed[:, upper, 1] - posed[:, lower, 1]).max(axis=1))
+
+
+def closed(performance: Performance) -> NDArray[np.bool_]:
+    """The frames in which the reference face's lips are closed."""
+    weights, offset = functionals(performance.face)
+    return np.asarray((performance.modes @ weights[:PAIRS].T + offset[:PAIRS]).max(axis=1) < CLOSED)
+
+
+def jerk(performance: Performance) -> float:
+    """Mean size of the third differences of all curves."""
+    return float(np.abs(np.diff(performance.animation.values, 3, axis=0)).mean())
+
+
+def main() -> None:
+    """Print a table row for each setting."""
+    paths = list(map(Path, sys.argv[1:]))
+    plain = [perform(path, Options(unknown="nearest")) for path in paths]
+    puppet = make_puppet(load_head(), shipped_landmarks(), plain[0].face).take(plain[0].animation.channels)
+    seconds = sum(float(one.animation.times[-1]) for one in plain)
+    print(f"{len(paths)} lines, {seconds:.0f} s\n")
+    print("| setting | jerk | p b m f v | parted at closures | parted in p b m f v |\n|---|---|---|---|---|")
+    lips = INVENTORY.codes(("p", "b", "m", "f", "v"))
+    for name, setting in SETTINGS.items():
+        after = [perform(path, Options(unknown="nearest", **setting)) for path in paths]
+        more = [gaps(b, puppet) - gaps(a, puppet) for a, b in zip(plain, after, strict=True)]
+        held = [np.isin(one.track.sample(one.animation.times), lips) for one in plain]
+        firm = [m[h & closed(one)] for m, h, one in zip(more, held, plain, strict=True)]
+        count = sum(int(np.isin(one.track.codes, lips).sum()) for one in plain)
+        left = sum(map(jerk, after)) / sum(map(jerk, plain))
+        worst = [
+            max(float(np.abs(part).max(initial=0)) for part in parts)
+            for parts in (firm, [m[h] for m, h in zip(more, held, strict=True)])
+        ]
+        print(f"| {name} | {left:.2f} | {count} | {worst[0]:.3f} mm | {worst[1]:.3f} mm |")
+
+
+if __name__ == "__main__":
+    main()
