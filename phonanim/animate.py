@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import __version__, contacts, regressors
-from phonanim.alignment import read_alignment
 from phonanim.animation import Animation
+from phonanim.audio import Sound
 from phonanim.catalog import find_model
 from phonanim.edit_file import read_edits
 from phonanim.edits import apply
 from phonanim.face import FaceModel
 from phonanim.files import content_hash
-from phonanim.language import to_phones
 from phonanim.options import DEFAULTS, Options
 from phonanim.overlay import hashes, lay
 from phonanim.phones import PhoneTrack
@@ -26,6 +25,7 @@ from phonanim.rates import frame_count
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.retarget import retarget
 from phonanim.smooth import firmness, smoothed
+from phonanim.sources import Source, read_source
 from phonanim.style import dial, drawn, idle
 
 
@@ -43,8 +43,8 @@ class Performance:
 def animate(path: Path, options: Options = DEFAULTS, audio: Path | None = None) -> Animation:
     """Read an alignment and move a rig. Raises the PhonanimError of the step that fails.
 
-    The frames lie at n / fps seconds, from 0 to the end of the alignment. Labels that had to be replaced
-    (`options.unknown`) are told in `provenance["notes"]`.
+    With a model that hears, `path` may be a recording. The frames lie at n / fps seconds, from 0 to the end
+    of it. Labels that had to be replaced (`options.unknown`) are told in `provenance["notes"]`.
     """
     return perform(path, options, audio).animation
 
@@ -52,9 +52,9 @@ def animate(path: Path, options: Options = DEFAULTS, audio: Path | None = None) 
 def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) -> Performance:
     """The same, with the steps in between: each is one module."""
     model, rig = load_model(options.model), load_cached_rig(options.rig)
-    alignment = read_alignment(path, options.tier, options.speaker, options.lexicon)
-    track, notes = to_phones(alignment, options.language, options.unknown, options.fallback)
-    modes, values = move(track, model, rig, options, frame_count(track.duration, options.fps))
+    source = read_source(path, options, audio, model.regressor.driven_by)
+    track, frames = source.track, frame_count(source.track.duration, options.fps)
+    modes, values = move(track, model, rig, options, frames, sound=source.sound)
     times = np.arange(len(modes)) / options.fps
     if options.smooth and not drawn(rig):
         values = smoothed(values, options.smooth, options.fps, firmness(modes, track, model.face, times))
@@ -64,12 +64,13 @@ def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) 
         channels=rig.controls,
         fps=options.fps,
         rig=rig.name,
-        phones=alignment.intervals,
-        words=alignment.words,
-        audio=audio,
-        provenance=_provenance(path, options, (*notes, *idle(options, rig), *remarks)),
+        phones=source.alignment.intervals,
+        words=source.alignment.words,
+        audio=source.audio,
+        provenance=_provenance(path, options, (*source.notes, *idle(options, rig), *remarks))
+        | _heard(source),
     )
-    return Performance(animation, track, notes, modes, model.face)
+    return Performance(animation, track, source.notes, modes, model.face)
 
 
 def move(
@@ -79,12 +80,13 @@ def move(
     options: Options,
     frames: int,
     start: float = 0.0,
+    sound: Sound | None = None,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Modes (frames, modes) and controls (frames, controls) at start + n / fps seconds of a track.
 
     All that decides a frame lies near it, so a stream may ask for a few at a time.
     """
-    modes = model.predict(track, options.fps, frames, start)
+    modes = model.predict(track, options.fps, frames, start, sound)
     if options.contacts:
         modes = contacts.close(modes, track, model.face, options.fps, start)
     times = start + np.arange(frames) / options.fps
@@ -128,3 +130,8 @@ def _provenance(path: Path, options: Options, notes: tuple[str, ...]) -> dict[st
         "overlays_sha256": hashes(options.overlays),
         "notes": list(notes),
     }
+
+
+def _heard(source: Source) -> dict[str, str]:
+    """The hash of a recording that moved the face."""
+    return {"audio_sha256": content_hash(source.audio)} if source.sound and source.audio else {}

@@ -18,7 +18,9 @@ SUFFIXES = (".wav", ".flac", ".ogg", ".mp3")
 
 
 def find_audio(alignment: Path) -> Path | None:
-    """The recording that lies beside an alignment under the same stem, if there is one."""
+    """The recording beside an alignment, under the same stem, if there is one; of a recording, itself."""
+    if alignment.suffix.lower() in SUFFIXES:
+        return alignment
     candidates = (alignment.with_suffix(suffix) for suffix in SUFFIXES)
     return next((path for path in candidates if path.is_file()), None)
 

@@ -43,7 +43,7 @@ def command(
     exports: dict[str, object],
     talk: Talk,
 ) -> None:
-    """Animate a rig from a phone alignment.
+    """Animate a rig from a phone alignment, or from a recording by a model that hears.
 
     The suffix of each output chooses its format; without -o the shipped head speaks in a GLB beside the
     alignment. `phonanim info` lists formats, rigs and languages.
@@ -56,6 +56,7 @@ def command(
       phonanim animate line.TextGrid -o line.glb --character mine.glb --keys 0.01
       phonanim animate line.TextGrid -o line.glb --edits line.edits.json
       phonanim animate speech.wav --text "What is said."
+      phonanim animate speech.wav --model models/phisanet
     """
     from phonanim.animate import animate, with_edits
     from phonanim.audio import find_audio
@@ -137,7 +138,7 @@ def describe(animation: Animation, alignment: Path, options: Options, written: l
 
 def sentences(facts: dict[str, Any]) -> list[str]:
     """The same for people: what was read, what was made, what was written, and what had to be replaced."""
-    sound = f" with {facts['audio']}" if facts["audio"] else ""
+    sound = f" with {facts['audio']}" if facts["audio"] not in (None, facts["alignment"]) else ""
     files = ", ".join(f"{output['path']} ({size(output['bytes'])})" for output in facts["outputs"])
     return [
         f"read {facts['alignment']}: {facts['phones']} phones in {facts['seconds']:.2f} s{sound}",

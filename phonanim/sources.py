@@ -1,0 +1,67 @@
+"""What a line is made from: an alignment, a recording, or both, as its model asks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from phonanim.alignment import Alignment, read_alignment
+from phonanim.audio import SUFFIXES, Sound, find_audio, read_sound
+from phonanim.errors import AlignmentError, AudioError
+from phonanim.language import to_phones
+from phonanim.options import Options
+from phonanim.phones import PhoneTrack, silence
+from phonanim.regressors import Driver
+
+UNENFORCED = "there is no alignment: closures of the lips are as heard, none is enforced"
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """The alignment and its phones (silence throughout where there is none), and the sound if it is heard."""
+
+    alignment: Alignment
+    track: PhoneTrack
+    notes: tuple[str, ...]
+    sound: Sound | None
+    audio: Path | None
+
+
+def read_source(path: Path, options: Options, audio: Path | None, driver: Driver) -> Source:
+    """Read an alignment or a recording, and the recording beside an alignment where the model hears.
+
+    Raises AlignmentError when a recording is given to a model that only reads, AudioError when a model that
+    hears has nothing to hear, and what reading either raises.
+    """
+    if is_recording(path):
+        return _heard(path, driver)
+    alignment = read_alignment(path, options.tier, options.speaker, options.lexicon)
+    track, notes = to_phones(alignment, options.language, options.unknown, options.fallback)
+    sound = None
+    if driver != "phones":
+        audio = audio or find_audio(path)
+        if audio is None:
+            raise AudioError(f"{path}: has no recording beside it for this model to hear; give --audio")
+        sound = _from(read_sound(audio), alignment.offset)
+    return Source(alignment, track, notes, sound, audio)
+
+
+def is_recording(path: Path) -> bool:
+    """Whether a path is one of a sound, by its suffix."""
+    return path.suffix.lower() in SUFFIXES
+
+
+def _heard(path: Path, driver: Driver) -> Source:
+    if driver != "audio":
+        raise AlignmentError(
+            f"{path}: is a recording, and this model reads alignments; say what is spoken with --text, "
+            "or choose a --model that hears"
+        )
+    sound = read_sound(path)
+    nothing = Alignment((), sound.duration, "", str(path))
+    return Source(nothing, silence(sound.duration), (UNENFORCED,), sound, path)
+
+
+def _from(sound: Sound, offset: float) -> Sound:
+    """A sound from some second on: that of an alignment which was cut out of a longer one."""
+    return Sound(sound.samples[round(offset * sound.rate) :], sound.rate) if offset > 0 else sound

@@ -1,0 +1,138 @@
+"""`phonanim animate` by a model that hears: a recording alone, or an alignment with its recording."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from speech import made_up_examples
+
+from phonanim.__main__ import run
+from phonanim.animate import animate, load_model
+from phonanim.audio import Sound, find_audio, read_sound
+from phonanim.errors import AlignmentError, AudioError
+from phonanim.options import DEFAULTS
+from phonanim.regressors import Model, make_config, regressor_class, save
+from phonanim.sources import is_recording, read_source
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A small model that hears, for the shipped face."""
+    pytest.importorskip("torch")
+    face = load_model("default").face
+    data = made_up_examples(np.random.default_rng(5), clips=3, modes=len(face.std))
+    config = make_config("two_stage", {"encoder": "mfcc", "hidden": 4, "depth": 1, "epochs": 1}, "test")
+    fit: Any = regressor_class("two_stage").fit
+    regressor = fit(config, data, data, np.random.default_rng(1), lambda done: None)
+    folder = tmp_path_factory.mktemp("models") / "hears"
+    save(Model(regressor, face, {"fps": 25.0}), folder)
+    return str(folder)
+
+
+@pytest.fixture
+def line(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    for suffix in (".TextGrid", ".wav"):
+        shutil.copy(root / "examples" / f"line{suffix}", tmp_path / f"a{suffix}")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_recording_alone(line: Path, model: str, capsys: pytest.CaptureFixture[str]) -> None:
+    (line / "a.TextGrid").unlink()
+    assert run(["animate", "a.wav", "--model", model, "-o", "a.csv", "--rig", "arkit"]) == 0
+    said = capsys.readouterr().err
+    assert said.startswith("read a.wav: 0 phones in ")
+    assert "there is no alignment: closures of the lips are as heard, none is enforced" in said
+    animation = animate(Path("a.wav"), replace(DEFAULTS, model=model))
+    sound = read_sound(line / "a.wav")
+    assert animation.audio == Path("a.wav")
+    assert len(animation.values) == int(sound.duration * 60) + 1
+    assert animation.values.std(axis=0).max() > 0
+
+
+def test_an_alignment_with_its_recording(line: Path, model: str) -> None:
+    options = replace(DEFAULTS, model=model)
+    found = animate(Path("a.TextGrid"), options)
+    assert len(found.phones) > 5
+    assert found.provenance["audio_sha256"] != found.provenance["input_sha256"]
+    free = replace(options, contacts=False)
+    spoken, heard = (animate(Path(name), free).values for name in ("a.TextGrid", "a.wav"))
+    shared = min(len(spoken), len(heard))
+    assert spoken.shape[1] == heard.shape[1]
+    assert shared > 60
+
+
+def test_the_model_that_reads_says_what_it_needs(line: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["animate", "a.wav", "-o", "a.csv"]) == 2
+    assert capsys.readouterr().err == (
+        "phonanim: a.wav: is a recording, and this model reads alignments; say what is spoken with --text, "
+        "or choose a --model that hears\n"
+    )
+    assert not (line / "a.csv").exists()
+    with pytest.raises(AlignmentError, match="or choose a --model that hears$"):
+        read_source(Path("a.wav"), DEFAULTS, None, "both")
+
+
+def test_nothing_to_hear(line: Path, model: str, capsys: pytest.CaptureFixture[str]) -> None:
+    (line / "a.wav").unlink()
+    assert run(["animate", "a.TextGrid", "--model", model, "-o", "a.csv"]) == 2
+    assert (
+        "a.TextGrid: has no recording beside it for this model to hear; give --audio"
+        in capsys.readouterr().err
+    )
+    with pytest.raises(AudioError, match="give --audio$"):
+        read_source(Path("a.TextGrid"), DEFAULTS, None, "audio")
+
+
+@pytest.mark.parametrize("content", [b"", b"RIFF but no more", b"no sound at all"])
+def test_a_recording_that_is_none(
+    content: bytes, line: Path, model: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("soundfile")
+    (line / "b.wav").write_bytes(content)
+    assert run(["animate", "b.wav", "--model", model, "-o", "b.csv"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("phonanim: b.wav: is no recording that can be read")
+    assert said.count("\n") == 1
+    assert not (line / "b.csv").exists()
+
+
+@pytest.mark.parametrize("subtype", ["PCM_16", "PCM_24", "FLOAT"])
+@pytest.mark.parametrize("seconds", [0.005, 0.5])
+def test_recordings_of_every_kind(subtype: str, seconds: float, line: Path, model: str) -> None:
+    soundfile = pytest.importorskip("soundfile")
+    noise = np.random.default_rng(0).normal(0, 2, (round(44100 * seconds), 2))  # clipped where it is PCM
+    soundfile.write(line / "b.wav", noise, 44100, subtype=subtype)
+    found = animate(Path("b.wav"), replace(DEFAULTS, model=model))
+    assert len(found.values) == int(seconds * 60) + 1
+    assert np.isfinite(found.values).all()
+
+
+def test_an_alignment_cut_out_of_a_longer_recording(
+    line: Path, model: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import phonanim.sources as sources
+
+    real = sources.read_alignment
+    monkeypatch.setattr(sources, "read_alignment", lambda *given: replace(real(*given), offset=0.5))
+    sound = read_source(Path("a.TextGrid"), DEFAULTS, None, "audio").sound
+    whole = read_sound(Path("a.wav"))
+    assert isinstance(sound, Sound)
+    assert np.array_equal(sound.samples, whole.samples[round(0.5 * whole.rate) :])
+
+
+def test_the_recording_of_a_path(line: Path) -> None:
+    assert is_recording(Path("x.WAV"))
+    assert not is_recording(Path("x.TextGrid"))
+    assert find_audio(Path("a.TextGrid")) == Path("a.wav")
+    assert find_audio(Path("no.flac")) == Path("no.flac")
+
+
+def test_the_card_names_the_encoder(model: str) -> None:
+    assert json.loads((Path(model) / "model.json").read_text())["config"]["encoder"] == "mfcc"
