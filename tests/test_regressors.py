@@ -19,6 +19,7 @@ from phonanim.regressors import Driver, Model, kinds, load, make_config, regress
 
 HEARD = {"encoder": "mfcc", "hidden": 8, "depth": 1, "epochs": 2, "window": 20, "learning_rate": 0.01}
 SMALL: dict[str, dict[str, Any]] = {
+    "cnn": HEARD | {"kernels": [5, 3], "dilations": [1, 1], "channels": [8, 8], "ahead": 2, "ctc": 0.004},
     "dnn": {"hidden": [16], "epochs": 2, "batch": 64},
     "dynamic_visemes": {"clusters": 12},
     "ensemble": {"members": [{"kind": "phone_mean"}, {"kind": "tree", "weight": 3, "leaf": 4}]},
@@ -27,6 +28,7 @@ SMALL: dict[str, dict[str, Any]] = {
     "lstm": {"units": 8, "epochs": 2},
     "phone_mean": {},
     "procedural": {"steps": 20, "batch": 64},
+    "tcn": HEARD | {"channels": [8] * 6},
     "tree": {"leaf": 4},
     "two_stage": HEARD,
 }

@@ -21,20 +21,36 @@ REACH = 2  # steps at each side that a change is taken over
 
 @dataclass(frozen=True)
 class Cepstra:
-    """27 cepstral coefficients and their slopes, one layer."""
+    """27 cepstral coefficients of windows of `size` samples, and perhaps their slopes, one layer."""
 
+    size: int = SIZE
+    sloped: bool = True
     layers: int = 1
-    dims: int = 2 * BINS
-    identity: str = f"mfcc {BINS} of {SIZE}, slopes over {REACH}"
     start: float = 0.0
     window: int = 60
     margin: int = 1
 
+    @property
+    def dims(self) -> int:
+        """Coefficients, and their slopes."""
+        return (1 + self.sloped) * BINS
+
+    @property
+    def identity(self) -> str:
+        """All that the features depend on."""
+        return f"mfcc {BINS} of {self.size}, " + (f"slopes over {REACH}" if self.sloped else "no slopes")
+
+    @property
+    def reach(self) -> int:
+        """Samples to either side of a step's centre that it is made from."""
+        return self.size // 2 + self.sloped * REACH * HOP
+
     def run(self, samples: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Features of (steps * HOP,) samples -> (steps, 1, 54)."""
-        mel = power(samples, SIZE, HOP) @ filters(RATE, SIZE, BINS)
+        """Features of (steps * HOP,) samples -> (steps, 1, dims)."""
+        mel = power(samples, self.size, HOP) @ filters(RATE, self.size, BINS)
         cepstra = np.log(mel + FLOOR) @ _cosines(BINS)
-        return np.column_stack([cepstra, slopes(cepstra)])[:, None].astype(np.float32)
+        parts = [cepstra, slopes(cepstra)] if self.sloped else [cepstra]
+        return np.column_stack(parts)[:, None].astype(np.float32)
 
 
 def slopes(curves: NDArray[np.floating]) -> NDArray[np.floating]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.neural import named, sigmoid, transformer_block
+from phonanim.regressors._convolution import convolution_shapes, convolve
 from phonanim.regressors.lstm import recur
 
 if TYPE_CHECKING:
@@ -30,13 +31,16 @@ def decode(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> F
         return np.stack([_mlp(config, weights, one) for one in signal])
     if config.decoder == "transformer":
         return _in_windows(config, weights, signal)
+    if config.decoder == "convolution":
+        return output(weights, convolve(config, weights, signal))
     for layer in range(config.depth):
         part = [weights[f"{name}{layer}"] for name in recurrent_names(config.decoder)]
         signal = recur(signal, *part) if config.decoder == "lstm" else gru(signal, *part)
-    return _output(weights, signal)
+    return output(weights, signal)
 
 
-def _output(weights: Mapping[str, Floats], signal: Floats) -> Floats:
+def output(weights: Mapping[str, Floats], signal: Floats) -> Floats:
+    """The last layer, which is linear, (..., size) -> (..., modes)."""
     return np.asarray(signal @ weights["output"] + weights["output_bias"])
 
 
@@ -75,7 +79,7 @@ def _mlp(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> Flo
     found = windows.reshape(len(windows), -1)
     for layer in range(config.depth):
         found = np.maximum(found @ weights[f"hidden{layer}"] + weights[f"hidden_bias{layer}"], 0)
-    spans = _output(weights, found).reshape(len(windows), narrow, -1)
+    spans = output(weights, found).reshape(len(windows), narrow, -1)
     total, seen = np.zeros_like(spans[:, 0]), np.zeros((len(spans), 1), np.float32)
     for late in range(min(narrow, len(spans))):  # steps from a step to the end of the window that predicts it
         total[: len(spans) - late] += spans[late:, narrow - 1 - late]
@@ -103,7 +107,7 @@ def _attentive(config: Settings, weights: Mapping[str, Floats], signal: Floats) 
     signal = signal @ weights["embed"] + weights["embed_bias"] + weights["positions"]
     for layer in range(config.depth):
         signal = transformer_block(signal, named(weights, f"block{layer}_"), config.heads)
-    return _output(weights, signal)
+    return output(weights, signal)
 
 
 def recurrent_names(decoder: str) -> tuple[str, ...]:
@@ -113,8 +117,8 @@ def recurrent_names(decoder: str) -> tuple[str, ...]:
 
 def decoder_shapes(config: Settings, dims: int, modes: int) -> Shapes:
     """Name and shape of every weight of a decoder that hears `dims` features."""
-    shape = {"mlp": _mlp_shapes, "transformer": _transformer_shapes}.get(config.decoder, _recurrent_shapes)
-    shapes, last = shape(config, dims)
+    known = {"mlp": _mlp_shapes, "transformer": _transformer_shapes, "convolution": convolution_shapes}
+    shapes, last = known.get(config.decoder, _recurrent_shapes)(config, dims)
     outputs = modes * (config.widths[1] if config.decoder == "mlp" else 1)
     return shapes | {"output": (last, outputs), "output_bias": (outputs,)}
 

@@ -40,12 +40,16 @@ class Settings:
 
     encoder: str = "whisper"
     inputs: Literal["enc", "all_enc"] = "enc"
-    decoder: Literal["mlp", "lstm", "gru", "transformer"] = "gru"
+    decoder: Literal["mlp", "lstm", "gru", "transformer", "convolution"] = "gru"
     hidden: int = 128
     depth: int = 2
     bidirectional: bool = True
     widths: tuple[int, int] = (15, 5)
     heads: int = 8
+    kernels: tuple[int, ...] = ()
+    dilations: tuple[int, ...] = ()
+    channels: tuple[int, ...] = ()
+    ahead: int = 0
     rate: float = 50.0
     window: int = 45
     dropout: float = 0.1

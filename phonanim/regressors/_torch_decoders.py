@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from phonanim.inventory import N_PHONES
+from phonanim.regressors._convolution import convolution_shapes, steps_before
 from phonanim.regressors._decoders import WIDER
 
 if TYPE_CHECKING:
@@ -180,8 +181,42 @@ class Attentive(nn.Module):
         return found
 
 
-Body = Recurrent | Windows | Attentive
-_BODIES: dict[str, type[Recurrent] | type[Windows] | type[Attentive]] = {
+class Convolved(nn.Module):
+    """Convolutions over time, each with a rectifier and a normalization of channels."""
+
+    def __init__(self, config: Settings, dims: int) -> None:
+        super().__init__()
+        shapes, self.size = convolution_shapes(config, dims)
+        self.around = (steps_before(config), config.ahead)
+        self.layers = nn.ModuleList(
+            nn.Conv1d(shapes[f"kernel{n}"][1], shapes[f"kernel{n}"][2], kernel, dilation=dilation)
+            for n, (kernel, dilation) in enumerate(zip(config.kernels, config.dilations, strict=True))
+        )
+        self.norms = nn.ModuleList(nn.LayerNorm(size) for size in config.channels)
+        self.dropout = nn.Dropout(config.dropout)
+
+    def forward(self, signal: Tensor) -> Tensor:
+        """(windows, steps, dims) -> (windows, steps, size); the ends repeat."""
+        found = nn.functional.pad(signal.transpose(1, 2), self.around, mode="replicate").transpose(1, 2)
+        for number, (layer, norm) in enumerate(zip(self.layers, self.norms, strict=True)):
+            given = self.dropout(found) if number else found
+            found = norm(torch.relu(layer(given.transpose(1, 2)).transpose(1, 2)))
+        return found
+
+    def export(self) -> dict[str, Tensor]:
+        """Weights by the names of `_convolution`."""
+        found: dict[str, Tensor] = {}
+        for number, (layer, norm) in enumerate(zip(self.layers, self.norms, strict=True)):
+            assert isinstance(layer, nn.Conv1d)
+            assert layer.bias is not None
+            found |= {f"kernel{number}": layer.weight.permute(2, 1, 0), f"bias{number}": layer.bias}
+            found |= {f"norm{number}": norm.weight, f"norm_bias{number}": norm.bias}
+        return found
+
+
+Body = Recurrent | Windows | Attentive | Convolved
+_BODIES: dict[str, type[Recurrent] | type[Windows] | type[Attentive] | type[Convolved]] = {
+    "convolution": Convolved,
     "gru": Recurrent,
     "lstm": Recurrent,
     "mlp": Windows,

@@ -1,0 +1,37 @@
+"""The temporal convolutional network (Lea et al. 2016; Medina 2023, section 5.4, Table 5.2), made anew.
+
+Two convolutions of 2 steps in each layer, which lie twice as far apart from layer to layer: three layers see
+15 steps (eq. 5.2), all of them in the past. `ahead` moves what is seen into the future.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from phonanim.regressors._heard import Settings
+from phonanim.regressors._streamed import Streamed
+from phonanim.regressors.cnn import Decoder
+
+
+@dataclass(frozen=True)
+class Config(Settings):
+    """The three layers of Table 5.2, which the thesis prefers."""
+
+    encoder: str = "mfcc_live"
+    decoder: Decoder = "convolution"
+    kernels: tuple[int, ...] = (2, 2, 2, 2, 2, 2)
+    dilations: tuple[int, ...] = (1, 1, 2, 2, 4, 4)
+    channels: tuple[int, ...] = (512, 512, 256, 256, 128, 128)
+    ahead: int = 0
+    window: int = 150
+
+
+@dataclass(frozen=True)
+class TCN(Streamed):
+    """A trained model."""
+
+    config_class: ClassVar[type] = Config
+
+
+REGRESSOR = TCN
