@@ -49,10 +49,10 @@ class Job:
 
 @dataclass(frozen=True)
 class Trained:
-    """A model with the processor seconds that its training took (NaN where it was not trained here)."""
+    """A model with the processor seconds that its training took, where it was trained here."""
 
     model: regressors.Model
-    seconds: float
+    seconds: float | None
 
 
 @lru_cache(maxsize=2)
@@ -122,9 +122,7 @@ def fit(job: Job) -> None:
 def load_trained(folder: Path) -> Trained:
     """A model folder, with the seconds of its training where it was trained by `fit`."""
     path = folder / "job.json"
-    seconds = float("nan")
-    if path.is_file():
-        seconds = float(json.loads(path.read_text(encoding="utf-8"))["seconds"])
+    seconds = json.loads(path.read_text(encoding="utf-8"))["seconds"] if path.is_file() else None
     return Trained(regressors.load(folder), seconds)
 
 

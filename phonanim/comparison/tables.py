@@ -119,14 +119,14 @@ def cost(document: Document) -> Table:
     """What each model costs: numbers learned, megabytes, training time and speed."""
     table = [["model", "driven by", "numbers", "MB", "training, min", "frames/s"]]
     for name, found in document["models"].items():
-        minutes = found["training_s"] / 60
+        seconds = found["training_s"]
         table.append(
             [
                 name,
                 found["driven_by"],
                 f"{found['numbers']:,}",
                 f"{found['bytes'] / 1e6:.1f}",
-                "" if np.isnan(minutes) else f"{minutes:.1f}",
+                "" if seconds is None else f"{seconds / 60:.1f}",
                 f"{found['frames_per_s']:,.0f}",
             ]
         )
