@@ -57,7 +57,8 @@ class Options:
         """The options as JSON reads them back, files by their names, which are the same on every machine."""
         overlays = [replace(overlay, source=PurePath(overlay.source).name) for overlay in self.overlays]
         lexicon = PurePath(self.lexicon).name if self.lexicon else None
-        named = replace(self, overlays=tuple(overlays), lexicon=lexicon)
+        rig, model = PurePath(self.rig).name, PurePath(self.model).name
+        named = replace(self, rig=rig, model=model, overlays=tuple(overlays), lexicon=lexicon)
         return dict(json.loads(json.dumps(asdict(named))))
 
 

@@ -190,3 +190,32 @@ def test_a_language_that_nobody_wrote(folder):
     assert batch(source, "-o", "out", "-q", "--fallback", "ipa") == 0
     (line, _) = json.loads((folder / "out/report.json").read_text())["lines"]
     assert line["facts"]["flags"][0]["text"] == 'there is no language "hausa", so its labels were read as ipa'
+
+
+def test_rigs_and_models_of_ones_own(folder, tmp_path):
+    from phonanim.catalog import find_model
+    from phonanim.rig.read import find_rig
+
+    (folder / "show").mkdir()
+    for name in ("a.TextGrid", "brow.toml"):
+        shutil.copy(name, folder / "show")
+    shutil.copytree(find_rig("arkit").parent, folder / "show/rigs")
+    shutil.copytree(find_model("default"), folder / "show/own")
+    (folder / "show/t.csv").write_text(
+        "alignment,rig,model,overlay\na.TextGrid,rigs/arkit.toml,own,smile=0.5\n"
+    )
+    assert batch("show/t.csv", "-o", "out", "--format", "npz", "-q") == 0
+    options = [
+        "--fps",
+        "25",
+        "--rig",
+        "show/rigs/arkit.toml",
+        "--model",
+        "show/own",
+        "--overlay",
+        "smile=0.5",
+        "-q",
+    ]
+    assert run(["animate", "show/a.TextGrid", "-o", "a.npz", *options]) == 0
+    assert (folder / "out/a.npz").read_bytes() == (folder / "a.npz").read_bytes()
+    assert run(["audit", "show/t.csv", "--delivered", "out", "-q"]) == 0

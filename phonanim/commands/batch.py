@@ -116,14 +116,19 @@ def command(
 
 def anchored(common: Common) -> Common:
     """The same with absolute paths, for workers elsewhere. Raises OptionError where there is no overlay."""
-    from phonanim.overlay import find_overlay
+    from phonanim.dubbing.row import files_beside
+    from phonanim.overlay import find_overlay, is_pose
 
     options = common.options
-    overlays = (replace(one, source=str(find_overlay(one.source).absolute())) for one in options.overlays)
+    overlays = (
+        one if is_pose(one.source) else replace(one, source=str(find_overlay(one.source).absolute()))
+        for one in options.overlays
+    )
     lexicon = str(Path(options.lexicon).absolute()) if options.lexicon else None
+    found = files_beside(Path(), {"rig": options.rig, "model": options.model})
     return replace(
         common,
-        options=replace(options, overlays=tuple(overlays), lexicon=lexicon),
+        options=replace(options, overlays=tuple(overlays), lexicon=lexicon, **found),
         exports={name: v.absolute() if isinstance(v, Path) else v for name, v in common.exports.items()},
     )
 

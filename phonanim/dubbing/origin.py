@@ -93,7 +93,8 @@ def _options(options: Options) -> dict[str, Any]:
         [*shared_file_of(overlay_place(overlay).absolute()), overlay.gain, overlay.span]
         for overlay in options.overlays
     ]
-    return {**options.plain(), "lexicon": lexicon, "overlays": overlays}
+    found = {"rig": options.rig, "model": options.model}  # where an audit will look for them
+    return {**options.plain(), **found, "lexicon": lexicon, "overlays": overlays}
 
 
 def _export(value: Any) -> Any:

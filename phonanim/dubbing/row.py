@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 from phonanim.audio import SUFFIXES as RECORDINGS
+from phonanim.catalog import CARD
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.names import safe_name
 from phonanim.dubbing.storage import Place, place
@@ -70,6 +72,15 @@ def is_character(cell: str) -> bool:
     return cell.lower().endswith(CHARACTERS)
 
 
+def files_beside(root: Place, names: Mapping[str, Any]) -> dict[str, str]:
+    """The absolute paths of a rig and of a model that lie below `root`; all others go by their names."""
+    if not isinstance(root, Path):
+        return {}
+    marks = {"rig": "", "model": CARD}
+    paths = {name: root / names[name] for name in marks if name in names}
+    return {name: str(path.absolute()) for name, path in paths.items() if (path / marks[name]).is_file()}
+
+
 def _found(name: str, root: Place) -> Place:
     path = place(name, root).absolute()
     if not path.is_file():
@@ -103,6 +114,7 @@ def _overrides(cells: Mapping[str, str], root: Place, styles: Styles) -> dict[st
     """What the cells say of the options: of several that say the same, the style stands last."""
     chosen: dict[str, Any] = dict(find_style(cells["style"], styles)) if "style" in cells else {}
     chosen |= {name: cells[name] for name in TEXTS if name in cells} | _rig(cells)
+    chosen |= files_beside(root, chosen)
     if chosen.get("unknown", "error") not in UNKNOWN:
         raise OptionError(f"unknown = {chosen['unknown']!r}; choose error, nearest or silence")
     chosen |= {name: parse_gain(name, cells[name]) for name in DIALS if name in cells}

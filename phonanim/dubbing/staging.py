@@ -14,7 +14,7 @@ from typing import Any
 from phonanim.dubbing.job import Job
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.origin import overlay_place
-from phonanim.dubbing.storage import Place, Remote, place
+from phonanim.dubbing.storage import Place, Remote, is_url, place
 from phonanim.options import Options
 
 Fetch = Callable[[Place], Path]
@@ -91,7 +91,10 @@ def _files(line: Line) -> list[Any]:
 
 def _options(options: Options) -> Options:
     lexicon = str(_kept(place(options.lexicon))) if options.lexicon else None
-    overlays = (replace(one, source=str(_kept(overlay_place(one)))) for one in options.overlays)
+    overlays = (
+        replace(one, source=str(_kept(overlay_place(one)))) if is_url(one.source) else one
+        for one in options.overlays
+    )
     return replace(options, lexicon=lexicon, overlays=tuple(overlays))
 
 
