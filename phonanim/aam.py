@@ -21,6 +21,7 @@ TURN_STD = 0.05  # radians, by which a talking head nods and turns
 STEPS, CLOSE = 30, 0.02  # iterations at most, and the move in pixels of a texture at which they end
 LARGEST_GROWTH, LARGEST_SHAPE = 1.5, 10.0  # within one search; deviations
 RIDGE = 1e-6
+FAINT = 0.1  # of the template's contrast: a picture with less shows nothing
 
 
 @dataclass(frozen=True)
@@ -105,6 +106,8 @@ class Fitter:
     def likeness(self, image: Grey, pose: Pose) -> float:
         """Share of the picture's contrast under the mesh that the model explains, 0 to 1."""
         texture = self._texture(image, pose)
+        if texture.std() < FAINT * self.template.std():
+            return 0.0
         texture = texture - texture.mean()
         left = texture - (self.basis @ texture) @ self.basis
         return float(1 - (left**2).sum() / max(float((texture**2).sum()), 1e-9))

@@ -19,6 +19,7 @@ Frame = NDArray[np.uint8]
 
 RATE_TOLERANCE = 0.5  # of a frame: how far an instant may lie from the even grid
 SOUND_RATE = 16000  # hertz
+AAC = {"aac_coder": "fast", "aac_pns": "0"}  # with others the bytes depend on what memory held before
 BLOCK = 4096  # samples that are encoded together
 THREADS = 2  # a fixed number, so that the bytes do not depend on the machine
 
@@ -98,7 +99,7 @@ def write_film(
         stream = film.add_stream("libx264", rate=rate, options={"crf": str(quality), "preset": "veryfast"})
         stream.pix_fmt = "yuv420p"
         stream.codec_context.thread_count = THREADS
-        heard = None if sound is None else film.add_stream("aac", rate=SOUND_RATE, layout="mono")
+        heard = None if sound is None else film.add_stream("aac", rate=SOUND_RATE, layout="mono", options=AAC)
         for number, frame in enumerate(frames):
             if number == 0:
                 stream.height, stream.width = frame.shape[:2]

@@ -1,0 +1,109 @@
+"""The search for a known face: pictures drawn from known poses are found again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pictured import pictured_face, skin
+
+from phonanim.aam import Fitter, Pose, build_fitter, search, track
+from phonanim.appearance import LUMA
+from phonanim.search import correlation_map, first_guesses, shrunk
+from phonanim.warp import sample
+
+
+@pytest.fixture(scope="module")
+def fitter() -> Fitter:
+    return build_fitter(pictured_face())
+
+
+def a_pose(fitter: Fitter, seed: int = 3, scale: float = 1.3) -> Pose:
+    rng = np.random.default_rng(seed)
+    return Pose(np.array([scale, 0.04, 70.0, 55.0]), rng.normal(0, 0.7, len(fitter.start)))
+
+
+def photograph(fitter: Fitter, pose: Pose) -> np.ndarray:
+    """A grey picture of the face in a pose before a patterned wall."""
+    wall = skin(np.random.default_rng(9), 110, 150).astype(np.uint8)
+    drawn = fitter.model.mesh.draw(fitter.model.mean_texture, fitter.points(pose), wall)
+    return drawn.astype(np.float32) @ LUMA
+
+
+def test_a_pose_nearby_is_found(fitter: Fitter) -> None:
+    truth = a_pose(fitter)
+    shape = truth.shape + np.random.default_rng(4).normal(0, 0.4, len(truth.shape))
+    found = fitter.fit(
+        photograph(fitter, truth), Pose(truth.similarity + np.array([0.04, -0.02, 1.0, -1.0]), shape)
+    )
+    apart = np.linalg.norm(fitter.points(found) - fitter.points(truth), axis=1)
+    assert apart.mean() < 0.5  # pixels
+    assert found.likeness > 0.95
+
+
+def test_brightness_and_contrast_do_not_matter(fitter: Fitter) -> None:
+    truth = a_pose(fitter)
+    picture, start = photograph(fitter, truth), replace(truth, shape=np.zeros_like(truth.shape))
+    plain, dim = fitter.fit(picture, start), fitter.fit(0.5 * picture + 40, start)
+    assert np.abs(fitter.points(plain) - fitter.points(dim)).max() < 0.1
+
+
+def test_the_face_is_found_anywhere(fitter: Fitter) -> None:
+    for seed, scale in ((5, 1.0), (6, 1.4)):
+        truth = a_pose(fitter, seed, scale)
+        found = search(fitter, photograph(fitter, truth))
+        apart = np.linalg.norm(fitter.points(found) - fitter.points(truth), axis=1)
+        assert apart.mean() < 1.0
+
+
+def test_all_landmarks_agree_with_the_mesh(fitter: Fitter) -> None:
+    turned = a_pose(fitter)
+    straight = replace(turned, shape=np.append(turned.shape[:-2], [0.0, 0.0]))
+    for pose, within in ((straight, 1e-6), (turned, 0.5)):  # the search takes the depth of the mean
+        landmarks = fitter.landmarks(pose)
+        assert landmarks.shape == fitter.model.face.mean.shape
+        assert np.abs(landmarks[fitter.model.rows, :2] - fitter.points(pose)).max() < within
+
+
+def test_a_film_is_followed_and_what_is_no_face_is_rejected(fitter: Fitter) -> None:
+    poses = [replace(a_pose(fitter), similarity=np.array([1.3, 0.0, 68.0 + n, 55.0])) for n in range(4)]
+    frames = [np.repeat(photograph(fitter, pose)[..., None], 3, axis=2).astype(np.uint8) for pose in poses]
+    frames.insert(2, np.zeros_like(frames[0]))
+    found = list(track(fitter, frames))
+    assert [pose is None for pose in found] == [False, False, True, False, False]
+    middles = [fitter.points(pose).mean(axis=0)[0] for pose in found if pose]
+    assert np.allclose(np.diff(middles), 1.0, atol=0.2)
+
+
+def test_a_search_that_runs_away_says_that_it_found_nothing(fitter: Fitter) -> None:
+    noise = np.random.default_rng(7).normal(120, 40, (110, 150)).astype(np.float32)
+    far = Pose(np.array([0.2, 0.0, -500.0, 900.0]), np.full_like(fitter.start, 3.0))
+    assert fitter.fit(noise, far).likeness < fitter.options.likeness
+
+
+def test_correlation_is_pearsons_under_the_mask() -> None:
+    rng = np.random.default_rng(8)
+    image, template = rng.normal(size=(9, 11)), rng.normal(size=(4, 5))
+    mask = (rng.random((4, 5)) > 0.3).astype(np.float32)
+    fast = correlation_map(image.astype("f4"), template.astype("f4"), mask)
+    for row, column in ((0, 0), (2, 3), (5, 6)):
+        piece = image[row : row + 4, column : column + 5][mask > 0]
+        assert fast[row, column] == pytest.approx(np.corrcoef(piece, template[mask > 0])[0, 1], abs=5e-3)
+
+
+def test_shrinking_keeps_the_mean() -> None:
+    image = skin(np.random.default_rng(1), 40, 60)[..., 0]
+    assert shrunk(image, 0.5).shape == (20, 30)
+    assert shrunk(image, 0.5).mean() == pytest.approx(image.mean(), rel=1e-4)
+
+
+def test_the_first_guess_is_near() -> None:
+    template = skin(np.random.default_rng(2), 30, 44)[..., 0]
+    scene = skin(np.random.default_rng(3), 120, 160)[..., 0]
+    down, right = np.mgrid[:45, :66]
+    enlarged = sample(template[..., None], np.column_stack([right.ravel(), down.ravel()]) / 1.5)
+    scene[50:95, 60:126] = enlarged.reshape(45, 66)
+    scale, corner = first_guesses(scene, template, np.ones_like(template))[0]
+    assert scale == pytest.approx(1.5, rel=0.15)
+    assert np.abs(corner - [60, 50]).max() < 8
