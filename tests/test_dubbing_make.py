@@ -1,3 +1,4 @@
+import shutil
 from pathlib import Path, PurePosixPath
 
 import pytest
@@ -6,7 +7,9 @@ from phonanim.dubbing import make as module
 from phonanim.dubbing.job import Job
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.make import make
+from phonanim.dubbing.origin import rig_hash
 from phonanim.options import DEFAULTS
+from phonanim.rig.read import find_rig, read_document
 
 
 @pytest.fixture
@@ -43,3 +46,17 @@ def test_an_alignment_that_vanished(job):
     line = Line("x", "row 2", Path("gone.TextGrid"), None, DEFAULTS, PurePosixPath("x"))
     outcome = make(Job(line, job.folder, ("csv",), None)).outcome
     assert outcome.error == "gone.TextGrid: No such file or directory"
+
+
+@pytest.mark.parametrize("name", ["arkit", "oculus15", "arkit_tongue"])
+def test_every_file_of_a_rig_counts(name, tmp_path):
+    shutil.copytree(find_rig(name).parent.parent, tmp_path / "lexicon")
+    path = tmp_path / f"lexicon/rigs/{name}.toml"
+    hashes = [rig_hash(str(path))]
+    files = [path.parent / value for value in read_document(path).values() if str(value).endswith(".csv")]
+    assert files
+    for file in (path, *files):
+        file.write_text(file.read_text("utf-8") + "\n", "utf-8")
+        rig_hash.cache_clear()
+        hashes.append(rig_hash(str(path)))
+    assert len(set(hashes)) == len(files) + 2

@@ -20,7 +20,6 @@ from phonanim.overlay import find_overlay
 from phonanim.rig.read import find_rig, read_document
 
 # The keys of a rig that name files beside it.
-RIG_FILES = ("direct", "table", "head", "landmarks", "accents", "tongue")
 
 
 def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
@@ -74,8 +73,8 @@ def rig_hash(name: str) -> str:
     """A hash of a rig: its TOML, the files that it names, and the rig that it goes through."""
     path = find_rig(name)
     document = read_document(path)
-    files = [path, *(path.parent / document[key] for key in RIG_FILES if key in document)]
-    hashes = [content_hash(file) for file in files]
+    named = [path.parent / value for value in document.values() if isinstance(value, str)]
+    hashes = [content_hash(file) for file in (path, *named) if file.is_file()]
     if "through" in document:
         hashes.append(rig_hash(document["through"]))
     return hashlib.sha256(" ".join(hashes).encode()).hexdigest()
