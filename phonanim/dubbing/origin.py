@@ -21,6 +21,8 @@ from phonanim.rig.read import find_rig, read_document
 
 # The keys of a rig that name files beside it.
 
+LONGEST = 256  # characters: the name of a file is shorter than that of some licences
+
 
 def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
     """Everything that the outputs depend on: contents, options, model, rig, version, names.
@@ -73,8 +75,9 @@ def rig_hash(name: str) -> str:
     """A hash of a rig: its TOML, the files that it names, and the rig that it goes through."""
     path = find_rig(name)
     document = read_document(path)
-    named = [path.parent / value for value in document.values() if isinstance(value, str)]
-    hashes = [content_hash(file) for file in (path, *named) if file.is_file()]
+    texts = [value for value in document.values() if isinstance(value, str) and len(value) < LONGEST]
+    files = [path, *(path.parent / text for text in texts)]
+    hashes = [content_hash(file) for file in files if file.is_file()]
     if "through" in document:
         hashes.append(rig_hash(document["through"]))
     return hashlib.sha256(" ".join(hashes).encode()).hexdigest()
