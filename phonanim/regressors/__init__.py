@@ -32,7 +32,8 @@ CHECKPOINT = "checkpoint.pt"  # the state of a training, in the model's folder u
 class Examples:
     """What a regressor learns from: per clip the phones, instants (frames,) s, and modes (frames, m).
 
-    `weights` (clips,) scale the clips' squared errors; `sounds` (clips,) are there where a regressor hears.
+    `weights` (clips,) scale the clips' squared errors; `sounds` (clips,) are there where a regressor hears,
+    `styles` (clips,) where clips are spoken in several, numbered from 0.
     """
 
     tracks: tuple[PhoneTrack, ...]
@@ -40,6 +41,7 @@ class Examples:
     targets: tuple[NDArray[np.float32], ...]
     weights: tuple[float, ...]
     sounds: tuple[Sound, ...] = ()
+    styles: tuple[int, ...] = ()
 
     def __add__(self, other: Examples) -> Examples:
         return Examples(
@@ -48,6 +50,7 @@ class Examples:
             self.targets + other.targets,
             self.weights + other.weights,
             self.sounds + other.sounds,
+            self.styles + other.styles,
         )
 
     def __len__(self) -> int:

@@ -93,17 +93,11 @@ class Heard:
             raise ModelError("an audio-driven model needs a recording")
         features = self.hear(sound, track)
         grid = step_times(sound.duration, self.config.rate)
-        return _between(self.decoded(features, grid), (times - grid[0]) * self.config.rate)
+        return between(self.decoded(features, grid), (times - grid[0]) * self.config.rate)
 
     def hear(self, sound: Sound, track: PhoneTrack | None = None) -> Features:
         """Features of a sound, by the encoder that the model learned from."""
-        encoder = cached_encoder(self.config.encoder)
-        if encoder.identity != self.identity:
-            raise ModelError(
-                f"the model learned from {self.identity!r}, and {encoder.identity!r} is here: "
-                "set PHONANIM_ENCODERS to its weights, or train it again"
-            )
-        return listen(encoder, sound, track)
+        return heard_as(self.config.encoder, self.identity, sound, track)
 
     def mixed(self, values: Floats) -> Floats:
         """What the decoder gets, (steps, layers, dims) -> (steps, dims)."""
@@ -177,6 +171,17 @@ def cached_encoder(name: str) -> Encoder:
     return load_encoder(name)
 
 
+def heard_as(name: str, identity: str, sound: Sound, track: PhoneTrack | None) -> Features:
+    """Features of a sound, by the encoder that a model learned from. Raises ModelError when it is another."""
+    encoder = cached_encoder(name)
+    if encoder.identity != identity:
+        raise ModelError(
+            f"the model learned from {identity!r}, and {encoder.identity!r} is here: "
+            "set PHONANIM_ENCODERS to its weights, or train it again"
+        )
+    return listen(encoder, sound, track)
+
+
 def listen(encoder: Encoder, sound: Sound, track: PhoneTrack | None) -> Features:
     """Features of a sound; phones are taken from the alignment, if anything is said in it."""
     if encoder.identity.startswith("phones") and track is not None and track.codes.any():
@@ -195,7 +200,7 @@ def at_steps(features: Features, times: Array, rate: float) -> Floats:
     return features.at(times, 1 / rate)
 
 
-def _between(values: Floats, place: Array) -> Floats:
+def between(values: Floats, place: Array) -> Floats:
     """Rows of `values` at fractional places, interpolated; the ends repeat."""
     place = np.clip(place, 0, len(values) - 1)
     below = np.floor(place).astype(np.int64)
