@@ -54,6 +54,41 @@ def read_audio(path: Path) -> tuple[NDArray[np.float32], int]:
     return samples, rate
 
 
+def opened_audio(path: Path, seconds: float) -> tuple[int, Iterator[NDArray[np.float32]]]:
+    """The rate of a recording in hertz, and its mono samples in blocks of about so many seconds, (n,) each.
+
+    What can be read is as in `read_audio`, but memory does not grow with the length. Raises AudioError.
+    """
+    try:
+        with _open(path) as file, wave.open(file, "rb") as stream:
+            if stream.getsampwidth() == 2:
+                return stream.getframerate(), _wav_blocks(path, round(seconds * stream.getframerate()))
+    except (wave.Error, EOFError):
+        pass
+    with _soundfile(path) as soundfile:
+        rate = int(soundfile.info(str(path)).samplerate)
+    return rate, _other_blocks(path, round(seconds * rate))
+
+
+def _wav_blocks(path: Path, size: int) -> Iterator[NDArray[np.float32]]:
+    with _open(path) as file, wave.open(file, "rb") as stream:
+        while data := stream.readframes(size):
+            yield mono(data, stream.getnchannels())
+
+
+def _other_blocks(path: Path, size: int) -> Iterator[NDArray[np.float32]]:
+    with _soundfile(path) as soundfile:
+        for block in soundfile.blocks(str(path), size, dtype="float32", always_2d=True):
+            yield block.mean(axis=1)
+
+
+def mono(data: bytes, channels: int) -> NDArray[np.float32]:
+    """16-bit samples of several channels -> (samples,) in -1..1; what is left of a last one is left out."""
+    whole = len(data) // (2 * channels) * (2 * channels)
+    samples = np.frombuffer(data[:whole], "<i2").reshape(-1, channels)
+    return (samples.mean(axis=1) / 32768).astype(np.float32)
+
+
 def resample(samples: NDArray[np.float32], rate: int, target: int) -> NDArray[np.float32]:
     """Band-limited resampling by the Fourier transform, `rate` -> `target` hertz."""
     if rate == target:

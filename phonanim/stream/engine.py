@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,13 @@ from phonanim.errors import OptionError, StreamError
 from phonanim.labels import is_silent
 from phonanim.language import to_phones
 from phonanim.options import Options
+from phonanim.stream.events import Event, Phone, Tick
 
 REACH = float(EDGES[-1])  # seconds to either side that the features look at
 BEYOND = 3  # segments that their timing looks at beyond the one at an instant, a closure's release among them
 ABREAST = 1e-6  # frames: an instant this little ahead is there
+LONGEST = 600.0  # seconds that may pass at once; more is a mistake of units
+AUTO = "english"  # the language of labels when none is named: a few phones do not tell it
 EMPTY = Interval("", 0.0, 0.0)
 
 
@@ -37,9 +41,13 @@ class PhoneStream:
     emitted: int = 0
     ended: bool = False
     now: float = 0.0
+    ticked: float = 0.0
     known: list[Interval] = field(default_factory=list)
+    patience: ClassVar[float] = 0.0  # seconds that a frame which is due waits for a phone
 
     def __post_init__(self) -> None:
+        if self.options.language == "auto":
+            self.options = replace(self.options, language=AUTO)
         refuse_what_needs_the_whole(self.options)
         self.model = load_model(self.options.model)
         self.rig = load_cached_rig(self.options.rig)
@@ -51,8 +59,18 @@ class PhoneStream:
         """End of the last phone, or of time that has passed without one, in seconds."""
         return max(self.now, self.known[-1].end if self.known else 0.0)
 
+    def take(self, event: Event) -> None:
+        """Take a phone or the time. Raises StreamError or LabelError, and takes nothing."""
+        if isinstance(event, Phone):
+            self.push(event.label, event.start, event.end)
+        elif isinstance(event, Tick):
+            self.tick(event.time)
+
     def push(self, label: str, start: float, end: float) -> None:
-        """Take the next phone. Raises StreamError when its times make no sense, and takes nothing."""
+        """Take the next phone. Raises StreamError when its times make no sense, and takes nothing.
+
+        Raises LabelError when the language does not know it.
+        """
         if not (math.isfinite(start) and math.isfinite(end)) or end <= start or start < 0:
             raise StreamError(f'phone "{label}" from {start:g} to {end:g} s: lasts no time; send it again')
         last = self.known[-1] if self.known else EMPTY
@@ -67,7 +85,26 @@ class PhoneStream:
             raise StreamError(
                 f'phone "{label}" at {start:g} s comes after its frames were due; raise the look-ahead'
             )
+        self._refuse_leap(end, f'phone "{label}" at {start:g} s')
+        one = Alignment((Interval(label, 0.0, end - start),), end - start, "stream", "the stream")
+        to_phones(replace(one, offset=start), self.options.language, self.options.unknown)
         self.known.append(Interval(label, max(start, last.end), end))
+
+    def tick(self, now: float) -> None:
+        """The source's clock. Raises StreamError when it goes back, or far ahead, and leaves it as it was."""
+        if now < self.ticked:
+            raise StreamError(f"the time went back from {self.ticked:g} to {now:g} s; it stays as it was")
+        self._refuse_leap(now, f"the time {now:g} s")
+        self.ticked = now
+        self.pass_time(now)
+
+    def _refuse_leap(self, time: float, what: str) -> None:
+        reached = max(self.heard_until, self.emitted / self.options.fps)
+        if time > reached + LONGEST:
+            raise StreamError(
+                f"{what} lies {time - reached:.0f} s ahead, and no more than {LONGEST:g} may pass at once; "
+                "times are in seconds"
+            )
 
     def pass_time(self, now: float) -> None:
         """Say that it is `now` seconds: no phone will come that ends before, less the look-ahead."""
@@ -77,9 +114,11 @@ class PhoneStream:
         """Say that nothing more will come."""
         self.ended = True
 
-    def frames(self) -> NDArray[np.float32]:
-        """Every frame that has fallen due since the last call, (frames, controls)."""
+    def frames(self, most: int | None = None) -> NDArray[np.float32]:
+        """Frames that have fallen due since the last call, all or the first `most`, (frames, controls)."""
         count = self._due() - self.emitted
+        if most is not None:
+            count = min(count, most)
         if count <= 0:
             return np.empty((0, len(self.rig.controls)), np.float32)
         alignment, origin = self._window(self.emitted, self.emitted + count)

@@ -1,0 +1,86 @@
+"""What comes in: phones, the time, sound, the end, and what cannot be read. A line of JSON is one of them."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import StreamError
+from phonanim.readers import brief
+
+FORMS = '{"phone": "AA1", "start": 0.1, "end": 0.2}, {"time": 0.3} or {"end": true}'
+
+
+@dataclass(frozen=True, slots=True)
+class Phone:
+    """A phone from `start` to `end` seconds."""
+
+    label: str
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """The clock of the source stands at `time` seconds."""
+
+    time: float
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Sound that follows the last, (n,) float32 mono in -1..1."""
+
+    values: NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """Nothing more will come."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Something that could not be read and was left out."""
+
+    text: str
+
+
+Event = Phone | Tick | Samples | End | Problem
+
+
+def parse_event(line: str) -> Event:
+    """A line of JSON. Raises StreamError when it is none of the forms."""
+    try:
+        table = json.loads(line)
+    except (ValueError, RecursionError) as error:
+        reason = error.args[0] if isinstance(error, RecursionError) else str(error)
+        raise StreamError(f"a line is no JSON ({reason}) and is left out: {brief(line)}") from error
+    if isinstance(table, dict):
+        if "phone" in table:
+            return _phone(table, line)
+        if table.get("end") is True:
+            return End()
+        if _is_number(table.get("time")):
+            return Tick(float(table["time"]))
+    raise StreamError(f"a line is none of {FORMS} and is left out: {brief(line)}")
+
+
+def _phone(table: dict[str, Any], line: str) -> Phone:
+    label, start, end = (table.get(name) for name in ("phone", "start", "end"))
+    if not isinstance(label, str) or not _is_number(start) or not _is_number(end):
+        raise StreamError(f"a phone needs a label, a start and an end, and is left out: {brief(line)}")
+    return Phone(label, float(start), float(end))
+
+
+def _is_number(value: Any) -> bool:
+    """Whether JSON gave a finite number; true and false are none."""
+    try:
+        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    except OverflowError:
+        return False

@@ -1,0 +1,136 @@
+"""Where events come from: lines of JSON, an alignment file, a recording, raw samples, a microphone."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+from phonanim.alignment import read_alignment
+from phonanim.audio import mono, opened_audio
+from phonanim.errors import AudioError, MissingExtraError, StreamError
+from phonanim.language import choose_language
+from phonanim.options import Options
+from phonanim.stream.events import End, Event, Phone, Problem, Samples, Tick, parse_event
+
+BLOCK = 0.01  # seconds of sound at a time
+CHUNK = 1 << 14  # bytes at a time
+LONGEST_LINE = 1 << 16  # bytes of a line of JSON
+
+
+def json_lines(source: int) -> Iterator[Event]:
+    """Lines of JSON from a file descriptor, as they come; what is none of the forms is a Problem."""
+    for line in _lines(source):
+        if line is None:
+            yield Problem(f"a line is longer than {LONGEST_LINE} bytes and is left out")
+        elif line.strip():
+            yield _event(line)
+    yield End()
+
+
+def _event(line: bytes) -> Event:
+    try:
+        return parse_event(line.decode("utf-8", "replace"))
+    except StreamError as error:
+        return Problem(str(error))
+
+
+def _lines(source: int) -> Iterator[bytes | None]:
+    """Lines without their ends; None for one that is too long."""
+    rest, dropping = b"", False
+    while chunk := os.read(source, CHUNK):
+        *whole, rest = (rest + chunk).split(b"\n")
+        for line in whole:
+            if not dropping:
+                yield line if len(line) <= LONGEST_LINE else None
+            dropping = False
+        if len(rest) > LONGEST_LINE:
+            if not dropping:
+                yield None
+            rest, dropping = b"", True
+    if rest and not dropping:
+        yield rest
+
+
+def alignment_file(path: Path, options: Options) -> tuple[str, Iterator[Event]]:
+    """The language of an alignment's labels, and its phones. Raises AlignmentError."""
+    alignment = read_alignment(path, options.tier, options.speaker, options.lexicon)
+    language = options.language
+    if language == "auto":
+        found = choose_language(interval.label for interval in alignment.intervals).name
+        language = alignment.language or found
+
+    def events() -> Iterator[Event]:
+        for interval in alignment.intervals:
+            yield Phone(interval.label, interval.start, interval.end)
+        yield Tick(alignment.duration)
+        yield End()
+
+    return language, events()
+
+
+def recording(path: Path) -> tuple[int, Iterator[Event]]:
+    """The rate of a recording, and its sound, block by block; channels are averaged. Raises AudioError."""
+    rate, blocks = opened_audio(path, BLOCK)
+
+    def events() -> Iterator[Event]:
+        for block in blocks:
+            yield Samples(block)
+        yield End()
+
+    return rate, events()
+
+
+def raw_samples(source: int, channels: int) -> Iterator[Event]:
+    """16-bit little-endian samples from a file descriptor, as they come; channels are averaged.
+
+    Raises AudioError when it is a WAV file.
+    """
+    width, rest, first = 2 * channels, b"", True
+    while chunk := os.read(source, CHUNK):
+        data = rest + chunk
+        if first and data[:4] in (b"RIFF", b"fLaC", b"OggS"):
+            raise AudioError("stdin: is a sound file, not raw samples; name the file instead of -")
+        first = first and len(data) < 4
+        whole = len(data) // width * width
+        rest = data[whole:]
+        if whole:
+            yield Samples(mono(data[:whole], channels))
+    if rest:
+        yield Problem(f"the last {len(rest)} bytes are no whole sample and are left out")
+    yield End()
+
+
+def microphone(device: str | None, rate: int) -> Iterator[Event]:
+    """Sound as a microphone hears it, without end. Raises MissingExtraError, AudioError."""
+    sounddevice = _sounddevice()
+    heard: SimpleQueue[Event] = SimpleQueue()
+
+    def callback(data: Any, frames: int, time: Any, status: Any) -> None:
+        if status:
+            heard.put(Problem(f"the microphone: {status}"))
+        heard.put(Samples(data[:, 0].copy()))
+
+    named = int(device) if device and device.isdigit() else device or None
+    try:
+        stream = sounddevice.InputStream(
+            rate, round(BLOCK * rate), named, channels=1, dtype="float32", callback=callback
+        )
+        with stream:
+            while True:
+                yield heard.get()
+    except (sounddevice.PortAudioError, ValueError) as error:
+        what = " ".join(str(error).split())
+        raise AudioError(f"the microphone cannot be opened ({what}); name another device") from error
+
+
+def _sounddevice() -> Any:
+    try:
+        import sounddevice
+    except ImportError as error:
+        raise MissingExtraError("a microphone needs pip install 'phonanim[stream]'") from error
+    except OSError as error:
+        raise AudioError(f"a microphone needs the PortAudio library ({error}); install it") from error
+    return sounddevice
