@@ -2,6 +2,7 @@
 
     python benchmarks/audio.py run benchmarks/audio.toml --json work/audio.json
     python benchmarks/audio.py table benchmarks/audio.toml work/audio.json
+    python benchmarks/audio.py encoding examples/line.wav mfcc whisper phones
     python benchmarks/audio.py layers models/phisanet -o work/layers.png
 
 All are reimplementations from the theses, trained on a few hundred sentences of one speaker: what they
@@ -20,8 +21,9 @@ import click
 import numpy as np
 
 from phonanim import regressors
-from phonanim.audio import Sound, read_sound
+from phonanim.audio import Sound, read_sound, resample
 from phonanim.corpus import load_corpus
+from phonanim.encoders import HOP, RATE, load_encoder
 from phonanim.face import FaceModel, fit_face, lip_aperture, lip_width
 from phonanim.metrics import correlation, vertex_error
 from phonanim.regressors import make_config, regressor_class
@@ -146,6 +148,25 @@ def table(config: Path, results: Path) -> None:
 def cell(key: str, value: Any) -> str:
     """A number as the table shows it."""
     return f"{value:.{DIGITS[key]}f}" if key in DIGITS else f"{value:,}" if isinstance(value, int) else value
+
+
+@main.command()
+@click.argument("recording", type=click.Path(exists=True, path_type=Path))
+@click.argument("encoders", nargs=-1)
+def encoding(recording: Path, encoders: tuple[str, ...]) -> None:
+    """Print what encoders cost: processor milliseconds for a second of speech, the least of five runs."""
+    sound = read_sound(recording)
+    heard = resample(sound.samples, sound.rate, RATE)
+    heard = np.pad(heard, (0, -len(heard) % HOP))
+    for name in encoders:
+        encoder, taken = load_encoder(name), []
+        for _ in range(5):
+            before = time.process_time()
+            encoder.run(heard)
+            taken.append(time.process_time() - before)
+        print(
+            f"{name}: {1000 * min(taken) / sound.duration:.1f} ms, {encoder.layers} layers of {encoder.dims}"
+        )
 
 
 @main.command()
