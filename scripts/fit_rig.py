@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from phonanim.animate import load_model
 from phonanim.corpus import Corpus, load_corpus
+from phonanim.exporters.csv import N_ARKIT, columns
 from phonanim.face import FaceModel, fit_face
 from phonanim.files import write_text
 from phonanim.head import load_head
@@ -57,7 +58,7 @@ def main() -> None:
     write_motion(SHIPPED, motion)
     modes = motion.modes(face)
     puppet = make_puppet(load_head(), shipped_landmarks(), face)
-    write_rig(RIGS / "arkit.toml", fit_rig(arkit(puppet.controls), puppet, face, modes))
+    write_rig(RIGS / "arkit.toml", fit_rig(arkit(tuple(sorted(columns()[:N_ARKIT]))), puppet, face, modes))
     visemes = viseme_puppet(puppet)
     write_rig(RIGS / "vrm.toml", fit_rig(vrm(), vrm_puppet(visemes), face, modes))
     write_oculus(visemes, face, closed_face(face, modes))

@@ -8,7 +8,7 @@ import numpy as np
 
 from phonanim.alignment import Interval
 from phonanim.animation import Animation
-from phonanim.head import load_head
+from phonanim.rig import load_rig
 
 PHONES = (
     ("sil", 0.0, 0.1),
@@ -23,7 +23,7 @@ PHONES = (
 def line(frames: int = 61, fps: float = 60.0, seed: int = 0) -> Animation:
     """One second of "hello", every control between 0 and 1."""
     rng = np.random.default_rng(seed)
-    names = load_head().targets
+    names = load_rig("arkit").controls
     times = np.arange(frames)[:, None] / fps
     waves = np.sin(2 * np.pi * (rng.uniform(0.5, 4, len(names)) * times + rng.uniform(0, 1, len(names))))
     phones = tuple(Interval(*phone) for phone in PHONES)

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from phonanim.face import FaceModel
-from phonanim.head import load_head
+from phonanim.head import TONGUE, load_head
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.landmarks import read_landmarks
 from phonanim.rig.puppet import Puppet, landmark_partners, mirrored
@@ -24,7 +24,7 @@ SHAPES = (
 @cache
 def head_puppet() -> Puppet:
     """The shipped head's landmarks in the axes and size of a reference face."""
-    head, spots = load_head(), read_landmarks(load_rig("arkit").landmarks)
+    head, spots = load_head().without(TONGUE), read_landmarks(load_rig("arkit").landmarks)
     rest = spots.of(head.vertices)
     eyes = rest[[33, 133, 362, 263]].mean(axis=0)
     return Puppet(head.targets, (rest - eyes) * 1000, spots.of(head.deltas) * 1000)

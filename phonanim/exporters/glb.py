@@ -15,7 +15,7 @@ from phonanim.exporters.csv import rate_of
 from phonanim.exporters.json import intervals, spans
 from phonanim.files import atomic_path
 from phonanim.glb import Glb, glb_bytes, read_glb
-from phonanim.head import SHIPPED
+from phonanim.head import SHIPPED, TONGUE
 from phonanim.keys import reduce_curves
 from phonanim.morphs import Morphs, find_morphs, moving_morphs
 
@@ -169,6 +169,10 @@ def _animation(glb: Glb, tracks: list[_Track], morphs: dict[int, Morphs], path: 
         sampled = _sampled(glb, track, len(names), grid)
         for name, curve in zip(names, sampled, strict=True):
             curves[name] = agreed(curves.get(name), curve, name, path)
+    if not any(
+        curves[name].any() for name in TONGUE if name in curves
+    ):  # the shipped head's, moved by few rigs
+        curves = {name: curve for name, curve in curves.items() if name not in TONGUE}
     return Animation(
         values=np.stack(list(curves.values()), axis=1).astype(np.float32),
         channels=tuple(curves),

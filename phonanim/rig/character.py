@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from phonanim.errors import RigError
 from phonanim.face import OUTER_LIPS, FaceModel, lip_aperture, lip_protrusion, lip_width
 from phonanim.glb import Glb, read_glb, world
-from phonanim.head import Head, load_head, reflected
+from phonanim.head import TONGUE, Head, load_head, reflected
 from phonanim.metrics import correlation
 from phonanim.morphs import Morphs, find_morphs, plain
 from phonanim.rig.fit import fit_rig
@@ -27,7 +28,7 @@ from phonanim.rig.rig import Rig
 
 Array = NDArray[np.float64]
 
-GREY = 0.3  # what the parts of a character reflect in pictures, where textures would tell
+GREY = 0.3  # what the parts of a character reflect in pictures, where the file itself does not tell
 # Shapes that move the lips but say nothing.
 MOODS = frozenset({"happy", "angry", "sad", "relaxed", "surprised", "joy", "sorrow", "fun", "cheekpuff"})
 LEAST_MOTION = 1.0  # mm of some lip point: less is no shape of speech
@@ -119,11 +120,19 @@ def _pieces(glb: Glb, morphs: Morphs) -> list[Piece]:
         named = primitive.get("targets", ()) if controls else ()
         moves = np.array([_moved(glb, target, len(points)) for target in named]).reshape(-1, *points.shape)
         faces = index.reshape(-1, 3).astype(np.int64)
-        textured = "baseColorTexture" in material.get("pbrMetallicRoughness", {})
-        colors = np.full_like(points, GREY) if textured else reflected(glb, primitive, points)
+        told = _tells_colour(material, primitive)
+        colors = reflected(glb, primitive, points) if told else np.full_like(points, GREY)
         placed = points @ turn + matrix[:3, 3]
         pieces.append(Piece(name, placed, faces, moves @ turn, controls, colors))
     return pieces
+
+
+def _tells_colour(material: dict[str, Any], primitive: dict[str, Any]) -> bool:
+    """Whether colours stand in the file itself: not in a picture, and not left to the viewer."""
+    surface = material.get("pbrMetallicRoughness", {})
+    return "baseColorTexture" not in surface and (
+        "baseColorFactor" in surface or "COLOR_0" in primitive["attributes"]
+    )
 
 
 def _moved(glb: Glb, target: dict[str, int], count: int) -> Array:
@@ -139,7 +148,7 @@ def fit_character(
 
     Raises RigError when the face cannot be found or no shape moves the lips.
     """
-    arkit = load_rig("arkit")
+    arkit, head = load_rig("arkit"), head.without(TONGUE)
     if spots is None:
         spots = suggest_landmarks(load_head(), shipped_landmarks(), head)
     puppet = make_puppet(head, spots, face)

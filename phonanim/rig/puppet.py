@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from phonanim.errors import RigError
 from phonanim.face import FaceModel
-from phonanim.head import Head
+from phonanim.head import TONGUE, Head
 from phonanim.rig.landmarks import MeshLandmarks
 
 Array = NDArray[np.float64]
@@ -42,9 +42,12 @@ class Puppet:
 
 
 def make_puppet(head: Head, landmarks: MeshLandmarks, face: FaceModel) -> Puppet:
-    """The landmarks of a head, brought into the reference face's axes and size. Raises RigError."""
+    """The landmarks of a head, brought into the reference face's axes and size. Raises RigError.
+
+    The shipped head's tongue, which shows in none, is left out.
+    """
     spots = landmarks.take(face.indices.tolist())
-    head = straightened(head, landmarks, face)
+    head = straightened(head.without(TONGUE), landmarks, face)
     return Puppet(head.targets, spots.of(head.vertices), spots.of(head.deltas))
 
 

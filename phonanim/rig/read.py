@@ -21,10 +21,10 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-FILES = ("direct", "head", "landmarks", "accents", "visemes", "shapes")
+FILES = ("direct", "head", "landmarks", "accents", "tongue", "visemes", "shapes")
 FOLDER = LEXICON / "rigs"
 KEYS = (
-    *("name", "title", "source", "face", "head", "landmarks", "accents", "direct", "speech"),
+    *("name", "title", "source", "face", "head", "landmarks", "accents", "tongue", "direct", "speech"),
     *("through", "table", "visemes", "shapes", "stepped"),
     *("controls", "at_most", "shares", "poses"),
 )
@@ -184,6 +184,7 @@ def _build(document: dict[str, Any], path: Path) -> Rig:
         head=files.get("head"),
         landmarks=files.get("landmarks"),
         accents=files.get("accents"),
+        tongue=files.get("tongue"),
     )
 
 

@@ -12,6 +12,7 @@ from phonanim.face import FaceModel
 from phonanim.phones import PhoneTrack
 from phonanim.rig.accents import accented, read_accents
 from phonanim.rig.rig import POSED_MODES, SIGMAS, HingeMap, Rig, Through
+from phonanim.rig.tongue import place_tongue, read_places
 from phonanim.rig.visemes import show
 
 How = Literal["auto", "poses", "direct", "solve"]
@@ -32,20 +33,31 @@ def retarget(
 
     "poses" is Taylor 2017, equations 2 and 3; "direct" the rig's own finer map; "auto" the finer one where
     the rig has it; "solve" moves the landmarks of the rig's head, frame by frame. Rigs of mouth shapes
-    choose them by the phones of `track` at `times` (frames,) seconds, and other rigs may accent what
-    landmarks cannot show of them, unless `accents` is off. Values keep the rig's limits.
+    choose them by the phones of `track` at `times` (frames,) seconds; other rigs may accent what landmarks
+    cannot show of them, unless `accents` is off, and place their tongue. Values keep the rig's limits.
     Raises RigError when the rig lacks the map or was made for another face.
     """
     _check_face(face, rig)
     if rig.visemes is not None:
         return _limit(show(modes, face, rig, track, times), rig)
     if rig.through is not None:
-        other = retarget(modes, face, rig.through.rig, how, track, times, accents)
-        return _limit(_through(other, rig.through), rig)
-    values = _solved(modes, face, rig) if how == "solve" else _mapped(modes, face, rig, how)
-    if accents and rig.accents is not None and track is not None and times is not None:
-        values = accented(values, read_accents(rig.accents, rig.controls), track, times)
+        values = _through(retarget(modes, face, rig.through.rig, how, track, times, accents), rig.through)
+    else:
+        values = _solved(modes, face, rig) if how == "solve" else _mapped(modes, face, rig, how)
+    if track is not None and times is not None:
+        values = _spoken(values, rig, track, times, accents)
     return _limit(values, rig)
+
+
+def _spoken(
+    values: NDArray[np.float32], rig: Rig, track: PhoneTrack, times: NDArray[np.float64], accents: bool
+) -> NDArray[np.float32]:
+    """What phones add to controls, in place: accents, and the tongue."""
+    if accents and rig.accents is not None:
+        values = accented(values, read_accents(rig.accents, rig.controls), track, times)
+    if rig.tongue is not None:
+        values = place_tongue(values, read_places(rig.tongue, rig.controls), rig.controls, track, times)
+    return values
 
 
 def _mapped(modes: NDArray[np.floating], face: FaceModel, rig: Rig, how: How) -> NDArray[np.float32]:

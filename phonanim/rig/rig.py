@@ -86,7 +86,8 @@ class Rig:
     a finer map, `through` another rig in front, `visemes` the choice by phones. `at_most` pairs (a, b)
     keep control a no larger than b. `speech` names the controls that speech moves. `face` is the id of the
     reference face that the numbers were made for, "" for any. `head` and `landmarks` are the files of its
-    mesh, where it has one; `accents` is its table of what landmarks cannot show.
+    mesh, where it has one; `accents` is its table of what landmarks cannot show, `tongue` that of the places
+    where its tongue articulates.
     """
 
     name: str
@@ -107,6 +108,7 @@ class Rig:
     head: Path | None = None
     landmarks: Path | None = None
     accents: Path | None = None
+    tongue: Path | None = None
 
     @property
     def posed(self) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.face import INNER_LIPS
-from phonanim.head import Head
+from phonanim.head import TONGUE, Head
 from phonanim.rig.align import Surface, align_bare, face_rows, surface_of
 from phonanim.rig.deform import Deformation
 from phonanim.rig.inside import carry_parts, outer_rows
@@ -43,9 +43,11 @@ class Report:
 def transfer(model: Head, spots: MeshLandmarks, target: Head) -> tuple[Head, MeshLandmarks, Report]:
     """Give a head without shapes the model's, and the landmarks that were found on it.
 
-    The skin deforms; teeth, tongue and eyes follow the model's as rigid bodies, the rest the skin. Raises
-    RigError when the heads cannot be brought together, MissingExtraError without scipy.
+    The skin deforms; teeth, tongue and eyes follow the model's as rigid bodies, the rest the skin. Shapes of
+    the model's tongue alone are left out. Raises RigError when the heads cannot be brought together,
+    MissingExtraError without scipy.
     """
+    model = model.without(TONGUE)
     onto = align_bare(model, spots, target)
     skin = np.isin(target.triangles, outer_rows(target)).all(axis=1)
     theirs = Surface(onto(target.vertices), target.triangles[skin], np.zeros(len(target.vertices)))

@@ -34,6 +34,7 @@ def rig_text(rig: Rig, folder: Path, direct: str = "") -> str:
         "head": _beside(rig.head, folder),
         "landmarks": _beside(rig.landmarks, folder),
         "accents": _beside(rig.accents, folder),
+        "tongue": _beside(rig.tongue, folder),
         "direct": direct,
     }
     lines = [f"{key} = {_quoted(text)}" for key, text in head.items() if text]
