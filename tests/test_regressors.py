@@ -23,6 +23,10 @@ SMALL: dict[str, dict[str, Any]] = {
     "dnn": {"hidden": [16], "epochs": 2, "batch": 64},
     "dynamic_visemes": {"clusters": 12},
     "ensemble": {"members": [{"kind": "phone_mean"}, {"kind": "tree", "weight": 3, "leaf": 4}]},
+    "facediffuser": {
+        **{"encoder": "mfcc", "latent": 8, "hidden": 8, "depth": 1, "epochs": 2, "window": 20},
+        **{"timesteps": 20, "steps": 4, "batch": 4, "learning_rate": 0.01},
+    },
     "phisanet": HEARD | {"classifier": 0.01},
     "hmm": {"leaf": 5, "rate": 100.0, "alignments": 1},
     "lstm": {"units": 8, "epochs": 2},

@@ -1,0 +1,203 @@
+"""Denoising diffusion in NumPy: a network that sees through noise, and the sampling that starts from it.
+
+After the text of FaceDiffuser (Stan 2023), sections 3.4, 5.2, 6 and 8. `_torch_diffusion` trains the same
+layers under the same names. Time 0 is the motion itself, time `timesteps` almost pure noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.neural import named, sigmoid
+from phonanim.regressors._decoders import gru, recurrent_names
+
+if TYPE_CHECKING:
+    from phonanim.regressors.facediffuser import Config
+
+Floats = NDArray[np.float32]
+Weights = Mapping[str, Floats]
+Shapes = dict[str, tuple[int, ...]]
+
+# How a signal may be embedded: as it is; by one layer; by two; by a layer and a convolution, which the
+# thesis follows by pooling (section 8.3). What is pooled it does not say: here pairs of channels.
+EMBEDDINGS = ("none", "linear", "mlp", "conv", "max", "average")
+POOLED = 2  # channels that become one
+REACH = 1  # steps at each side that the convolution sees
+SLOWEST = 1e4  # of the waves that tell the time, in their first one's wavelength (Ho et al. 2020)
+BETAS = (1e-4, 0.02)  # of the first and last of 1000 steps (Ho et al. 2020); the thesis names none
+BLOCK = 1500  # steps whose noise is drawn at once
+
+MASKS = ("none", "full zero", "partial zero", "full random", "partial random")
+
+
+def kept(timesteps: int) -> NDArray[np.float64]:
+    """The share of the signal's power that is left at each time, (timesteps + 1,), falling from 1.
+
+    prod (1 - beta), with beta on a straight line (eq. 1), scaled so that the last share is the same
+    for any number of timesteps.
+    """
+    betas = np.minimum(np.linspace(*BETAS, timesteps) * 1000 / timesteps, 0.999)
+    return np.concatenate([[1.0], np.cumprod(1 - betas)])
+
+
+def diffused(motion: Floats, share: float, noise: Floats) -> Floats:
+    """Motion under noise, of which `share` of the power is left, any shape (eq. 1 from time 0 on)."""
+    return np.asarray(np.sqrt(share) * motion + np.sqrt(1 - share) * noise, np.float32)
+
+
+def strided(timesteps: int, steps: int) -> NDArray[np.int64]:
+    """The times at which the network is asked: `steps` of them, evenly from the last to the first."""
+    return np.round(np.linspace(timesteps, 1, steps)).astype(np.int64)
+
+
+def noise_of(seed: int, turn: int, first: int, count: int, modes: int) -> Floats:
+    """Noise of `count` steps from `first` on, (count, modes); the same whichever stretch asks for it."""
+    blocks = range(first // BLOCK, (first + count - 1) // BLOCK + 1)
+    numbers = [
+        np.random.default_rng([seed, turn, block]).standard_normal((BLOCK, modes), np.float32)
+        for block in blocks
+    ]
+    return np.concatenate(numbers)[first - blocks[0] * BLOCK :][:count]
+
+
+def sample(
+    config: Config,
+    weights: Weights,
+    heard: Floats,
+    noise: Callable[[int], Floats],
+    unheard: Floats | None = None,
+    steps: int | None = None,
+) -> Floats:
+    """Motion from noise (section 3.4.1), heard (n, steps, dims) -> (n, steps, modes) in the targets' scale.
+
+    The motion that the network sees in the noise is diffused again to the next time, with `noise` of that
+    turn, (n, steps, modes). `heard` is embedded: the sound takes no part in the loop. With `unheard`, what
+    is embedded of no sound, both predictions are combined.
+    """
+    if not config.diffusion:
+        return denoised(config, weights, noise(0), 0, heard)
+    shares = kept(config.timesteps)
+    times = strided(config.timesteps, steps or config.steps)
+    found = noise(0)
+    for turn, time in enumerate(times):
+        seen = found if turn == 0 else diffused(found, shares[time], noise(turn))
+        found = guided(config, weights, seen, int(time), heard, unheard)
+    return found
+
+
+def guided(
+    config: Config, weights: Weights, seen: Floats, time: int, heard: Floats, unheard: Floats | None
+) -> Floats:
+    """The motion w F(x, t, a) + (1 - w) F(x, t, nothing), with w the `guidance`.
+
+    Equation 8 prints w at the unconditional part, its text says that a low one hears less: the text holds.
+    """
+    found = denoised(config, weights, seen, time, heard)
+    if unheard is None:
+        return found
+    free = denoised(config, weights, seen, time, unheard)
+    return np.asarray(free + np.float32(config.guidance) * (found - free))
+
+
+def denoised(config: Config, weights: Weights, seen: Floats, time: int, heard: Floats) -> Floats:
+    """The motion that the network takes to be under the noise (eq. 4), (n, steps, modes) -> the same.
+
+    Embeddings of sound, noise and time side by side, recurrent layers, the style as a factor of what
+    they give, a linear layer.
+    """
+    signal = heard
+    if config.diffusion:
+        moment = timed(weights, np.array([time]))[:, None]
+        parts = [heard, embed(config.noise, named(weights, "noise_"), seen)]
+        parts.append(np.broadcast_to(moment, (*seen.shape[:2], moment.shape[2])))
+        signal = np.concatenate(parts, axis=2)
+    for layer in range(config.depth):
+        signal = gru(signal, *(weights[f"{name}{layer}"] for name in recurrent_names("gru")))
+    return np.asarray(signal * weights["style"][config.style] @ weights["output"] + weights["output_bias"])
+
+
+def embed(kind: str, weights: Weights, signal: Floats) -> Floats:
+    """One of EMBEDDINGS, (n, steps, dims) -> (n, steps, size)."""
+    if kind == "none":
+        return signal
+    found = signal @ weights["first"] + weights["first_bias"]
+    if kind == "linear":
+        return np.asarray(found)
+    found = np.maximum(found, 0)
+    if kind == "mlp":
+        return np.asarray(found @ weights["second"] + weights["second_bias"])
+    padded = np.pad(found, ((0, 0), (REACH, REACH), (0, 0)))
+    taps = [padded[:, tap : tap + found.shape[1]] @ kernel for tap, kernel in enumerate(weights["second"])]
+    return pooled(kind, np.asarray(sum(taps) + weights["second_bias"]))
+
+
+def pooled(kind: str, signal: Floats) -> Floats:
+    """The greater or the mean of neighbouring channels, (n, steps, 2 size) -> (n, steps, size)."""
+    if kind == "conv":
+        return signal
+    pairs = signal.reshape(*signal.shape[:2], -1, POOLED)
+    return np.asarray(pairs.max(axis=3) if kind == "max" else pairs.mean(axis=3))
+
+
+def timed(weights: Weights, times: NDArray[np.integer]) -> Floats:
+    """Embedding of times by a network of two layers, (n,) -> (n, size)."""
+    found = waves(times, len(weights["time_first"])) @ weights["time_first"] + weights["time_first_bias"]
+    return np.asarray(found * sigmoid(found) @ weights["time_second"] + weights["time_second_bias"])
+
+
+def waves(times: NDArray[np.integer], size: int) -> Floats:
+    """Sines and cosines that tell times apart, (n,) -> (n, size) (Vaswani et al. 2017; Ho et al. 2020)."""
+    angles = times[:, None] * SLOWEST ** -(np.arange(size // 2) / (size // 2))
+    return np.concatenate([np.sin(angles), np.cos(angles)], axis=1).astype(np.float32)
+
+
+def masked(strategy: str, share: float, heard: Floats, rng: np.random.Generator) -> Floats:
+    """Sound as the network gets it in training, (n, steps, dims) -> the same (section 6.1.1).
+
+    "full" strategies take all of the features of a `share` of the sequences, "partial" ones a `share` of
+    the features of all; they become zero, or random numbers.
+    """
+    if strategy == "none":
+        return heard
+    shape = (len(heard), 1, 1) if strategy.startswith("full") else heard.shape
+    return np.where(rng.random(shape) < share, absent(strategy, heard.shape, rng), heard)
+
+
+def absent(strategy: str, shape: tuple[int, ...], rng: np.random.Generator) -> Floats:
+    """What stands for no sound: zeros, or random numbers where the network was trained with them."""
+    if strategy.endswith("random"):
+        return rng.standard_normal(shape, np.float32)
+    return np.zeros(shape, np.float32)
+
+
+def shapes_of(config: Config, dims: int, modes: int) -> Shapes:
+    """Name and shape of every weight of a network that hears `dims` features."""
+    shapes, before = embedding_shapes(config.sound, "sound_", dims, config.latent)
+    if config.diffusion:
+        more, size = embedding_shapes(config.noise, "noise_", modes, config.latent)
+        timing, moment = embedding_shapes("mlp", "time_", config.latent, config.latent)
+        shapes |= more | timing
+        before += size + moment
+    sides, gates = 1 + config.bidirectional, 3 * config.hidden
+    for layer in range(config.depth):
+        shapes[f"forward{layer}"] = (sides, before, gates)
+        shapes[f"recur{layer}"] = (sides, config.hidden, gates)
+        shapes[f"bias{layer}"] = shapes[f"recur_bias{layer}"] = (sides, gates)
+        before = sides * config.hidden
+    return shapes | {"style": (config.styles, before), "output": (before, modes), "output_bias": (modes,)}
+
+
+def embedding_shapes(kind: str, name: str, dims: int, size: int) -> tuple[Shapes, int]:
+    """The weights of an embedding, and how many channels it gives."""
+    if kind == "none":
+        return {}, dims
+    shapes: Shapes = {f"{name}first": (dims, size), f"{name}first_bias": (size,)}
+    if kind == "linear":
+        return shapes, size
+    wide = size * (POOLED if kind in ("max", "average") else 1)
+    second = (size, wide) if kind == "mlp" else (2 * REACH + 1, size, wide)
+    return shapes | {f"{name}second": second, f"{name}second_bias": (wide,)}, size

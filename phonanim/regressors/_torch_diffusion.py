@@ -1,0 +1,298 @@
+"""The network of regressors/_diffusion.py in torch, and its training; imported by `fit` alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from phonanim.regressors import CHECKPOINT, Examples, Progress
+from phonanim.regressors._diffusion import POOLED, REACH, kept, masked, sample, waves
+from phonanim.regressors._heard import Settings, cached_encoder
+from phonanim.regressors._torch import seeded
+from phonanim.regressors._torch_decoders import Recurrent
+from phonanim.regressors._torch_heard import Scaling, State, Steps, batches, gathered, key_of, step
+from phonanim.regressors.facediffuser import Config, FaceDiffuser
+
+Floats = NDArray[np.float32]
+Build = Callable[..., FaceDiffuser]
+CHECKED = 5  # steps that validation clips are sampled with after each epoch
+FIRST_STAGE = "autoencoder"  # the folder of its journal
+
+
+class Network(nn.Module):
+    """Motion under noise, sound and time in; what motion it is out."""
+
+    def __init__(self, config: Config, dims: int, modes: int) -> None:
+        super().__init__()
+        self.config = config
+        self.sound = Embedding(config.sound, dims, config.latent)
+        self.face = Embedding(config.sound, modes, self.sound.size) if config.autoencoder else None
+        size = self.sound.size
+        if config.diffusion:
+            self.noise = Embedding(config.noise, modes, config.latent)
+            self.time = Embedding("mlp", config.latent, config.latent, nn.SiLU())
+            size += self.noise.size + self.time.size
+        self.body = Recurrent(
+            Settings(
+                hidden=config.hidden,
+                depth=config.depth,
+                bidirectional=config.bidirectional,
+                dropout=config.dropout,
+            ),
+            size,
+        )
+        self.style = nn.Parameter(torch.ones(config.styles, self.body.size))
+        self.dropout = nn.Dropout(config.dropout)
+        self.output = nn.Linear(self.body.size, modes)
+
+    def forward(self, heard: Tensor, seen: Tensor, times: NDArray[np.int64], styles: Tensor) -> Tensor:
+        """(n, steps, size), (n, steps, modes), (n,), (n,) -> (n, steps, modes)."""
+        if self.config.diffusion:
+            moment = self.time(torch.from_numpy(waves(times, self.config.latent))[:, None])
+            heard = torch.cat([heard, self.noise(seen), moment.expand(-1, seen.shape[1], -1)], dim=2)
+        hidden = self.body(heard) * self.style[styles][:, None]
+        found: Tensor = self.output(self.dropout(hidden))
+        return found
+
+    def export(self) -> dict[str, Floats]:
+        """Weights by the names of `_diffusion`."""
+        found = self.sound.export("sound_") | self.body.export()
+        if self.config.diffusion:
+            found |= self.noise.export("noise_") | self.time.export("time_")
+        found |= {"style": self.style, "output": self.output.weight.T, "output_bias": self.output.bias}
+        return {name: tensor.detach().numpy().copy() for name, tensor in found.items()}
+
+
+class Embedding(nn.Module):
+    """One of _diffusion.EMBEDDINGS."""
+
+    def __init__(self, kind: str, dims: int, size: int, active: nn.Module | None = None) -> None:
+        super().__init__()
+        self.kind, self.size = kind, dims if kind == "none" else size
+        self.active = active or nn.ReLU()
+        wide = size * (POOLED if kind in ("max", "average") else 1)
+        self.first = nn.Identity() if kind == "none" else nn.Linear(dims, size)
+        self.second: nn.Module = nn.Identity()
+        if kind == "mlp":
+            self.second = nn.Linear(size, size)
+        elif kind not in ("none", "linear"):
+            self.second = nn.Conv1d(size, wide, 2 * REACH + 1, padding=REACH)
+
+    def forward(self, signal: Tensor) -> Tensor:
+        """(n, steps, dims) -> (n, steps, size)."""
+        found: Tensor = self.first(signal)
+        if self.kind in ("none", "linear"):
+            return found
+        found = self.active(found)
+        if self.kind == "mlp":
+            return self.second(found)  # type: ignore[no-any-return]
+        found = self.second(found.transpose(1, 2)).transpose(1, 2)
+        if self.kind == "conv":
+            return found
+        pairs = found.reshape(*found.shape[:2], -1, POOLED)
+        return pairs.amax(dim=3) if self.kind == "max" else pairs.mean(dim=3)
+
+    def export(self, name: str) -> dict[str, Tensor]:
+        """Weights by the names of `_diffusion`."""
+        found: dict[str, Tensor] = {}
+        for part, layer in (("first", self.first), ("second", self.second)):
+            if isinstance(layer, nn.Linear):
+                found[f"{name}{part}"] = layer.weight.T
+            elif isinstance(layer, nn.Conv1d):
+                found[f"{name}{part}"] = layer.weight.permute(2, 1, 0)
+            if isinstance(layer, (nn.Linear, nn.Conv1d)):
+                found[f"{name}{part}_bias"] = layer.bias
+        return found
+
+
+def fit_diffusion(
+    build: Build,
+    config: Config,
+    train: Examples,
+    validation: Examples,
+    rng: np.random.Generator,
+    progress: Progress,
+    journal: Path | None,
+) -> FaceDiffuser:
+    """Train on random windows of the clips; the weights with the least validation error are kept.
+
+    That error is the mean square of targets over whole clips, sampled in a few steps. Every epoch draws its
+    chance from a seed of its own, so that a training that went on after a halt ends where one without a
+    halt does.
+    """
+    seed = int(rng.integers(2**31))
+    seeded(np.random.default_rng(seed))
+    learned = data_of(config, train)
+    held_out = data_of(config, validation) if len(validation) else None
+    scaling = scaled(config, learned)
+    network = Network(config, learned.values.shape[2], learned.targets.shape[1])
+    identity = cached_encoder(config.encoder).identity
+    whole = config.autoencoder + config.epochs
+
+    def model() -> FaceDiffuser:
+        return build(
+            config, scaling.centre, scaling.scale, scaling.low, scaling.span, network.export(), identity
+        )
+
+    def reported(before: int) -> Progress:
+        return lambda epochs: progress((before + epochs) / whole)
+
+    if config.autoencoder:
+        first = replace(config, epochs=config.autoencoder, patience=config.autoencoder)
+        shown = Stage(first, network, learned, scaling, seed, autoencodes=True)
+        shown.run(
+            journal and journal / FIRST_STAGE,
+            lambda: error_of_faces(network, scaling, held_out),
+            reported(0),
+        )
+        freeze_but_sound(network)
+    Stage(config, network, learned, scaling, seed).run(
+        journal, lambda: error_of(model(), held_out), reported(config.autoencoder)
+    )
+    if config.autoencoder and journal:
+        (journal / FIRST_STAGE / CHECKPOINT).unlink(missing_ok=True)
+    progress(1.0)
+    return model()
+
+
+def data_of(config: Any, examples: Examples) -> Steps:
+    """Examples at the model's steps: the last layer of the encoder, and styles in the place of phones."""
+    steps = gathered(config, examples)
+    styles = np.array(examples.styles or [0] * len(examples), np.int64)
+    return replace(steps, values=steps.values[:, -1:], codes=np.repeat(styles, steps.lengths))
+
+
+def scaled(config: Any, steps: Steps) -> Scaling:
+    """Features to mean 0 and deviation 1; targets by one number for all modes, or one for each."""
+    scaling = Scaling.of(config, steps)
+    if config.normalize == "modes":
+        return replace(scaling, span=np.asarray(steps.targets.std(axis=0) + 1e-6, np.float32))
+    return scaling
+
+
+def freeze_but_sound(network: Network) -> None:
+    """The second stage of appendix B: what draws faces stays, what hears learns to ask for them."""
+    for part in network.parameters():
+        part.requires_grad_(False)
+    network.sound.requires_grad_(True)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One training of a network: from sound, or from the faces that it is to find (`autoencodes`)."""
+
+    config: Config
+    network: Network
+    steps: Steps
+    scaling: Scaling
+    seed: int
+    autoencodes: bool = False
+
+    def run(self, journal: Path | None, error: Callable[[], float], progress: Progress) -> None:
+        """Descend until all epochs are done or nothing is gained, go back to the best state."""
+        config: Any = self.config
+        optimizer = torch.optim.Adam(self.network.parameters(), lr=config.learning_rate)
+        key = key_of(config, self.seed, self.steps)
+        state = State(self.network, optimizer, [], [], key, journal)  # type: ignore[arg-type]
+        state.resume()
+        while not state.ended(config):
+            epoch = len(state.curve)
+            if config.cosine:
+                rate = config.learning_rate * (1 + np.cos(np.pi * epoch / config.epochs)) / 2
+                optimizer.param_groups[0]["lr"] = float(rate)
+            losses = self.epoch(optimizer, epoch)
+            self.network.eval()
+            state.add(float(np.mean(losses)), error())
+            progress(epoch + 1)
+        state.restore()
+
+    def epoch(self, optimizer: Any, epoch: int) -> list[float]:
+        """Learn from every clip once; the losses."""
+        self.network.train()
+        settings: Any = self.config
+        chance = np.random.default_rng([self.seed, epoch, 1])
+        return [
+            step(self.network, optimizer, self.loss(values, targets, codes[:, 0], weights, chance))  # type: ignore[arg-type]
+            for values, targets, codes, _, weights in batches(
+                settings, self.steps, np.random.default_rng([self.seed, epoch])
+            )
+        ]
+
+    def loss(
+        self,
+        values: Tensor,
+        targets: Tensor,
+        styles: NDArray[np.int64],
+        weights: Tensor,
+        rng: np.random.Generator,
+    ) -> Tensor:
+        """Huber's loss (eq. 5) of the motion that is found under the noise of random times."""
+        config, scaling = self.config, self.scaling
+        motion = (targets.numpy() - scaling.low) / scaling.span
+        times = rng.integers(1, config.timesteps + 1, len(motion))
+        shares = kept(config.timesteps)[times][:, None, None]
+        noise = rng.standard_normal(motion.shape, np.float32)
+        seen = np.sqrt(shares) * motion + np.sqrt(1 - shares) * noise
+        wanted = torch.from_numpy(motion)
+        if self.autoencodes:
+            assert self.network.face is not None
+            heard = self.network.face(wanted)
+        else:
+            normal = (values.numpy()[:, :, 0] - scaling.centre[0]) * scaling.scale[0]
+            heard = masked(config.masking, config.masked, normal, rng)
+            heard = self.network.sound(torch.from_numpy(heard))
+        found = self.network(
+            heard, torch.from_numpy(seen.astype(np.float32)), times, torch.from_numpy(styles)
+        )
+        apart = nn.functional.huber_loss(found, wanted, reduction="none", delta=config.delta)
+        return (apart.mean(dim=(1, 2)) * weights).mean()
+
+
+def alike(steps: Steps, most: int = 100) -> Iterator[tuple[int, NDArray[np.int64]]]:
+    """Rows of whole clips that are as long and of one style, at most so many: (style, (clips, steps))."""
+    styles = steps.codes[steps.starts]
+    for length, style in np.unique(np.stack([steps.lengths, styles], axis=1), axis=0):
+        chosen = steps.starts[(steps.lengths == length) & (styles == style)]
+        for begin in range(0, len(chosen), most):
+            yield int(style), chosen[begin : begin + most, None] + np.arange(length)
+
+
+def error_of(model: FaceDiffuser, steps: Steps | None) -> float:
+    """Mean square error of whole clips, sampled in few steps; 0 when there are none."""
+    if steps is None:
+        return 0.0
+    total = 0.0
+    for style, rows in alike(steps):
+        one = model.changed(style=style)
+        heard = one.embedded((steps.values[rows][:, :, 0] - one.centre[0]) * one.scale[0])
+        wide = (len(rows), rows.shape[1], len(one.low))
+
+        def noise(turn: int, wide: tuple[int, int, int] = wide) -> Floats:
+            return np.random.default_rng([0, turn]).standard_normal(wide, np.float32)
+
+        found = sample(one.config, one.weights, heard, noise, steps=min(CHECKED, one.config.steps))
+        total += float(((one.unscaled(found) - steps.targets[rows]) ** 2).sum())
+    return total / steps.targets.size
+
+
+def error_of_faces(network: Network, scaling: Scaling, steps: Steps | None) -> float:
+    """The same of the first stage: faces found again from themselves, at the noisiest time."""
+    if steps is None:
+        return 0.0
+    total = 0.0
+    for style, rows in alike(steps):
+        wanted = torch.from_numpy((steps.targets[rows] - scaling.low) / scaling.span)
+        noise = torch.from_numpy(np.random.default_rng(0).standard_normal(wanted.shape, np.float32))
+        times = np.full(len(rows), network.config.timesteps)
+        assert network.face is not None
+        with torch.no_grad():
+            found = network(network.face(wanted), noise, times, torch.full((len(rows),), style))
+        total += float((((found - wanted).numpy() * scaling.span) ** 2).sum())
+    return total / steps.targets.size
