@@ -72,7 +72,7 @@ def is_character(cell: str) -> bool:
     return cell.lower().endswith(CHARACTERS)
 
 
-def files_beside(root: Place, names: Mapping[str, Any]) -> dict[str, str]:
+def files_beside(root: Place, names: Mapping[str, Any]) -> dict[str, Any]:
     """The absolute paths of a rig and of a model that lie below `root`; all others go by their names."""
     if not isinstance(root, Path):
         return {}
