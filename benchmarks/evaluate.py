@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import contacts, metrics, regressors
+from phonanim.audio import read_sound
 from phonanim.corpus import Corpus, load_corpus
 from phonanim.ema import Utterance, load_utterances
 from phonanim.face import FaceModel, fit_face, lip_aperture, lip_protrusion, lip_width
@@ -122,7 +123,8 @@ def predictor(model: regressors.Model, corpus: Corpus, closing: bool) -> Predict
 
     def predict(clip: int) -> NDArray[np.float32]:
         start = 0.5 / corpus.fps
-        modes = model.predict(corpus.tracks[clip], corpus.fps, int(corpus.frames[clip]), start)
+        sound = None if model.regressor.driven_by == "phones" else read_sound(corpus.audio[clip])
+        modes = model.predict(corpus.tracks[clip], corpus.fps, int(corpus.frames[clip]), start, sound)
         return contacts.close(modes, corpus.tracks[clip], model.face, corpus.fps, start) if closing else modes
 
     return cached(predict)
