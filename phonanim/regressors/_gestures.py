@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 POINTS = 9  # of a gesture's path, evenly over its time
+STARTS = 4  # of k-means, of which the best counts
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ def cluster(found: Gestures, clusters: int, seed: int) -> tuple[NDArray[np.int64
             "dynamic visemes are clustered with scikit-learn; install it with pip install 'phonanim[train]'"
         ) from error
     flat = found.paths.reshape(len(found.paths), -1)
-    fitted = KMeans(min(clusters, len(flat)), n_init=1, random_state=seed).fit(
+    fitted = KMeans(min(clusters, len(flat)), n_init=STARTS, random_state=seed).fit(
         flat, sample_weight=found.weights
     )
     return fitted.labels_.astype(np.int64), fitted.cluster_centers_.reshape(-1, *found.paths.shape[1:])

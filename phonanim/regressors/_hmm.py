@@ -135,7 +135,7 @@ def grow(found: Statistics, asked: NDArray[np.bool_], leaf: int, mdl: float) -> 
     """Split models by their answers (models, questions) as long as the description gets shorter.
 
     Gaussians of independent columns; splitting pays when the log likelihood rises by mdl * n * ln(frames)
-    (Shinoda and Watanabe 2000, equation 9), the price of another mean and variance of n columns.
+    (Shinoda and Watanabe 2000), the price of another mean and variance of n columns.
     """
     count, n = found.count.sum(), found.total.shape[1]
     mean = found.total.sum(axis=0) / count

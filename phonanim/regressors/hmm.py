@@ -115,11 +115,12 @@ class Trees:
         inner = trees.question != LEAF
         children = np.stack([trees.yes, trees.no])[:, inner]
         # Children lie behind their parents, so that every walk ends.
-        if (children <= np.flatnonzero(inner)).any() or (children >= len(inner)).any():
+        outside = (children >= len(inner)).any() or (trees.question >= len(trees.place)).any()
+        if outside or (children <= np.flatnonzero(inner)).any():
             raise ValueError("a node points outside its tree")
-        if (trees.yes[~inner] < 0).any() or (
-            trees.yes[~inner] >= max(map(len, (trees.means, trees.shares)))
-        ).any():
+        of_state = np.arange(len(inner)) < trees.roots[-1]
+        leaves = np.where(of_state, len(trees.means), len(trees.shares))
+        if ((trees.yes < 0) | (trees.yes >= leaves))[~inner].any():
             raise ValueError("a node points to a leaf that is not there")
         return trees
 
@@ -163,7 +164,7 @@ def share_out(
 ) -> NDArray[np.float64]:
     """The likeliest durations of the states of phones with some lengths, all seconds -> (phones, states).
 
-    d = m + rho v with rho so that they sum to the phone's length (Yoshimura et al. 1998, equation 4).
+    d = m + rho v with rho so that they sum to the phone's length (Yoshimura et al. 1998).
     """
     rho = (lengths - means.sum(axis=1)) / variances.sum(axis=1)
     shares = np.maximum(means + rho[:, None] * variances, 0.02 * lengths[:, None])
@@ -173,7 +174,7 @@ def share_out(
 def trajectory(means: Array, precisions: Array) -> Array:
     """The likeliest path under Gaussians of value and differences, (frames, 3, modes) -> (frames, modes).
 
-    Solves W'PW c = W'P m (Tokuda et al. 2000, equation 10), five-banded, mode by mode. Differences that
+    Solves W'PW c = W'P m (Tokuda et al. 2000), five-banded, mode by mode. Differences that
     would reach beyond the ends do not count. Raises MissingExtraError.
     """
     try:
