@@ -333,7 +333,7 @@ def test_transformers_absent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     (tmp_path / "hubert" / "config.json").write_text("{}")
     monkeypatch.setenv("PHONANIM_ENCODERS", str(tmp_path))
     monkeypatch.setitem(__import__("sys").modules, "transformers", None)
-    with pytest.raises(MissingExtraError, match=r"needs pip install 'phonanim\[audio\]'"):
+    with pytest.raises(MissingExtraError, match=r"needs pip install 'phonanim\[encoders\]'"):
         load_encoder("hubert")
 
 

@@ -89,7 +89,7 @@ def _read(folder: Path, kind: str) -> Any:
         import torch
         import transformers
     except ImportError as error:
-        raise MissingExtraError("this encoder needs pip install 'phonanim[audio]'") from error
+        raise MissingExtraError("this encoder needs pip install 'phonanim[encoders]'") from error
     transformers.logging.set_verbosity_error()
     transformers.logging.disable_progress_bar()
     try:
