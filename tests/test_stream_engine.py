@@ -48,7 +48,7 @@ def whole(intervals: list[Interval], options: Options) -> np.ndarray:
 
 
 @pytest.mark.parametrize("fps", [60.0, 24.0])
-@pytest.mark.parametrize("rig", ["arkit", "metahuman", "rhubarb"])
+@pytest.mark.parametrize("rig", ["arkit", "arkit_tongue", "metahuman", "rhubarb"])
 def test_a_stream_gives_what_the_whole_line_gives(rig: str, fps: float) -> None:
     options = Options(language="english", rig=rig, fps=fps, jaw=1.2)
     intervals = spoken(3)

@@ -43,8 +43,11 @@ class View:
 
 def hit(view: View, picture: Picture, seen: Array) -> tuple[NDArray[np.int64], Array]:
     """The surface behind each pixel, or behind the nearest that has one: corners and weights, (n, 3) each."""
-    covered = np.column_stack(np.divmod(picture.covered(), view.width))[:, ::-1]
-    place = np.array([covered[((covered - point) ** 2).sum(axis=1).argmin()] for point in seen])
+    place = np.rint(seen).astype(np.int64).clip(0, (view.width - 1, view.height - 1))
+    missed = np.flatnonzero(picture.face[place[:, 1], place[:, 0]] == EMPTY)
+    if len(missed):
+        covered = np.column_stack(np.divmod(picture.covered(), view.width))[:, ::-1]
+        place[missed] = [covered[((covered - seen[row]) ** 2).sum(axis=1).argmin()] for row in missed]
     face = picture.face[place[:, 1], place[:, 0]]
     inside = np.linalg.norm(place - seen, axis=1) < 1
     spot = np.column_stack([np.where(inside[:, None], seen, place), np.ones(len(seen))])
