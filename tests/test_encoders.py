@@ -296,6 +296,7 @@ def test_an_unknown_encoder() -> None:
 @pytest.mark.parametrize("name", [*HIDDEN, "whisper"])
 def test_weights_that_are_missing(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PHONANIM_ENCODERS", str(tmp_path))
+    monkeypatch.setattr("phonanim.encoders._weights.find_spec", lambda name: None)
     name_of = "Whisper" if name == "whisper" else name
     with pytest.raises(ModelError, match=rf"^{name_of} has no weights here: .*{name}$"):
         load_encoder(name)

@@ -47,7 +47,7 @@ def whisper_tensors() -> tuple[dict[str, Floats], int, str]:
     for path in (folder / "model.bin", folder / "model.safetensors"):
         if path.is_file():
             return _whisper(path)
-    spec = None if os.environ.get(FOLDER) else find_spec(PACKAGE)
+    spec = find_spec(PACKAGE)
     if spec and spec.origin:
         return _whisper(Path(spec.origin).parent / "model" / "model.bin")
     raise ModelError(
