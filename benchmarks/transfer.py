@@ -31,6 +31,8 @@ from scipy.spatial import cKDTree
 from phonanim.face import INNER_LIP_PAIRS
 from phonanim.head import Head, load_head
 from phonanim.morphs import plain
+from phonanim.rig import load_rig
+from phonanim.rig.deform import face_normals
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
 from phonanim.rig.transfer import transfer
 
@@ -68,8 +70,9 @@ def main() -> None:
         ours, theirs = gaps(made, spots, weights, 10), gaps(model, shipped_landmarks(), weights, 1000)
         print(f"lips, jawOpen {weights[0]}, mouthClose {weights[1]}: {ours} mm; shipped head {theirs} mm")
     print(
-        f"{seconds:.1f} s, {report.matched:.0%} matched, {report.straightened} shapes straightened, "
-        f"{report.flipped} triangles turned over"
+        f"{seconds:.1f} s, {report.matched:.0%} matched, {report.straightened} shapes mended, "
+        f"{report.flipped} triangles turned, {turned(made, load_rig('arkit').poses)} in the eight poses, "
+        f"{turned(made, posed(('jawOpen', 'mouthClose')))} under jawOpen and mouthClose"
     )
 
 
@@ -114,6 +117,18 @@ def mixture(made: Head, other: Head, theirs: Array) -> Array:
     table = shapes[:, moved].reshape(len(shapes), -1).T
     weights = np.linalg.lstsq(table, theirs[moved].ravel(), rcond=1e-3)[0]
     return np.asarray(np.tensordot(weights, shapes, axes=1))
+
+
+def posed(names: tuple[str, ...]) -> Array:
+    """One pose of ARKit's controls, those named at full weight, (1, controls)."""
+    return np.array([[float(name in names) for name in load_rig("arkit").controls]])
+
+
+def turned(head: Head, poses: Array) -> int:
+    """Triangles that poses of ARKit's controls, (poses, controls), turn by more than a right angle."""
+    still = face_normals(head.vertices, head.triangles)
+    shapes = head.shape(head.weights(poses, load_rig("arkit").controls))
+    return sum(int(((face_normals(p, head.triangles) * still).sum(axis=1) < 0).sum()) for p in shapes)
 
 
 def scaled(ours: Array, theirs: Array) -> Pair:
