@@ -1,8 +1,9 @@
 """The appearance model and the search on the test clips: what it keeps, how far it is from the tracker.
 
-    python benchmarks/appearance.py ../shared/data/grid_s1 work/corpus
+    python benchmarks/appearance.py ../shared/data/grid_s1 work/corpus [MOUTH ...]
 
-The corpus has its appearance already (`phonanim corpus appearance`).
+The corpus has its appearance already (`phonanim corpus appearance`); mouths are folders of
+`phonanim mouth train`, scored in joint parameters, landmarks and pixels.
 """
 
 from __future__ import annotations
@@ -15,17 +16,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.aam import Fitter, build_fitter, track
-from phonanim.corpus import load_corpus
+from phonanim.corpus import Corpus, load_corpus
 from phonanim.face import FaceModel, lip_aperture, lip_width
 from phonanim.metrics import correlation
+from phonanim.mouth import load_mouth
 from phonanim.pictures import Captured, Recordings, load_captured, open_recordings, pixel_mse
 
 Array = NDArray[np.float64]
 
 
-def main(recordings: Path, folder: Path) -> None:
+def main(recordings: Path, folder: Path, mouths: list[Path]) -> None:
     corpus, captured = load_corpus(folder), load_captured(folder)
     describe(captured)
+    for mouth in mouths:
+        score(mouth, corpus, captured)
     films, fitter = open_recordings(recordings, corpus), build_fitter(captured.model)
     clips = [int(clip) for clip in corpus.clips_of("test")]
     started = time.perf_counter()
@@ -45,6 +49,19 @@ def describe(captured: Captured) -> None:
         error = pixel_mse(model, joint, captured.grey)
         parts = ", ".join(f"{part} {getattr(error, part).mean():.1f}" for part in ("whole", "inner", "outer"))
         print(f"pixel MSE on the test clips, {name}: {parts} grey levels squared")
+
+
+def score(folder: Path, corpus: Corpus, captured: Captured) -> None:
+    """One mouth on the test clips: mean squared errors in the three spaces of Taylor 2017, figure 10."""
+    mouth, model = load_mouth(folder), captured.model
+    clips = corpus.clips_of("test")
+    joint = np.concatenate([mouth.predict(corpus.tracks[clip], corpus.times(clip)) for clip in clips])
+    seen = corpus.landmarks[captured.rows].astype(float)
+    apart = (model.face.instance(model.instance(joint)[0]) - seen)[:, model.face.moving]
+    parameters = ((joint - captured.joint[captured.rows]) ** 2).mean()
+    error = pixel_mse(model, joint, captured.grey)
+    print(f"{folder.name}: parameters {parameters:.0f}, landmarks {(apart**2).mean():.3f} mm²,", end=" ")
+    print("pixels " + ", ".join(f"{p} {getattr(error, p).mean():.2f}" for p in ("whole", "inner", "outer")))
 
 
 def follow(fitter: Fitter, films: Recordings, clip: int) -> tuple[Array, Array, Array]:
@@ -86,4 +103,4 @@ def mean_shape(face: FaceModel, tracked: NDArray[np.floating]) -> tuple[Array, A
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main(Path(sys.argv[1]), Path(sys.argv[2]), [Path(mouth) for mouth in sys.argv[3:]])

@@ -19,7 +19,7 @@ Frame = NDArray[np.uint8]
 
 RATE_TOLERANCE = 0.5  # of a frame: how far an instant may lie from the even grid
 SOUND_RATE = 16000  # hertz
-AAC = {"aac_coder": "fast", "aac_pns": "0"}  # with others the bytes depend on what memory held before
+H264 = {"preset": "veryfast", "tune": "zerolatency"}  # looking ahead, x264 does not repeat to the byte
 BLOCK = 4096  # samples that are encoded together
 THREADS = 2  # a fixed number, so that the bytes do not depend on the machine
 
@@ -96,14 +96,15 @@ def write_film(
     """
     av = library()
     with atomic_path(path) as partial, av.open(str(partial), "w") as film:
-        stream = film.add_stream("libx264", rate=rate, options={"crf": str(quality), "preset": "veryfast"})
+        stream = film.add_stream("libx264", rate=rate, options=H264 | {"crf": str(quality)})
         stream.pix_fmt = "yuv420p"
         stream.codec_context.thread_count = THREADS
-        heard = None if sound is None else film.add_stream("aac", rate=SOUND_RATE, layout="mono", options=AAC)
+        heard = None if sound is None else film.add_stream("aac", rate=SOUND_RATE, layout="mono")
         for number, frame in enumerate(frames):
             if number == 0:
                 stream.height, stream.width = frame.shape[:2]
-            film.mux(stream.encode(av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format="rgb24")))
+            picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format="rgb24")
+            film.mux(stream.encode(picture.reformat(format="yuv420p")))
         film.mux(stream.encode(None))
         if heard is not None and sound is not None:
             _encode_sound(film, heard, sound.astype(np.float32)[None], "fltp")

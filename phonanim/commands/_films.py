@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import click
@@ -53,7 +52,7 @@ def track(films: tuple[Path, ...], output: Path, model: Path | None, test: float
         }
     )
     if report.rejected:
-        sys.exit(1)
+        click.get_current_context().exit(1)
 
 
 @click.command()

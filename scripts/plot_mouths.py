@@ -1,0 +1,61 @@
+"""Draw one test clip three times over: as filmed, as the model can show it, and as it is predicted.
+
+    python scripts/plot_mouths.py ../shared/data/grid_s1 work/corpus work/mouth -o docs/images/mouths.png
+
+The columns are the middles of the clip's phones, the longest first until the picture is full.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.corpus import Corpus, load_corpus
+from phonanim.labels import is_silent
+from phonanim.mouth import labelled, load_mouth
+from phonanim.pictures import load_captured, open_recordings
+from phonanim.pixels import write_png
+
+WIDTH = 8  # pictures
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    for name in ("recordings", "corpus", "mouth"):
+        parser.add_argument(name, type=Path)
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    parser.add_argument("--clip", default="bbbs4n")
+    args = parser.parse_args()
+    corpus, mouth = load_corpus(args.corpus), load_mouth(args.mouth)
+    captured, model = load_captured(args.corpus), mouth.appearance
+    clip = corpus.clips.index(args.clip)
+    frames, labels = columns(corpus, clip)
+    films = open_recordings(args.recordings, corpus)
+    textures = films.cut(clip, model.face, model.rows, model.mesh)[1][frames]
+    rows = corpus.rows([clip])[frames]
+    joint = mouth.predict(corpus.tracks[clip], corpus.times(clip)[frames])
+    pictures = (
+        model.draw(corpus.landmarks[rows].astype(float), textures, 1.5),
+        model.render(captured.joint[rows], 1.5),
+        model.render(joint, 1.5),
+    )
+    names = ([""] * len(labels), [""] * len(labels), labels)
+    write_png(np.vstack([labelled(*row) for row in zip(pictures, names, strict=True)]), args.output)
+
+
+def columns(corpus: Corpus, clip: int) -> tuple[NDArray[np.int64], list[str]]:
+    """Frames of a clip in the middle of its longest phones, in their order, and the phones' labels."""
+    track = corpus.tracks[clip]
+    heard = np.array([not is_silent(label) for label in track.labels])
+    longest = np.argsort(-np.where(heard, np.diff(track.bounds), 0), kind="stable")[: min(WIDTH, heard.sum())]
+    chosen = np.sort(longest)
+    middles = (track.bounds[chosen] + track.bounds[chosen + 1]) / 2
+    frames = np.minimum((middles * corpus.fps).astype(np.int64), corpus.frames[clip] - 1)
+    return frames, [track.labels[n] for n in chosen]
+
+
+if __name__ == "__main__":
+    main()
