@@ -40,36 +40,49 @@ def write(
         "facts": _facts(animation),
         "takes": takes,
         "audio": _sound(animation.audio) if animation.audio else None,
-        "head": _base64(character.read_bytes()),
+        "head": base64_text(character.read_bytes()),
     }
     fields = {
         "title": html.escape(str(animation.provenance.get("input", path.stem))),
-        "style": _file("style.css"),
-        "data": json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/"),
-        "script": "\n".join(map(_file, SCRIPTS)),
+        "style": page_file("style.css"),
+        "data": script_data(data),
+        "script": "\n".join(map(page_file, SCRIPTS)),
     }
-    page = _file("page.html")
-    for name, text in fields.items():
-        page = page.replace("{{" + name + "}}", text)
-    write_text(path, page)
+    write_text(path, filled(page_file("page.html"), fields))
+
+
+def filled(page: str, fields: dict[str, str]) -> str:
+    """A page with its fields."""
+    for field, text in fields.items():
+        page = page.replace("{{" + field + "}}", text)
+    return page
+
+
+def script_data(data: dict[str, Any]) -> str:
+    """JSON that may stand within a page."""
+    return json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/")
 
 
 def _take(animation: Animation, glb: Glb) -> dict[str, Any]:
     """One take for the page: curves as float32, frame after frame."""
-    targets: dict[str, str] = {}
-    for morphs in moving_morphs(glb, animation.channels):
-        moved = morphs.moved(animation.channels)
-        targets |= {animation.channels[column]: morphs.names[target] for column, target, _ in moved}
     return {
         "name": str(animation.provenance.get("name", animation.provenance.get("input", animation.rig))),
         "fps": animation.fps,
         "start": animation.start,
         "channels": list(animation.channels),
-        "targets": targets,
+        "targets": targets_of(animation.channels, glb),
         "phones": spans(animation.phones),
         "words": spans(animation.words),
-        "curves": _base64(np.ascontiguousarray(animation.values, "<f4").tobytes()),
+        "curves": base64_text(np.ascontiguousarray(animation.values, "<f4").tobytes()),
     }
+
+
+def targets_of(channels: tuple[str, ...], glb: Glb) -> dict[str, str]:
+    """The morph target of a character that each channel moves. Raises RigError when there is none at all."""
+    found: dict[str, str] = {}
+    for morphs in moving_morphs(glb, channels):
+        found |= {channels[column]: morphs.names[target] for column, target, _ in morphs.moved(channels)}
+    return found
 
 
 def _facts(animation: Animation) -> str:
@@ -85,15 +98,17 @@ def _sound(path: Path) -> str:
             f"{path}: a browser plays {' '.join(AUDIO_TYPES)}; convert the recording to one of them"
         )
     try:
-        return f"data:{kind};base64,{_base64(path.read_bytes())}"
+        return f"data:{kind};base64,{base64_text(path.read_bytes())}"
     except OSError as error:
         raise OutputError(f"{path}: cannot be read: {error.strerror}") from error
 
 
-def _base64(data: bytes) -> str:
+def base64_text(data: bytes) -> str:
+    """Bytes as text."""
     return base64.b64encode(data).decode("ascii")
 
 
 @cache
-def _file(name: str) -> str:
+def page_file(name: str) -> str:
+    """One of the parts of the page."""
     return (PAGE / name).read_text(encoding="utf-8")

@@ -208,6 +208,7 @@ class Convolved(nn.Module):
         found: dict[str, Tensor] = {}
         for number, (layer, norm) in enumerate(zip(self.layers, self.norms, strict=True)):
             assert isinstance(layer, nn.Conv1d)
+            assert isinstance(norm, nn.LayerNorm)
             assert layer.bias is not None
             found |= {f"kernel{number}": layer.weight.permute(2, 1, 0), f"bias{number}": layer.bias}
             found |= {f"norm{number}": norm.weight, f"norm_bias{number}": norm.bias}

@@ -59,6 +59,17 @@ class PhoneStream:
         """End of the last phone, or of time that has passed without one, in seconds."""
         return max(self.now, self.known[-1].end if self.known else 0.0)
 
+    @property
+    def ready(self) -> int:
+        """Frames that may be given out."""
+        return max(self._due() - self.emitted, 0)
+
+    def rehearse(self) -> None:
+        """Make a frame that nobody sees, so that the first one takes no longer than the others."""
+        other = PhoneStream(self.options, 0.0)
+        other.pass_time(0.1)
+        other.frames()
+
     def take(self, event: Event) -> None:
         """Take a phone or the time. Raises StreamError or LabelError, and takes nothing."""
         if isinstance(event, Phone):
@@ -102,7 +113,7 @@ class PhoneStream:
         reached = max(self.heard_until, self.emitted / self.options.fps)
         if time > reached + LONGEST:
             raise StreamError(
-                f"{what} lies {time - reached:.0f} s ahead, and no more than {LONGEST:g} may pass at once; "
+                f"{what} lies {time - reached:g} s ahead, and no more than {LONGEST:g} may pass at once; "
                 "times are in seconds"
             )
 
@@ -116,9 +127,7 @@ class PhoneStream:
 
     def frames(self, most: int | None = None) -> NDArray[np.float32]:
         """Frames that have fallen due since the last call, all or the first `most`, (frames, controls)."""
-        count = self._due() - self.emitted
-        if most is not None:
-            count = min(count, most)
+        count = self.ready if most is None else min(self.ready, most)
         if count <= 0:
             return np.empty((0, len(self.rig.controls)), np.float32)
         alignment, origin = self._window(self.emitted, self.emitted + count)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,13 +72,13 @@ def parse_event(line: str) -> Event:
 
 
 def _phone(table: dict[str, Any], line: str) -> Phone:
-    label, start, end = (table.get(name) for name in ("phone", "start", "end"))
-    if not isinstance(label, str) or not _is_number(start) or not _is_number(end):
+    label, start, end = table["phone"], table.get("start"), table.get("end")
+    if not (isinstance(label, str) and _is_number(start) and _is_number(end)):
         raise StreamError(f"a phone needs a label, a start and an end, and is left out: {brief(line)}")
     return Phone(label, float(start), float(end))
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: Any) -> TypeGuard[float]:
     """Whether JSON gave a finite number; true and false are none."""
     try:
         return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

@@ -134,3 +134,19 @@ def _sounddevice() -> Any:
     except OSError as error:
         raise AudioError(f"a microphone needs the PortAudio library ({error}); install it") from error
     return sounddevice
+
+
+def is_lines(path: Path) -> bool:
+    """Whether a file holds lines of JSON rather than an alignment: its name, or how it begins, tells."""
+    if path.suffix.lower() in (".jsonl", ".ndjson"):
+        return True
+    with path.open("rb") as file:
+        return _is_event(file.readline(LONGEST_LINE))
+
+
+def _is_event(line: bytes) -> bool:
+    try:
+        parse_event(line.decode("utf-8", "replace"))
+    except StreamError:
+        return False
+    return True

@@ -72,6 +72,17 @@ class SoundStream:
         """Seconds of sound that came."""
         return self.seconds
 
+    @property
+    def ready(self) -> int:
+        """Frames that may be given out."""
+        return max(self._due() - self.emitted, 0)
+
+    def rehearse(self) -> None:
+        """Make a frame that nobody sees, so that the first one takes no longer than the others."""
+        other = SoundStream(self.options, self.rate)
+        other.pass_time(0.5)
+        other.frames()
+
     def take(self, event: Event) -> None:
         """Take sound. Raises StreamError for samples that are no numbers, which count as silence."""
         if not isinstance(event, Samples):
@@ -103,9 +114,7 @@ class SoundStream:
 
     def frames(self, most: int | None = None) -> Floats:
         """Frames that are decided since the last call, all or the first `most`, (frames, controls)."""
-        count = self._due() - self.emitted
-        if most is not None:
-            count = min(count, most)
+        count = self.ready if most is None else min(self.ready, most)
         if count <= 0:
             return np.empty((0, len(self.rig.controls)), np.float32)
         times = np.arange(self.emitted, self.emitted + count) / self.options.fps

@@ -1,0 +1,180 @@
+"""`phonanim stream`: phones or sound as they come, frames as they fall due."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from phonanim.commands import Talk, talk_options
+from phonanim.commands._options import animation_options
+
+if TYPE_CHECKING:
+    from phonanim.options import Options
+    from phonanim.stream.events import Event
+    from phonanim.stream.play import Engine, Player
+
+STDIN = 0
+SLACK = 0.02  # seconds that sound may come late before a frame waits for it
+EXACT = "exact"
+
+
+class LookAhead(click.ParamType):  # type: ignore[type-arg]
+    """Seconds, or "exact"."""
+
+    name = "SECONDS|exact"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | None:
+        """None for exact."""
+        if value is None or value == EXACT:
+            return None
+        try:
+            seconds = float(value)
+        except ValueError:
+            self.fail(f"{value!r} is no number of seconds, nor {EXACT}", param, ctx)
+        if not 0 <= seconds <= 10:
+            self.fail(f"{value} does not lie in 0 to 10 seconds", param, ctx)
+        return seconds
+
+
+@click.command()
+@click.argument("source", default="-", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
+@click.option(
+    "--to",
+    "places",
+    metavar="SINK[=HOST:PORT]",
+    multiple=True,
+    default=("stdout",),
+    help="Where frames go: stdout, livelink, osc, vmc, websocket; more than one is fine.",
+)
+@click.option("--realtime", is_flag=True, help="Send each frame when it falls due by the clock.")
+@click.option("--look-ahead", type=LookAhead(), default="0.2", help="Seconds of phones that frames wait for.")
+@click.option(
+    "--delay",
+    type=click.FloatRange(0, 10),
+    help="Seconds after its time that a frame falls due; by default the look-ahead.",
+    show_default=False,
+)
+@click.option("--microphone", is_flag=True, help="Hear the microphone; SOURCE is then its name or number.")
+@click.option("--rate", type=click.IntRange(4000, 384000), default=16000, help="Hertz of raw samples.")
+@click.option("--channels", type=click.IntRange(1, 64), default=1, help="Channels of raw samples.")
+@animation_options
+@talk_options
+def command(
+    source: str,
+    places: tuple[str, ...],
+    realtime: bool,
+    look_ahead: float | None,
+    delay: float | None,
+    microphone: bool,
+    rate: int,
+    channels: int,
+    options: Options,
+    talk: Talk,
+) -> None:
+    """Animate phones or sound as they come.
+
+    SOURCE is - (stdin) or a file: lines of JSON, such as {"phone": "AA1", "start": 0.1, "end": 0.2},
+    {"time": 0.3}, {"end": true}; or any alignment. For a model that hears (kind cnn, tcn) it is a recording,
+    or - for raw samples: 16-bit, little-endian.
+
+    \b
+    Examples:
+      recognizer | phonanim stream --realtime --to livelink=192.168.1.5:11111
+      phonanim stream line.TextGrid --realtime --to websocket
+      phonanim stream speech.wav --model models/cnn
+      arecord -f S16_LE -r 16000 | phonanim stream --model models/cnn --to osc=127.0.0.1:9000
+    """
+    from phonanim.stream.play import Player, sentences
+    from phonanim.stream.sinks import Stage, open_named
+
+    engine, events, ahead = prepared(source, microphone, rate, channels, options, look_ahead)
+    check(realtime, ahead, delay)
+    stage = Stage(engine.rig.name, engine.rig.controls, options.fps)
+    sinks = [open_named(place, stage) for place in places]
+    named = [sink.where for sink in sinks]
+    player = Player(engine, sinks, options.fps, lambda text: told(talk, text))
+    talk.say(f"{engine.rig.name} by {options.model}, {options.fps:g} fps, to {', '.join(named)}")
+    try:
+        play(player, events, realtime, ahead, delay)
+    finally:
+        for sink in tuple(player.sinks):
+            sink.close()
+        for line in sentences(player.tally, named):
+            talk.say(line)
+        talk.event("end", **facts(player))
+    if not player.sinks:
+        raise click.exceptions.Exit(1)
+
+
+def prepared(
+    source: str, microphone: bool, rate: int, channels: int, options: Options, look_ahead: float | None
+) -> tuple[Engine, Iterator[Event], float | None]:
+    """What makes frames, what comes in, and how far ahead frames look."""
+    from phonanim.animate import load_model
+    from phonanim.stream import inputs
+    from phonanim.stream.engine import PhoneStream
+    from phonanim.stream.sound import SoundStream
+
+    if load_model(options.model).regressor.driven_by == "audio":
+        if microphone:
+            heard = inputs.microphone(None if source == "-" else source, rate)
+        elif source == "-":
+            heard = inputs.raw_samples(STDIN, channels)
+        else:
+            rate, heard = inputs.recording(Path(source))
+        engine = SoundStream(options, rate)
+        return engine, heard, engine.look_ahead + SLACK
+    events: Iterator[Event]
+    if source == "-":
+        events = inputs.json_lines(STDIN)
+    elif inputs.is_lines(Path(source)):
+        events = inputs.json_lines(os.open(source, os.O_RDONLY))
+    else:
+        language, events = inputs.alignment_file(Path(source), options)
+        options = replace(options, language=language)
+    return PhoneStream(options, look_ahead), events, look_ahead
+
+
+def check(realtime: bool, look_ahead: float | None, delay: float | None) -> None:
+    """Raise OptionError when the options do not go together."""
+    from phonanim.errors import OptionError
+
+    if realtime and look_ahead is None:
+        raise OptionError("--look-ahead exact waits as long as it takes; with --realtime give it in seconds")
+    if delay is not None and not realtime:
+        raise OptionError("--delay is of frames that fall due by the clock; add --realtime")
+
+
+def play(
+    player: Player, events: Iterator[Event], realtime: bool, look_ahead: float | None, delay: float | None
+) -> None:
+    """Run the stream to its end."""
+    if realtime and look_ahead is not None:
+        player.run_in_time(events, look_ahead, look_ahead if delay is None else delay)
+    else:
+        player.run(events)
+
+
+def told(talk: Talk, text: str) -> None:
+    """A problem, which is said even when nothing else is."""
+    if talk.json:
+        talk.event("problem", text=text)
+    else:
+        click.echo(text, err=True)
+
+
+def facts(player: Player) -> dict[str, object]:
+    """What became of the stream, for scripts."""
+    tally = player.tally
+    return {
+        "frames": tally.frames,
+        "late": tally.late,
+        "stalls": tally.stalls,
+        "problems": tally.problems,
+        "processor_ms_per_frame": round(1000 * tally.work / max(tally.frames, 1), 4),
+    }

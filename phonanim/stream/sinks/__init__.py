@@ -1,0 +1,108 @@
+"""Where frames go as they fall due: one module per protocol, named after it.
+
+Each module has `SUMMARY`, one line for people, `ADDRESS`, the host and port when none is named (None where
+there is none), and `open_sink(stage, address) -> Sink`.
+"""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import MissingExtraError, OptionError, OutputError
+
+Address = tuple[str, int]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What moves: a rig's controls, so many times a second."""
+
+    rig: str
+    controls: tuple[str, ...]
+    fps: float
+
+
+class Sink(Protocol):
+    """A place for frames. `send` never waits for who listens."""
+
+    where: str  # the name of the place, for people
+
+    def send(self, number: int, time: float, values: NDArray[np.float32]) -> None:
+        """Send frame `number`, of `time` seconds, its values (controls,). Raises OSError when it cannot."""
+
+    def close(self) -> None:
+        """Let go of the place."""
+
+
+def names() -> tuple[str, ...]:
+    """Every sink: the stems of this folder's files."""
+    return tuple(sorted(p.stem for p in Path(__file__).parent.glob("[!_]*.py")))
+
+
+def find_sink(name: str) -> ModuleType:
+    """The module of a sink. Raises OptionError with the nearest name."""
+    if name not in names():
+        near = get_close_matches(name, names(), n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise OptionError(f"there is no sink {name!r}{hint} (known: {', '.join(names())})")
+    return import_module(f"phonanim.stream.sinks.{name}")
+
+
+def open_named(text: str, stage: Stage) -> Sink:
+    """A sink from NAME, NAME=HOST:PORT or NAME=PORT. Raises OptionError, OutputError, MissingExtraError."""
+    name, given, place = text.partition("=")
+    module = find_sink(name)
+    if given and module.ADDRESS is None:
+        raise OptionError(f"{text}: {name} has no address; write {name}")
+    address = parse_address(place, module.ADDRESS, text) if given else module.ADDRESS
+    try:
+        opened: Sink = module.open_sink(stage, address)
+    except ImportError as error:
+        raise MissingExtraError(f"{name} needs pip install 'phonanim[stream]' ({error.name})") from error
+    except OSError as error:
+        raise OutputError(f"{text}: cannot be opened: {error.strerror or error}; choose another") from error
+    return opened
+
+
+def parse_address(text: str, usual: Address, where: str) -> Address:
+    """HOST:PORT, or PORT on the usual host. Raises OptionError."""
+    host, _, port = text.rpartition(":")
+    if not port.isdecimal() or not 0 < int(port) < 65536:
+        raise OptionError(f"{where}: {text!r} is no address; write HOST:PORT, such as {usual[0]}:{usual[1]}")
+    return host.strip("[]") or usual[0], int(port)
+
+
+@dataclass
+class Datagrams:
+    """A sink that packs each frame into one UDP packet."""
+
+    where: str
+    address: tuple[object, ...]
+    socket: socket.socket
+    pack: Callable[[int, float, NDArray[np.float32]], bytes]
+
+    def send(self, number: int, time: float, values: NDArray[np.float32]) -> None:
+        """Send a frame; nobody need be listening."""
+        self.socket.sendto(self.pack(number, time, values), self.address)
+
+    def close(self) -> None:
+        """Close the socket."""
+        self.socket.close()
+
+
+def datagrams(
+    name: str, address: Address, pack: Callable[[int, float, NDArray[np.float32]], bytes]
+) -> Datagrams:
+    """A sink to a host and port. Raises OSError when there is no such host."""
+    family, kind, _, _, place = socket.getaddrinfo(*address, type=socket.SOCK_DGRAM)[0]
+    return Datagrams(f"{name}={address[0]}:{address[1]}", place, socket.socket(family, kind), pack)

@@ -1,0 +1,127 @@
+"""A WebSocket, and a page that shows the shipped head moving: both at one address, for any browser.
+
+`http://HOST:PORT/` is the page, which needs nothing from elsewhere. `ws://HOST:PORT/live` sends a frame as
+one binary message, little-endian: number (uint32), 4 bytes of nothing, seconds (float64), values (float32
+each). The first message is JSON text: the rig, frames per second, and the names of the controls.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import struct
+from http import HTTPStatus
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.stream.sinks import Address, Stage
+
+SUMMARY = "a WebSocket with a live page: open http://127.0.0.1:8765 in a browser"
+ADDRESS = ("127.0.0.1", 8765)
+PATH = "/live"
+HEAD = struct.Struct("<I4xd")
+PAGE = Path(__file__).parent.parent / "page"
+SCRIPTS = ("three.js", "data.js", "stage.js")  # of the viewer
+
+
+class Broadcast:
+    """A server on a thread of its own; whoever is connected gets every frame, and nobody is waited for."""
+
+    def __init__(self, stage: Stage, address: Address, page: bytes) -> None:
+        from websockets.asyncio.server import broadcast
+
+        self.where = f"http://{address[0]}:{address[1]}/"
+        self.told = json.dumps({"rig": stage.rig, "fps": stage.fps, "controls": stage.controls})
+        self.page = page
+        self.broadcast = broadcast
+        self.loop = asyncio.new_event_loop()
+        self.thread = Thread(target=self.loop.run_forever, daemon=True)
+        self.thread.start()
+        try:
+            self.server = asyncio.run_coroutine_threadsafe(self._serve(address), self.loop).result()
+        except OSError:
+            self._stop()
+            raise
+
+    def send(self, number: int, time: float, values: NDArray[np.float32]) -> None:
+        """Hand a frame to the server's thread."""
+        message = HEAD.pack(number % 2**32, time) + values.astype("<f4").tobytes()
+        self.loop.call_soon_threadsafe(self._send, message)
+
+    def close(self) -> None:
+        """Tell everybody that it is over."""
+        asyncio.run_coroutine_threadsafe(self._end(), self.loop).result()
+        self._stop()
+
+    async def _serve(self, address: Address) -> Any:
+        from websockets.asyncio.server import serve
+
+        quiet = logging.getLogger("phonanim.websocket")  # a visitor who hangs up is no news
+        quiet.addHandler(logging.NullHandler())
+        quiet.propagate = False
+        return await serve(
+            self._greet, *address, process_request=self._answer, compression=None, logger=quiet
+        )
+
+    async def _greet(self, connection: Any) -> None:
+        await connection.send(self.told)
+        await connection.wait_closed()
+
+    def _answer(self, connection: Any, request: Any) -> Any:
+        """The page, or nothing where a WebSocket is asked for."""
+        if request.path == PATH:
+            return None
+        if request.path != "/":
+            return connection.respond(HTTPStatus.NOT_FOUND, "the page is at /\n")
+        response = connection.respond(HTTPStatus.OK, "")
+        response.body = self.page
+        for name in ("Content-Type", "Content-Length"):
+            del response.headers[name]
+        response.headers["Content-Type"] = "text/html; charset=utf-8"
+        response.headers["Content-Length"] = str(len(self.page))
+        return response
+
+    def _send(self, message: bytes) -> None:
+        self.broadcast(self.server.connections, message)
+
+    async def _end(self) -> None:
+        self.server.close()
+        await self.server.wait_closed()
+
+    def _stop(self) -> None:
+        self.loop.call_soon_threadsafe(self.loop.stop)
+        self.thread.join()
+        self.loop.close()
+
+
+def open_sink(stage: Stage, address: Address) -> Broadcast:
+    """Raises ImportError without websockets, RigError when the head has no target for any control."""
+    import websockets.asyncio.server  # noqa: F401  what is missing is said before a page is made
+
+    return Broadcast(stage, address, live_page(stage).encode())
+
+
+def live_page(stage: Stage) -> str:
+    """The page, whole."""
+    from phonanim.exporters.html import base64_text, filled, page_file, script_data, targets_of
+    from phonanim.glb import read_glb
+    from phonanim.head import SHIPPED
+
+    data = {
+        "facts": f"{stage.rig} · {stage.fps:g} fps · {len(stage.controls)} controls",
+        "channels": stage.controls,
+        "targets": targets_of(stage.controls, read_glb(SHIPPED)),
+        "head": base64_text(SHIPPED.read_bytes()),
+    }
+    fields = {
+        "title": "phonanim stream",
+        "style": page_file("style.css"),
+        "data": script_data(data),
+        "script": "\n".join([*map(page_file, SCRIPTS), (PAGE / "live.js").read_text("utf-8")]),
+    }
+    return filled((PAGE / "live.html").read_text("utf-8"), fields)
