@@ -92,7 +92,7 @@ class Embedding(nn.Module):
             return found
         found = self.active(found)
         if self.kind == "mlp":
-            return self.second(found)  # type: ignore[no-any-return]
+            return torch.as_tensor(self.second(found))
         found = self.second(found.transpose(1, 2)).transpose(1, 2)
         if self.kind == "conv":
             return found
@@ -103,11 +103,9 @@ class Embedding(nn.Module):
         """Weights by the names of `_diffusion`."""
         found: dict[str, Tensor] = {}
         for part, layer in (("first", self.first), ("second", self.second)):
-            if isinstance(layer, nn.Linear):
-                found[f"{name}{part}"] = layer.weight.T
-            elif isinstance(layer, nn.Conv1d):
-                found[f"{name}{part}"] = layer.weight.permute(2, 1, 0)
             if isinstance(layer, (nn.Linear, nn.Conv1d)):
+                assert layer.bias is not None
+                found[f"{name}{part}"] = layer.weight.permute(*reversed(range(layer.weight.ndim)))
                 found[f"{name}{part}_bias"] = layer.bias
         return found
 
