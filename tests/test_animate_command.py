@@ -46,7 +46,7 @@ def test_nothing_but_an_alignment(line, capsys):
     told = err.splitlines()
     assert len(told) == 3
     assert told[0] == "read a.TextGrid: 39 phones in 4.52 s with a.wav"
-    assert told[1] == "moved arkit by default: 272 frames at 60 fps, 52 channels"
+    assert told[1] == "moved arkit_tongue by default: 272 frames at 60 fps, 56 channels"
     assert told[2].startswith("wrote a.glb (")
 
 

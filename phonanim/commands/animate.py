@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from phonanim.commands import Talk, talk_options
 from phonanim.commands._export import export_options, key_notes, save_each
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 OUTPUT = click.Path(dir_okay=False, path_type=Path)
+HEAD_RIG = "arkit_tongue"  # all that the shipped head can do
 
 
 @click.command()
@@ -46,7 +49,7 @@ def command(
     """Animate a rig from a phone alignment, or from a recording by a model that hears.
 
     The suffix of each output chooses its format; without -o the shipped head speaks in a GLB beside the
-    alignment. `phonanim info` lists formats, rigs and languages.
+    alignment, tongue and all (--rig arkit_tongue). `phonanim info` lists formats, rigs and languages.
 
     \b
     Examples:
@@ -63,7 +66,10 @@ def command(
 
     if text is not None:
         audio, alignment = audio or alignment, heard(alignment, text)
-    outputs = outputs or (alignment.with_suffix(".glb"),)
+    if not outputs:
+        outputs = (alignment.with_suffix(".glb"),)
+        if click.get_current_context().get_parameter_source("rig") is ParameterSource.DEFAULT:
+            options = replace(options, rig=options.rig if "character" in exports else HEAD_RIG)
     check_outputs([*outputs, *filter(None, [sheet])], [alignment, *filter(None, [audio, edits])])
     animation = animate(alignment, options, audio or find_audio(alignment))
     if edits:
