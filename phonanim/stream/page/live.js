@@ -8,6 +8,7 @@ const stage = new Stage($("stage"), [take]);
 const bars = data.channels.map(bar);
 const AGAIN = 1000; // milliseconds until a lost stream is looked for again
 const HEAD = 16; // bytes before the values: frame number (uint32), 4 of padding, seconds (float64)
+const MOVED = 0.01;
 const come = []; // when the frames of the last second came
 let last = null;
 
@@ -15,6 +16,7 @@ function bar(name) {
   const row = document.createElement("div");
   row.className = "curve";
   row.innerHTML = "<b></b><output></output><u></u>";
+  row.hidden = true; // until it moves
   row.children[0].textContent = row.title = name;
   $("curves").append(row);
   return row;
@@ -52,6 +54,7 @@ function tick(now) {
     document.documentElement.dataset.frame = last.frame;
   }
   bars.forEach((row, channel) => {
+    row.hidden &&= Math.abs(values[channel]) < MOVED;
     row.children[1].value = values[channel].toFixed(2);
     row.children[2].style.width = `${Math.min(Math.abs(values[channel]), 1) * 95}%`;
   });
