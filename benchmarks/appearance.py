@@ -1,6 +1,7 @@
 """The appearance model and the search on the test clips: what it keeps, how far it is from the tracker.
 
     python benchmarks/appearance.py ../shared/data/grid_s1 work/corpus [MOUTH ...]
+    python benchmarks/appearance.py ../shared/data/grid_s1 work/corpus --tune     (on training clips)
 
 The corpus has its appearance already (`phonanim corpus appearance`); mouths are folders of
 `phonanim mouth train`, scored in joint parameters, landmarks and pixels.
@@ -15,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.aam import Fitter, build_fitter, track
+from phonanim.aam import Fitter, Options, build_fitter, track
 from phonanim.corpus import Corpus, load_corpus
 from phonanim.face import FaceModel, lip_aperture, lip_width
 from phonanim.metrics import correlation
@@ -28,9 +29,13 @@ Array = NDArray[np.float64]
 def main(recordings: Path, folder: Path, mouths: list[Path]) -> None:
     corpus, captured = load_corpus(folder), load_captured(folder)
     describe(captured)
+    own = captured.joint[captured.rows].astype(float)
+    score("the model itself", own, corpus, captured)
+    score("the mean", np.zeros_like(own), corpus, captured)
     for mouth in mouths:
-        score(mouth, corpus, captured)
+        score(mouth.name, spoken(mouth, corpus), corpus, captured)
     films, fitter = open_recordings(recordings, corpus), build_fitter(captured.model)
+    light(films, captured)
     clips = [int(clip) for clip in corpus.clips_of("test")]
     started = time.perf_counter()
     found = {clip: follow(fitter, films, clip) for clip in clips}
@@ -45,23 +50,51 @@ def describe(captured: Captured) -> None:
     parts = {"shape": model.face, "outer": model.outer, "inner": model.inner, "joint": model}
     print("modes:", ", ".join(f"{name} {len(part.std)}" for name, part in parts.items()))
     print(f"pixels: {len(model.mesh.pixels)}, of them inside the mouth {len(model.inner.place)}")
-    for name, joint in (("model", captured.joint[captured.rows]), ("mean", np.zeros((1, len(model.std))))):
-        error = pixel_mse(model, joint, captured.grey)
-        parts = ", ".join(f"{part} {getattr(error, part).mean():.1f}" for part in ("whole", "inner", "outer"))
-        print(f"pixel MSE on the test clips, {name}: {parts} grey levels squared")
 
 
-def score(folder: Path, corpus: Corpus, captured: Captured) -> None:
-    """One mouth on the test clips: mean squared errors in the three spaces of Taylor 2017, figure 10."""
-    mouth, model = load_mouth(folder), captured.model
-    clips = corpus.clips_of("test")
-    joint = np.concatenate([mouth.predict(corpus.tracks[clip], corpus.times(clip)) for clip in clips])
+def light(films: Recordings, captured: Captured) -> None:
+    """How much of the pixels' variance over training clips is the light of each clip."""
+    model = captured.model
+    cuts = [films.cut(int(c), model.face, model.rows, model.mesh, 4) for c in spread(films, 60)]
+    lit = np.concatenate([textures for _, textures in cuts])
+    plain = np.concatenate([model.without_light(textures, modes) for modes, textures in cuts])
+    for name, region in (("outer", model.outer), ("inner", model.inner)):
+        share = 1 - plain[:, region.place].var(axis=0).sum() / lit[:, region.place].var(axis=0).sum()
+        print(f"light: {share:.0%} of the variance of the {name} region")
+
+
+def tune(recordings: Path, folder: Path) -> None:
+    """The search on six training clips under other options."""
+    corpus, captured = load_corpus(folder), load_captured(folder)
+    films = open_recordings(recordings, corpus)
+    for outer, inner, noise in ((5, 5, 40), (0, 5, 40), (20, 10, 40), (5, 5, 10), (5, 5, 80)):
+        fitter = build_fitter(captured.model, Options(outer, inner, noise, likeness=0.5))
+        print(f"{outer} outer modes and {inner} inner projected out, noise {noise}")
+        report(captured.model.face, films, {c: follow(fitter, films, c) for c in spread(films, 6)})
+
+
+def spread(films: Recordings, count: int) -> list[int]:
+    """Training clips, evenly spread."""
+    clips = films.corpus.clips_of("train")
+    return [int(clip) for clip in clips[:: len(clips) // count][:count]]
+
+
+def score(name: str, joint: Array, corpus: Corpus, captured: Captured) -> None:
+    """Joint modes of the test clips: mean squared errors in the three spaces of Taylor 2017, figure 10."""
+    model = captured.model
     seen = corpus.landmarks[captured.rows].astype(float)
     apart = (model.face.instance(model.instance(joint)[0]) - seen)[:, model.face.moving]
     parameters = ((joint - captured.joint[captured.rows]) ** 2).mean()
     error = pixel_mse(model, joint, captured.grey)
-    print(f"{folder.name}: parameters {parameters:.0f}, landmarks {(apart**2).mean():.3f} mm²,", end=" ")
-    print("pixels " + ", ".join(f"{p} {getattr(error, p).mean():.2f}" for p in ("whole", "inner", "outer")))
+    pixels = ", ".join(f"{p} {getattr(error, p).mean():.2f}" for p in ("whole", "inner", "outer"))
+    print(f"{name}: parameters {parameters:.0f}, landmarks {(apart**2).mean():.3f} mm², pixels {pixels}")
+
+
+def spoken(folder: Path, corpus: Corpus) -> Array:
+    """What a mouth makes of the test clips, (frames, j)."""
+    mouth = load_mouth(folder)
+    clips = corpus.clips_of("test")
+    return np.concatenate([mouth.predict(corpus.tracks[c], corpus.times(c)) for c in clips]).astype(float)
 
 
 def follow(fitter: Fitter, films: Recordings, clip: int) -> tuple[Array, Array, Array]:
@@ -102,5 +135,7 @@ def mean_shape(face: FaceModel, tracked: NDArray[np.floating]) -> tuple[Array, A
     return np.stack([placed.real, placed.imag], axis=2), np.abs(turn)
 
 
-if __name__ == "__main__":
+if __name__ == "__main__" and sys.argv[3:] == ["--tune"]:
+    tune(Path(sys.argv[1]), Path(sys.argv[2]))
+elif __name__ == "__main__":
     main(Path(sys.argv[1]), Path(sys.argv[2]), [Path(mouth) for mouth in sys.argv[3:]])
