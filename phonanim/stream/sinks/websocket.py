@@ -24,6 +24,7 @@ from phonanim.stream.sinks import Address, Stage
 SUMMARY = "a WebSocket with a live page: open http://127.0.0.1:8765 in a browser"
 ADDRESS = ("127.0.0.1", 8765)
 PATH = "/live"
+FAREWELL = 1.0  # seconds that a visitor has to hang up at the end
 HEAD = struct.Struct("<I4xd")
 PAGE = Path(__file__).parent.parent / "page"
 SCRIPTS = ("three.js", "data.js", "stage.js")  # of the viewer
@@ -65,7 +66,12 @@ class Broadcast:
         quiet.addHandler(logging.NullHandler())
         quiet.propagate = False
         return await serve(
-            self._greet, *address, process_request=self._answer, compression=None, logger=quiet
+            self._greet,
+            *address,
+            process_request=self._answer,
+            compression=None,
+            logger=quiet,
+            close_timeout=FAREWELL,
         )
 
     async def _greet(self, connection: Any) -> None:
@@ -92,6 +98,10 @@ class Broadcast:
     async def _end(self) -> None:
         self.server.close()
         await self.server.wait_closed()
+        rest = asyncio.all_tasks() - {asyncio.current_task()}  # visitors who never said what they want
+        for task in rest:
+            task.cancel()
+        await asyncio.gather(*rest, return_exceptions=True)
 
     def _stop(self) -> None:
         self.loop.call_soon_threadsafe(self.loop.stop)
