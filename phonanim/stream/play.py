@@ -172,15 +172,16 @@ class Player:
             self.say("further problems are counted, and not told")
 
     def _wait(self, waiting: Queue[Event | PhonanimError], until: float, start: float) -> None:
-        """Take events until a moment; those far ahead of the clock wait for it."""
-        while (left := until - time.monotonic()) > 0:
+        """Take events until a moment, or those that have come; those far ahead of the clock wait for it."""
+        for _ in range(WAITING):
+            left = until - time.monotonic()
             if self.engine.ended or self.engine.heard_until > time.monotonic() - start + AHEAD:
-                pause(until)
-                return
+                break
             try:
-                self.take(opened(waiting.get(timeout=left)))
+                self.take(opened(waiting.get(left > 0, max(left, 0.0))))
             except Empty:
                 return
+        pause(until)
 
     def _hurry(self, waiting: Queue[Event | PhonanimError], due: float, needed: float) -> None:
         """A frame is due that is not decided: wait as long as the engine would; then the rest is silent."""

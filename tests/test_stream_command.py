@@ -1,0 +1,399 @@
+"""`phonanim stream`: what comes in as lines, files and samples; what is wrong with it; the clock; the end."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import wave
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from test_stream_sound import made_up_model, speech
+
+from phonanim.__main__ import run
+from phonanim.animate import animate
+from phonanim.errors import AudioError, MissingExtraError, StreamError
+from phonanim.options import Options
+from phonanim.stream import inputs
+from phonanim.stream.engine import PhoneStream
+from phonanim.stream.events import End, Event, Phone, Problem, Samples, Tick, parse_event
+from phonanim.stream.play import Player, sentences
+from phonanim.stream.sound import SoundStream
+
+GOOD = """{"phone": "HH", "start": 0.1, "end": 0.2}
+{"phone": "AA1", "start": 0.2, "end": 0.4}
+{"time": 0.5}
+{"end": true}
+"""
+
+
+@pytest.fixture(scope="module")
+def line(root: Path) -> Path:
+    return root / "examples" / "line.TextGrid"
+
+
+@pytest.fixture(scope="module")
+def ears(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return str(made_up_model(tmp_path_factory.mktemp("models") / "cnn", "cnn"))
+
+
+def lines_of(text: str, tmp_path: Path) -> Path:
+    path = tmp_path / "phones.jsonl"
+    path.write_text(text)
+    return path
+
+
+def frames(out: str) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in out.splitlines()][1:]
+
+
+def test_a_file_of_phones_gives_what_animate_gives(line: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run(["stream", str(line), "--look-ahead", "exact", "--fps", "30", "--jaw", "1.3"]) == 0
+    out, err = capfd.readouterr()
+    values = np.array([frame["values"] for frame in frames(out)])
+    batch = animate(line, Options(fps=30, jaw=1.3)).values
+    np.testing.assert_allclose(values, batch, atol=1e-5)
+    assert f"sent {len(batch)} frames to stdout" in err
+
+
+def test_lines_and_what_is_wrong_with_them(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    wrong = {
+        '{"phone": "HH", "start": 0.1, "end": 0.2}': 'phone "HH" at 0.1 s was sent twice; the second is left',
+        "garbage": "a line is no JSON (Expecting value: line 1 column 1 (char 0)) and is left out: garbage",
+        "[" * 5000: "a line is no JSON (",
+        '{"phone": "AA1", "start": 0.1}': "a phone needs a label, a start and an end, and is left out",
+        '{"phone": "AA1", "start": 0.3, "end": true}': "a phone needs a label, a start and an end",
+        '{"phone": "AA1", "start": 0.3, "end": NaN}': "a phone needs a label, a start and an end",
+        '{"hello": 1}': 'a line is none of {"phone": "AA1", "start": 0.1, "end": 0.2}, {"time": 0.3} or',
+        '{"time": 1' + "0" * 400 + "}": "a line is none of",
+        '{"phone": "XYZQ", "start": 0.3, "end": 0.4}': 'no phone "XYZQ" in language english (nearest: ',
+        '{"time": 1e9}': "the time 1e+09 s lies 1e+09 s ahead, and no more than 600 may pass at once",
+        '{"phone": "AA1", "start": 1e6, "end": 1e7}': 'phone "AA1" at 1e+06 s lies 1e+07 s ahead',
+        '{"time": 0.15}': "",
+        '{"time": 0.1}': "the time went back from 0.15 to 0.1 s; it stays as it was",
+        "x" * 200_000: "a line is longer than 65536 bytes and is left out",
+    }
+    first, rest = GOOD.split("\n", 1)
+    path = lines_of("\n".join([first, *wrong, rest]), tmp_path)
+    assert run(["stream", str(path)]) == 0
+    out, err = capfd.readouterr()
+    for text in wrong.values():
+        assert text in err
+    assert f"{len(wrong) - 1} problems with what came in" in err
+    assert "Traceback" not in err
+    assert run(["stream", str(lines_of(GOOD, tmp_path)), "-q"]) == 0
+    assert capfd.readouterr() == (out, "")
+
+
+def test_problems_without_end_are_counted(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run(["stream", str(lines_of("no\n" * 500 + GOOD, tmp_path)), "--json"]) == 0
+    told = [json.loads(line) for line in capfd.readouterr().out.splitlines()]
+    problems = [line["text"] for line in told if line.get("event") == "problem"]
+    assert len(problems) == 21
+    assert problems[-1] == "further problems are counted, and not told"
+    assert told[-1]["problems"] == 500
+    assert told[-1]["frames"] == 31
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--to", "udp"], "there is no sink 'udp'"),
+        (["--realtime", "--look-ahead", "exact"], "--look-ahead exact waits as long as it takes; with"),
+        (["--delay", "0.1"], "--delay is of frames that fall due by the clock; add --realtime"),
+        (["--look-ahead", "soon"], "'soon' is no number of seconds, nor exact"),
+        (["--look-ahead", "nan"], "nan does not lie in 0 to 10 seconds"),
+        (["--blinks", "1"], "--blinks looks at a whole line and cannot be streamed"),
+        (["--model", "nix"], "there is no model 'nix'"),
+    ],
+)
+def test_options_that_make_no_sense(
+    arguments: list[str], message: str, line: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["stream", str(line), *arguments]) == 2
+    out, err = capfd.readouterr()
+    assert message in err
+    assert out == ""
+
+
+def test_in_real_time(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Phones that are known ahead are used, even without delay, once they have been read."""
+    path = lines_of(GOOD, tmp_path)
+    assert run(["stream", str(path), "--look-ahead", "exact"]) == 0
+    exact = frames(capfd.readouterr().out)
+    began = time.monotonic()
+    arguments = ["--realtime", "--delay", "0", "--look-ahead", "0.5", "--json"]
+    assert run(["stream", str(path), *arguments]) == 0
+    assert time.monotonic() - began > 0.5
+    told = [json.loads(line) for line in capfd.readouterr().out.splitlines()]
+    assert told[-1]["event"] == "end"
+    assert told[10:-1] == exact[9:]
+
+
+class Kept:
+    """A sink that remembers when frames came, and may fail."""
+
+    def __init__(self, failure: OSError | None = None, after: int = 0) -> None:
+        self.where = "memory"
+        self.failure, self.after = failure, after
+        self.came: list[tuple[float, int]] = []
+
+    def send(self, number: int, time_: float, values: Any) -> None:
+        if self.failure and len(self.came) >= self.after:
+            raise self.failure
+        self.came.append((time.monotonic(), number))
+
+    def close(self) -> None:
+        pass
+
+
+def slowly(events: list[tuple[float, Event]]) -> Any:
+    """Events that come when so many seconds have passed."""
+    began = time.monotonic()
+    for at, event in events:
+        time.sleep(max(0, began + at - time.monotonic()))
+        yield event
+
+
+def test_a_stream_that_stalls_goes_on_in_time() -> None:
+    sink, said = Kept(), []
+    player = Player(PhoneStream(Options(), 0.1), [sink], 60, said.append)
+    events = [(0.0, Phone("AA1", 0, 0.2)), (0.8, Phone("M", 0.75, 0.9)), (0.9, End())]
+    player.run_in_time(slowly(events), 0.1, 0.1)
+    assert [number for _, number in sink.came] == list(range(55))
+    gaps = np.diff([at for at, _ in sink.came])
+    assert 0.85 < gaps.sum() < 1.6
+    assert said == []
+    assert player.tally.frames == len(player.tally.lateness) == 55
+
+
+def test_a_phone_that_comes_too_late_is_told() -> None:
+    sink, said = Kept(), []
+    player = Player(PhoneStream(Options(), 0.1), [sink], 60, said.append)
+    events = [(0.0, Phone("AA1", 0, 0.1)), (0.5, Phone("M", 0.1, 0.2)), (0.6, End())]
+    player.run_in_time(slowly(events), 0.1, 0.1)
+    assert said == ['phone "M" at 0.1 s comes after its frames were due; raise the look-ahead']
+
+
+def test_sound_that_stalls_is_waited_for_and_then_silent(ears: str) -> None:
+    sink, sound = Kept(), Samples(speech(0.4))
+    engine = SoundStream(Options(model=ears))
+    player = Player(engine, [sink], 60, lambda text: None)
+    player.run_in_time(slowly([(0.0, sound), (1.0, sound), (1.1, End())]), 0.2, 0.2)
+    assert player.tally.stalls >= 1
+    assert "the sound stalled" in " ".join(sentences(player.tally, ["memory"]))
+    assert [number for _, number in sink.came] == list(range(len(sink.came)))
+    assert len(sink.came) >= 48
+
+
+def test_a_place_that_is_gone_is_left_out() -> None:
+    gone, stays, said = Kept(BrokenPipeError(), 3), Kept(), []
+    player = Player(PhoneStream(Options(), 0.1), [gone, stays], 60, said.append)
+    player.run(iter([Phone("AA1", 0, 0.5), End()]))
+    assert (len(gone.came), len(stays.came)) == (3, 31)
+    assert said == ["memory: nobody is there any more; the stream goes on without it"]
+
+
+def test_a_network_that_fails_is_tried_again() -> None:
+    failing, said = Kept(OSError(101, "Network is unreachable")), []
+    player = Player(PhoneStream(Options(), 0.1), [failing], 60, said.append)
+    player.run(iter([Phone("AA1", 0, 0.5), End()]))
+    assert said == ["memory: a frame could not be sent (Network is unreachable); trying on"]
+    assert player.sinks == [failing]
+
+
+def started(*arguments: str, **more: Any) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "phonanim", "stream", *arguments],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        **more,
+    )
+
+
+@pytest.mark.parametrize("arguments", [[], ["--realtime"]])
+def test_it_is_interrupted_without_a_trace(arguments: list[str], root: Path) -> None:
+    process = started(*arguments, cwd=root)
+    assert process.stdin
+    assert process.stdout
+    process.stdin.write(GOOD.encode().split(b'{"end"')[0])
+    process.stdin.flush()
+    for _ in range(10):
+        assert process.stdout.readline()
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert b"sent " in err
+    assert b"Traceback" not in err
+    assert b"Fatal" not in err
+
+
+def test_a_reader_that_hangs_up(line: Path, root: Path) -> None:
+    process = started(str(line), cwd=root)
+    assert process.stdout
+    process.stdout.readline()
+    process.stdout.close()
+    process.stdout = None
+    _, err = process.communicate(timeout=20)
+    assert process.returncode == 1
+    assert b"stdout: nobody is there any more; the stream goes on without it" in err
+    assert b"Traceback" not in err
+    assert b"BrokenPipe" not in err
+
+
+def written(path: Path, samples: np.ndarray, rate: int = 16000, channels: int = 1) -> Path:
+    with wave.open(str(path), "wb") as file:
+        file.setnchannels(channels)
+        file.setsampwidth(2)
+        file.setframerate(rate)
+        file.writeframes((np.repeat(samples, channels) * 32767).astype("<i2").tobytes())
+    return path
+
+
+@pytest.mark.parametrize("channels", [1, 2])
+def test_a_recording(channels: int, ears: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path / "a.wav", speech(0.7), channels=channels)
+    assert run(["stream", str(path), "--model", ears]) == 0
+    assert len(frames(capfd.readouterr().out)) == 43
+
+
+@pytest.mark.parametrize(
+    ("rate", "subtype", "seconds"),
+    [(44100, "PCM_24", 0.7), (48000, "FLOAT", 0.7), (8000, "PCM_16", 0.7), (16000, "PCM_24", 0.005)],
+)
+def test_recordings_of_other_kinds(
+    rate: int, subtype: str, seconds: float, ears: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    soundfile = pytest.importorskip("soundfile")
+    if rate != 16000:
+        pytest.importorskip("soxr")
+    samples = speech(seconds, rate)
+    soundfile.write(tmp_path / "a.wav", np.stack([samples, samples], axis=1), rate, subtype=subtype)
+    assert run(["stream", str(tmp_path / "a.wav"), "--model", ears]) == 0
+    assert len(frames(capfd.readouterr().out)) == int(len(samples) / rate * 60 + 1e-6) + 1
+
+
+def test_what_is_no_recording(ears: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("soundfile")
+    (tmp_path / "a.wav").write_text("no sound at all")
+    assert run(["stream", str(tmp_path / "a.wav"), "--model", ears]) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert "a.wav: is no recording that can be read" in err
+
+
+def test_raw_samples(ears: str, root: Path) -> None:
+    data = (speech(0.5) * 32767).astype("<i2").tobytes()
+    process = started("--model", ears, "-q", cwd=root)
+    out, err = process.communicate(data + b"x", timeout=30)
+    assert err == b"the last 1 bytes are no whole sample and are left out\n"
+    assert len(frames(out.decode())) == 31
+
+
+def piped(data: bytes) -> int:
+    """A descriptor to read so many bytes from."""
+    read, write = os.pipe()
+    os.write(write, data)
+    os.close(write)
+    return read
+
+
+def test_a_sound_file_is_no_raw_samples() -> None:
+    with pytest.raises(
+        AudioError, match="stdin: is a sound file, not raw samples; name the file instead of -"
+    ):
+        list(inputs.raw_samples(piped(b"RIFF1234WAVE" + bytes(40)), 1))
+
+
+def test_channels_of_raw_samples_are_averaged() -> None:
+    data = np.array([[100, 300], [0, -200]], "<i2").tobytes()
+    first, end = inputs.raw_samples(piped(data), 2)
+    assert isinstance(first, Samples)
+    assert isinstance(end, End)
+    np.testing.assert_allclose(first.values * 32768, [200, -100])
+
+
+def test_lines_that_come_in_pieces() -> None:
+    found = list(inputs.json_lines(piped(GOOD.encode().rstrip(b"\n") + b'\n{"time": 7}\n\nx')))
+    assert found[:3] == [Phone("HH", 0.1, 0.2), Phone("AA1", 0.2, 0.4), Tick(0.5)]
+    assert found[4] == Tick(7.0)
+    assert isinstance(found[5], Problem)
+    assert found[6] == End()
+
+
+def test_an_event_is_read_or_refused() -> None:
+    assert parse_event('{"end": true}') == End()
+    with pytest.raises(StreamError, match="a line is none of"):
+        parse_event('{"end": false}')
+    with pytest.raises(StreamError, match="a line is none of"):
+        parse_event("[1]")
+
+
+def test_microphones(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "sounddevice", None)
+    with pytest.raises(MissingExtraError, match=r"a microphone needs pip install 'phonanim\[stream\]'"):
+        next(inputs.microphone(None, 16000))
+
+
+class Device:
+    """What stands for the sounddevice module: a microphone that hears two blocks."""
+
+    class PortAudioError(Exception):
+        pass
+
+    def __init__(self, failure: str = "") -> None:
+        self.failure = failure
+
+    def InputStream(self, rate: int, block: int, device: Any, callback: Any, **more: Any) -> Any:  # noqa: N802
+        if self.failure:
+            raise self.PortAudioError(self.failure)
+        self.callback, self.block, self.device = callback, block, device
+        return self
+
+    def __enter__(self) -> None:
+        for status in ("", "input overflow"):
+            self.callback(np.full((self.block, 1), 0.5, np.float32), self.block, None, status)
+
+    def __exit__(self, *error: object) -> None:
+        pass
+
+
+def test_a_microphone_that_hears(monkeypatch: pytest.MonkeyPatch) -> None:
+    device = Device()
+    monkeypatch.setitem(sys.modules, "sounddevice", device)
+    heard = inputs.microphone("3", 16000)
+    first, problem, second = (next(heard) for _ in range(3))
+    assert isinstance(first, Samples)
+    assert isinstance(second, Samples)
+    assert (len(first.values), device.device) == (160, 3)
+    assert problem == Problem("the microphone: input overflow")
+
+
+def test_a_microphone_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "sounddevice", Device("no default\n input device"))
+    with pytest.raises(
+        AudioError, match=r"the microphone cannot be opened \(no default input device\); name another device"
+    ):
+        next(inputs.microphone(None, 16000))
+
+
+def test_a_machine_without_sound(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(name: str, *more: Any) -> Any:
+        if name == "sounddevice":
+            raise OSError("PortAudio library not found")
+        return real(name, *more)
+
+    real = __import__
+    monkeypatch.delitem(sys.modules, "sounddevice", raising=False)
+    monkeypatch.setattr("builtins.__import__", refuse)
+    with pytest.raises(
+        AudioError, match=r"a microphone needs the PortAudio library \(PortAudio library not f"
+    ):
+        next(inputs.microphone(None, 16000))
