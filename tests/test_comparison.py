@@ -164,7 +164,7 @@ def test_scores_by_hand() -> None:
     assert found["lip_error"] == pytest.approx(2.0)
     assert found["speed_error"] == pytest.approx(0.0, abs=1e-9)
     assert found["aperture_r"] == pytest.approx(1.0)
-    assert set(rows) == set(MEASURES)
+    assert set(rows) < set(MEASURES)
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ import pytest
 
 from phonanim.__main__ import run
 from phonanim.aam import build_fitter, track
+from phonanim.comparison.plan import read_plan
 from phonanim.corpus import build_corpus, load_corpus, read_clips
 from phonanim.errors import CorpusError, ModelError
 from phonanim.mouth import fit_mouth, load_mouth, save_mouth
@@ -179,3 +180,27 @@ def test_a_corpus_whose_appearance_is_damaged(corpus_folder: Path, tmp_path: Pat
     (tmp_path / "c" / "appearance" / "captured.safetensors").write_bytes(b"no tensors")
     with pytest.raises(CorpusError, match="is damaged .*make it again with `phonanim corpus appearance`"):
         load_captured(tmp_path / "c")
+
+
+def test_a_comparison_with_mouths_that_are_drawn(corpus_folder: Path, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    for name, box in (("narrow", 0.12), ("wide", 2.0)):
+        recipe = f'kind = "phone_mean"\ncorpus = "{corpus_folder}"\n[settings]\nsmoothing = {box}\n'
+        (tmp_path / f"{name}.toml").write_text(recipe)
+    plan = (
+        f'corpus = "{corpus_folder}"\nreference = "narrow"\nfolds = ["test"]\nmouths = ["narrow", "wide"]\n'
+    )
+    models = '[models]\nnarrow = "narrow.toml"\nwide = "wide.toml"\n'
+    (tmp_path / "plan.toml").write_text(plan + models)
+    assert run(["compare", str(tmp_path / "plan.toml"), "-o", str(tmp_path), "--workers", "1", "-q"]) == 0
+    document = json.loads((tmp_path / "benchmark/benchmark.json").read_text())
+    drawn = {
+        n: np.array(m["scores"]["raw"]["pixels/all"]["pixel_mse"]) for n, m in document["models"].items()
+    }
+    least = np.array(document["pixel_bound"])
+    assert (least[:, 0] < drawn["narrow"][:, 0]).all()
+    assert drawn["narrow"][:, 0].sum() < drawn["wide"][:, 0].sum()
+    assert "### Drawn as a mouth" in (tmp_path / "benchmark.md").read_text()
+    (tmp_path / "plan.toml").write_text(plan.replace('"wide"]', '"tall"]') + models)
+    with pytest.raises(ModelError, match="mouths: 'tall' is no recipe among its models"):
+        read_plan(tmp_path / "plan.toml")

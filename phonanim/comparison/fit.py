@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import multiprocessing
+import re
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -18,7 +19,7 @@ import numpy as np
 from phonanim import __version__, regressors
 from phonanim.corpus import Corpus, load_corpus
 from phonanim.face import FaceModel, fit_face
-from phonanim.files import write_text
+from phonanim.files import content_hash, write_text
 from phonanim.threads import one_thread
 
 CLIPS = "clips"  # the sweep setting that is the share of the training clips
@@ -26,13 +27,17 @@ CLIPS = "clips"  # the sweep setting that is the share of the training clips
 
 @dataclass(frozen=True)
 class Job:
-    """A recipe to train on some clips of a corpus, with changed settings, into a folder."""
+    """A recipe to train on some clips of a corpus, with changed settings, into a folder.
+
+    `mouth`: on the joint modes of shape and appearance.
+    """
 
     recipe: Path
     corpus: Path
     clips: tuple[int, ...]
     folder: Path
     settings: dict[str, Any] = field(default_factory=dict)
+    mouth: bool = False
 
     @property
     def key(self) -> str:
@@ -43,6 +48,7 @@ class Job:
             "clips": self.clips,
             "corpus": _corpus_hash(self.corpus),
             "version": __version__,
+            **({"appearance": content_hash(self.corpus / "appearance")} if self.mouth else {}),
         }
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
@@ -100,23 +106,28 @@ def at_hand(job: Job) -> bool:
 
 def fit(job: Job) -> None:
     """Train one job and write its model folder, job.json last."""
+    from phonanim.mouth import fit_mouth, save_mouth
+    from phonanim.pictures import load_captured
     from phonanim.training import fit_recipe, read_recipe
 
     recipe = read_recipe(job.recipe)
     recipe = replace(recipe, settings={**(recipe.settings or {}), **job.settings})
-    begin = time.process_time()
-    model = fit_recipe(
-        recipe,
-        corpus_at(job.corpus),
-        np.array(job.clips),
-        recipe.seed,
-        job.recipe,
-        face=face_of(job.corpus),
-    )
+    corpus, begin = corpus_at(job.corpus), time.process_time()
+    if job.mouth:
+        mouth = fit_mouth(recipe, corpus, load_captured(job.corpus), job.recipe)
+        save_mouth(mouth, job.folder)
+    else:
+        face = face_of(job.corpus)
+        model = fit_recipe(recipe, corpus, np.array(job.clips), recipe.seed, job.recipe, face=face)
+        regressors.save(model, job.folder)
     seconds = time.process_time() - begin
-    regressors.save(model, job.folder)
     facts = {"key": job.key, "seconds": round(seconds, 1), "settings": job.settings}
     write_text(job.folder / "job.json", json.dumps(facts, indent=1) + "\n")
+
+
+def safe(name: str) -> str:
+    """A model's name as a folder's."""
+    return re.sub(r"[^\w.+-]+", "_", name)
 
 
 def load_trained(folder: Path) -> Trained:

@@ -40,7 +40,7 @@ class Plan:
 
     `reference` is the model that the others are tested against. `words` are the folds of leave-words-out,
     each a group of withheld words, `phones` those withheld together. `ema` is a folder of EMU bundles,
-    `tools` a file of benchmarks/tools.py.
+    `tools` a file of benchmarks/tools.py. `mouths` are models that are trained on the joint modes as well.
     """
 
     corpus: Path
@@ -51,6 +51,7 @@ class Plan:
     phones: tuple[str, ...] = ()
     ema: Path | None = None
     tools: Path | None = None
+    mouths: tuple[str, ...] = ()
     seed: int = 0
     sweeps: dict[str, Sweep] = field(default_factory=dict)
     notes: dict[str, str] = field(default_factory=dict)
@@ -66,8 +67,6 @@ def read_plan(path: Path) -> Plan:
     for key in ("corpus", "models", "reference"):
         if key not in table:
             raise ModelError(f"{path}: lacks {key!r}; see benchmarks/compare.toml")
-    if table["reference"] not in table["models"]:
-        raise ModelError(f"{path}: reference {table['reference']!r} is none of its models")
     folder = path.parent
     for key in ("corpus", "ema", "tools"):
         if key in table:
@@ -76,11 +75,22 @@ def read_plan(path: Path) -> Plan:
     table["sweeps"] = {name: _sweep(values, path, name) for name, values in table.get("sweeps", {}).items()}
     table["words"] = tuple(tuple(group) for group in table.get("words", ()))
     table["phones"] = tuple(table.get("phones", ()))
+    table["mouths"] = tuple(table.get("mouths", ()))
     table["folds"] = tuple(table.get("folds", FOLDS))
-    for fold in table["folds"]:
+    plan = Plan(**table)
+    _check_names(plan, path)
+    return plan
+
+
+def _check_names(plan: Plan, path: Path) -> None:
+    if plan.reference not in plan.models:
+        raise ModelError(f"{path}: reference {plan.reference!r} is none of its models")
+    for name in plan.mouths:
+        if name not in plan.models or not plan.models[name].is_file():
+            raise ModelError(f"{path}: mouths: {name!r} is no recipe among its models")
+    for fold in plan.folds:
         if fold not in FOLDS:
             raise ModelError(f"{path}: folds: there is no {fold!r}, only {', '.join(FOLDS)}")
-    return Plan(**table)
 
 
 def _existing(where: Path, plan: Path, name: str) -> Path:

@@ -9,8 +9,10 @@ from typing import Any
 from phonanim.comparison import tables, tools
 from phonanim.comparison.figures import draw_all
 from phonanim.comparison.fit import corpus_at, face_of
+from phonanim.comparison.mouths import WHERE
 from phonanim.comparison.plan import Plan
 from phonanim.comparison.run import rows_of
+from phonanim.comparison.scores import value
 from phonanim.comparison.tables import markdown
 from phonanim.errors import ModelError
 from phonanim.files import write_text
@@ -20,6 +22,7 @@ DATA = "benchmark"
 ERRORS = ("parameter_mse", "shape_mse", "vertex_error", "lip_error")
 CURVES = ("aperture_r", "width_r", "speed_error", "pbm_gap")
 TESTED = ("parameter_mse", "shape_mse", "aperture_r", "width_r")
+PIXELS = ("joint_mse", "pixel_mse", "inner_pixel_mse", "outer_pixel_mse")
 SHORT = ("shape_mse", "aperture_r", "width_r")
 
 
@@ -75,7 +78,17 @@ def _test(document: Document, plan: Plan) -> list[str]:
         parts += [markdown(tables.differences(document, variant, "test/all", TESTED))]
     parts += ["In speech alone, as predicted:"]
     parts += [markdown(tables.values(document, "raw", "test/speech", ("shape_mse", *CURVES[:2])))]
-    return [*parts, _picture("bars"), _picture("sentences")]
+    return [*parts, _picture("bars"), _picture("sentences"), *_pixels(document, plan)]
+
+
+def _pixels(document: Document, plan: Plan) -> list[str]:
+    if "pixel_bound" not in document:
+        return []
+    drawn = tables.values(document, "raw", WHERE, PIXELS)
+    tested = tables.differences(document, "raw", WHERE, PIXELS[:2])
+    bound = f"The appearance model itself leaves {value('pixel_mse', document['pixel_bound']):.2f} grey²."
+    parts = ["### Drawn as a mouth", plan.notes.get("pixels", ""), markdown(drawn), bound]
+    return [*parts, markdown(tested)]
 
 
 def _generalization(document: Document, plan: Plan) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -13,8 +12,9 @@ from numpy.typing import NDArray
 
 from phonanim import contacts, regressors
 from phonanim.comparison.ema import ema_scores
-from phonanim.comparison.fit import Job, Trained, corpus_at, describe, face_of, fit_all, load_trained
+from phonanim.comparison.fit import Job, Trained, corpus_at, describe, face_of, fit_all, load_trained, safe
 from phonanim.comparison.folds import Fold, folds
+from phonanim.comparison.mouths import WHERE, mouth_jobs, mouth_scores, pixel_bound
 from phonanim.comparison.plan import Plan
 from phonanim.comparison.scores import Scores, clip_scores
 from phonanim.comparison.sweeps import run_sweeps, sweep_jobs
@@ -36,7 +36,8 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
     """
     corpus, face = corpus_at(plan.corpus), face_of(plan.corpus)
     found = list(folds(plan, corpus))
-    jobs = [job for fold in found for job in _jobs(plan, fold, work)] + sweep_jobs(plan, corpus, work)
+    jobs = [job for fold in found for job in _jobs(plan, fold, work)]
+    jobs += [*mouth_jobs(plan, corpus, work), *sweep_jobs(plan, corpus, work)]
     fit_all(jobs, workers, lambda done: progress("training", done))
     document: Document = {
         "reference": plan.reference,
@@ -48,6 +49,10 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
     for number, name in enumerate(plan.models):
         document["models"][name] = _score_model(plan, name, found, work, corpus, face)
         progress("scoring", (number + 1) / len(plan.models))
+    for name, scores in mouth_scores(plan, work).items():
+        document["models"][name]["scores"]["raw"][WHERE] = scores
+    if plan.mouths:
+        document["pixel_bound"] = pixel_bound(plan)
     if plan.tools is not None:
         document["tools"] = read_tools(plan.tools)
     document["sweeps"] = run_sweeps(plan, corpus, face, work)
@@ -60,11 +65,6 @@ def model_folder(plan: Plan, name: str, fold: Fold, work: Path) -> Path | None:
     if where.is_file():
         return work / safe(name) / fold.name
     return where if fold.name == "test" else None
-
-
-def safe(name: str) -> str:
-    """A model's name as a folder's."""
-    return re.sub(r"[^\w.+-]+", "_", name)
 
 
 def _jobs(plan: Plan, fold: Fold, work: Path) -> Iterable[Job]:

@@ -36,6 +36,11 @@ MEASURES = {
     "aperture_r": Measure("aperture r", "", pearson, "more"),
     "width_r": Measure("width r", "", pearson, "more"),
     "pbm_gap": Measure("p b m gap", "mm", ratio, "less"),
+    # Of mouths that are drawn: comparison/mouths.py.
+    "joint_mse": Measure("joint parameter MSE", "", ratio, "less"),
+    "pixel_mse": Measure("pixel MSE", "grey²", ratio, "less"),
+    "inner_pixel_mse": Measure("inside the mouth", "grey²", ratio, "less"),
+    "outer_pixel_mse": Measure("around it", "grey²", ratio, "less"),
 }
 
 

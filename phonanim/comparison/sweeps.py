@@ -11,7 +11,7 @@ import numpy as np
 from phonanim.comparison.fit import CLIPS, Job, load_trained
 from phonanim.comparison.folds import everywhere
 from phonanim.comparison.plan import Plan, Sweep
-from phonanim.comparison.scores import MEASURES, clip_scores, value
+from phonanim.comparison.scores import clip_scores, value
 from phonanim.corpus import Corpus
 from phonanim.face import FaceModel
 from phonanim.training import predict_clip
@@ -63,7 +63,7 @@ def run_sweeps(plan: Plan, corpus: Corpus, face: FaceModel, work: Path) -> dict[
                 )
                 for clip in held_out.tolist()
             ]
-            measured = {m: value(m, np.array([row[m] for row in scores])) for m in MEASURES}
+            measured = {m: value(m, np.array([row[m] for row in scores])) for m in scores[0]}
             rows.append({**values, **measured, "training_s": trained.seconds})
         found[name] = {"x": sweep.x, "series": sweep.series, "label": sweep.label or name, "rows": rows}
     return found
