@@ -32,6 +32,7 @@ def made_up_model(folder: Path, kind: str, **more: Any) -> Path:
     shapes, last = convolution_shapes(config, 27)
     shapes |= {"output": (last, len(face.std)), "output_bias": (len(face.std),)}
     weights = {n: rng.normal(0, 1 / np.sqrt(np.prod(s[:-1]) or 1), s) for n, s in shapes.items()}
+    weights["output"] *= 20  # mm, so that the mouth moves
     regressor = found(
         config,
         np.zeros((1, 27), np.float32),
@@ -118,6 +119,10 @@ def test_a_frame_waits_for_the_look_ahead_and_no_longer(options: Options) -> Non
 def test_odd_sounds(sound: str, options: Options) -> None:
     samples = np.zeros(8000) if sound == "silent" else np.sign(np.sin(np.arange(8000) / 7))
     found = streamed(samples.astype(np.float32), options, 160)
+    stream = SoundStream(options)
+    stream.take(Samples(samples.astype(np.float32)))
+    said = {"silent": "the sound was silent; is it", "clipped": "the sound is clipped: 100 % of its samples"}
+    assert said[sound] in " ".join(stream.remarks)
     assert found.shape == (31, 52)
     assert np.isfinite(found).all()
 

@@ -104,7 +104,7 @@ def command(
     finally:
         for sink in tuple(player.sinks):
             sink.close()
-        for line in sentences(player.tally, named):
+        for line in (*sentences(player.tally, named), *engine.remarks):
             talk.say(line)
         talk.event("end", **facts(player))
     if not player.sinks:

@@ -64,6 +64,11 @@ class PhoneStream:
         """Frames that may be given out."""
         return max(self._due() - self.emitted, 0)
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Nothing is odd about phones that was not told when they came."""
+        return ()
+
     def rehearse(self) -> None:
         """Make a frame that nobody sees, so that the first one takes no longer than the others."""
         other = PhoneStream(self.options, 0.0)

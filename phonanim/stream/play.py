@@ -42,6 +42,10 @@ class Engine(Protocol):
         """Seconds that are known."""
 
     @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is odd about all that came, for the end."""
+
+    @property
     def ready(self) -> int:
         """Frames that may be given out."""
 

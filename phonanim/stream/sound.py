@@ -23,6 +23,8 @@ from phonanim.stream.events import Event, Samples
 from phonanim.style import dial
 
 Floats = NDArray[np.float32]
+FULL_SCALE = 0.999
+CLIPPED = 0.01  # share of samples at full scale that is no chance
 
 
 @dataclass
@@ -41,6 +43,7 @@ class SoundStream:
     ended: bool = False
     count: int = 0  # samples that came
     peak: float = 0.0
+    full: int = 0  # samples at full scale
     modes: Floats = field(init=False)
     forgotten: int = 0  # steps of modes that no frame needs any more
     patience: ClassVar[float] = 0.25  # seconds that a frame which is due waits for its sound
@@ -77,6 +80,16 @@ class SoundStream:
         """Frames that may be given out."""
         return max(self._due() - self.emitted, 0)
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is odd about the sound that came."""
+        share = self.full / max(self.count, 1)
+        clipped = (
+            f"the sound is clipped: {100 * share:.0f} % of its samples are at full scale; record it softer"
+        )
+        silent = "the sound was silent; is it the right one?"
+        return (clipped,) * (share > CLIPPED) + (silent,) * (self.count > 0 and self.peak == 0)
+
     def rehearse(self) -> None:
         """Make a frame that nobody sees, so that the first one takes no longer than the others."""
         other = SoundStream(self.options, self.rate)
@@ -89,7 +102,9 @@ class SoundStream:
             raise StreamError("the model hears, and has no use for phones; send it sound")
         samples = np.nan_to_num(event.values, nan=0.0, posinf=0.0, neginf=0.0)
         self.count += len(samples)
-        self.peak = max(self.peak, float(np.abs(samples).max(initial=0.0)))
+        loud = np.abs(samples)
+        self.peak = max(self.peak, float(loud.max(initial=0.0)))
+        self.full += int((loud >= FULL_SCALE).sum())
         self._hear(self.steps.push(self.resampler.push(samples)))
         lost = int((~np.isfinite(event.values)).sum())
         if lost:
