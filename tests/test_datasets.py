@@ -12,9 +12,9 @@ from phonanim.alignment import Interval
 from phonanim.audio import read_sound
 from phonanim.datasets import KINDS, SPLITS, Frames, Recording, dataset_names, load_dataset
 from phonanim.datasets import _splits as splits
-from phonanim.datasets import hprc as hprc_module
 from phonanim.datasets._est import read_est, sensors
 from phonanim.datasets._files import frames_of, load_array, read_list
+from phonanim.datasets._mat import read_signals
 from phonanim.datasets._pickles import read_pickle
 from phonanim.datasets._splits import EIGHTY_TEN_TEN, drawn, pieces
 from phonanim.errors import CorpusError, MissingExtraError, OptionError
@@ -343,13 +343,13 @@ def test_matlab_files_that_cannot_be_used(tmp_path, monkeypatch):
     savemat(path, {"a": samples.structures([samples.signal("TT", 100, np.zeros((5, 6)), [])] * 2)})
     with pytest.raises(CorpusError, match=r"R01_N\.mat: has no element AUDIO; it has TT"):
         recording.sound()
-    hprc_module._tracks.cache_clear()
+    read_signals.cache_clear()
     savemat(path, {"a": samples.structures([samples.signal("AUDIO", 100, np.zeros((5, 1)), [])] * 2)})
     with pytest.raises(CorpusError, match=r"R01_N\.mat: holds no sensors with SRATE and SIGNAL"):
         recording.frames()
-    hprc_module._tracks.cache_clear()
+    read_signals.cache_clear()
     monkeypatch.setitem(__import__("sys").modules, "scipy.io", None)
-    with pytest.raises(MissingExtraError, match=r"HPRC needs SciPy: pip install 'phonanim\[train\]'"):
+    with pytest.raises(MissingExtraError, match=r"MATLAB files need SciPy: pip install 'phonanim\[train\]'"):
         recording.frames()
 
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-import zlib
 from collections.abc import Iterator, Mapping
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,8 @@ import numpy as np
 from phonanim.alignment import Interval
 from phonanim.audio import Sound
 from phonanim.datasets import Card, Frames, Recording, not_found
-from phonanim.errors import CorpusError, MissingExtraError
+from phonanim.datasets._mat import DAMAGE, read_signals
+from phonanim.errors import CorpusError
 
 CARD = Card(
     title="Haskins Production Rate Comparison (HPRC)",
@@ -30,8 +30,6 @@ CARD = Card(
 )
 NAME = re.compile(r"([FM]\d\d)_B\d\d_S\d\d_R\d\d_[NF]")
 AUDIO = "AUDIO"
-DAMAGE = (ValueError, KeyError, TypeError, IndexError, StopIteration)
-"""What taking the wrong thing out of a file raises."""
 
 
 def recordings(folder: Path) -> Iterator[Recording]:
@@ -46,7 +44,7 @@ def recordings(folder: Path) -> Iterator[Recording]:
 
 def _frames(path: Path) -> Frames:
     """The sensors, (frames, sensors, 3)."""
-    tracks = {name: track for name, track in _tracks(path).items() if name != AUDIO}
+    tracks = {name: track for name, track in read_signals(path).items() if name != AUDIO}
     try:
         values = np.stack([np.asarray(track["SIGNAL"])[:, :3] for track in tracks.values()], axis=1)
         rate = float(next(iter(tracks.values()))["SRATE"])
@@ -70,23 +68,7 @@ def _phones(path: Path) -> tuple[Interval, ...]:
 
 
 def _audio(path: Path) -> Mapping[str, Any]:
-    tracks = _tracks(path)
+    tracks = read_signals(path)
     if AUDIO not in tracks:
         raise CorpusError(f"{path}: has no element {AUDIO}; it has {', '.join(tracks)}")
     return tracks[AUDIO]
-
-
-@lru_cache(maxsize=2)
-def _tracks(path: Path) -> dict[str, Mapping[str, Any]]:
-    """The elements of the structure array by their NAME."""
-    try:
-        from scipy.io import loadmat
-        from scipy.io.matlab import MatReadError
-    except ImportError as error:
-        raise MissingExtraError("HPRC needs SciPy: pip install 'phonanim[train]'") from error
-    try:
-        document = loadmat(path, simplify_cells=True)
-        elements = next(value for name, value in document.items() if not name.startswith("__"))
-        return {str(element["NAME"]): element for element in elements}
-    except (MatReadError, NotImplementedError, OSError, zlib.error, *DAMAGE) as error:
-        raise CorpusError(f"{path}: is no MATLAB file of named signals ({error!r})") from error

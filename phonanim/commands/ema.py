@@ -1,0 +1,133 @@
+"""`phonanim ema`: what a tongue, a jaw and lips do, from articulography."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from phonanim.commands import Talk, talk_options
+
+if TYPE_CHECKING:
+    from phonanim.ema.posture import Posture
+
+FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
+FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
+PLATE = 3  # sensors
+
+
+@click.group()
+def command() -> None:
+    """Measure recordings of electromagnetic articulography.
+
+    \b
+    Example:
+      phonanim ema report recordings/ -o report/
+    """
+
+
+@command.command()
+@click.argument("folder", type=FOLDER)
+@click.option(
+    "-o", "--output", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder."
+)
+@click.option("--axes", default="x,y,z", help="Forward, left and up in the axes of the files, as -y,x,z.")
+@click.option("--names", help="Sensors of the channels in their order, with commas; - leaves one out.")
+@click.option("--reference", help="Sensors on the skull, with commas: hold the head still by them.")
+@click.option("--bite", type=FILE, help="A recording with a plate between the teeth: turn to its plane.")
+@click.option("--plate", default="front,left,right", help="Sensors of the plate, with commas.")
+@click.option("--origin", default="", help="Sensor of the plate's recording that becomes zero.")
+@click.option("--rate", type=click.FloatRange(10, 2000), help="Bring all to this rate, in hertz.")
+@click.option("--language", default="auto", help="Label set of the alignments.")
+@click.option("--least", type=click.IntRange(1), default=1, help="Examples that a pair of phones must have.")
+@click.option("--plots/--no-plots", default=True, help="Draw pictures, too.")
+@talk_options
+def report(
+    folder: Path,
+    output: Path,
+    axes: str,
+    names: str | None,
+    reference: str | None,
+    bite: Path | None,
+    plate: str,
+    origin: str,
+    rate: float | None,
+    language: str,
+    least: int,
+    plots: bool,
+    talk: Talk,
+) -> None:
+    """Write what the sensors of a FOLDER of recordings do, in tables, JSON and pictures.
+
+    FOLDER holds EMU bundles (SSFF), Carstens .pos or MATLAB .mat files beside alignments of the same stem,
+    or is what `phonanim corpus import` wrote. docs/ema.md says what each measure means.
+
+    \b
+    Examples:
+      phonanim ema report ema_de/ -o report/ --axes=-y,x,z --language german
+      phonanim ema report pos/ -o report/ --names TD,TB,TT,-,LI,UL,LL,NA,EL,ER,-,- --reference NA,EL,ER
+    """
+    from phonanim.ema.figures import check_plots, draw_report
+    from phonanim.ema.report import Preparation, make_report, summary, write_report
+    from phonanim.ema.utterances import find_spoken
+
+    if plots:
+        check_plots()
+    channels = _words(names)
+    posture = _posture(folder, channels, _words(reference), bite, _words(plate), origin)
+    preparation = Preparation(channels, axes, posture, rate)
+    spoken = [one for one in find_spoken(folder) if bite is None or one.name != bite.stem]
+    with talk.progress(folder.name) as progress:
+        found = make_report(spoken, preparation, language, least, progress)
+    files = write_report(found, output) + (draw_report(found, output) if plots else [])
+    for line in told(found):
+        talk.say(line)
+    talk.result({**summary(found), "files": [str(output / name) for name in files]})
+
+
+def told(found: Any) -> list[str]:
+    """What there is, and what was lost, in a few lines."""
+    seconds = sum(one["seconds"] for one in found.recordings)
+    gaps = [gap for one in found.recordings for gap in one["gaps"]]
+    filled = sum(gap["filled"] for gap in gaps)
+    lines = [
+        f"{len(found.recordings)} recordings, {seconds:.1f} s, {len(found.phones)} phones, "
+        f"{len(found.diphones)} pairs of phones"
+    ]
+    if gaps:
+        lines.append(
+            f"{len(gaps)} gaps in the sensors: {filled} filled, {len(gaps) - filled} too long and left out"
+        )
+    return lines
+
+
+def _words(text: str | None) -> tuple[str, ...]:
+    return tuple(word.strip() for word in text.split(",")) if text else ()
+
+
+def _posture(
+    folder: Path,
+    names: tuple[str, ...],
+    references: tuple[str, ...],
+    bite: Path | None,
+    plate: tuple[str, ...],
+    origin: str,
+) -> Posture | None:
+    """The head at rest: in the recording of the plate, or in the first of the folder."""
+    from phonanim.ema.articulation import renamed
+    from phonanim.ema.posture import bitten, rest_of
+    from phonanim.ema.readers import read_articulation
+    from phonanim.ema.utterances import find_spoken
+
+    if not references:
+        if bite:
+            raise click.UsageError("--bite needs --reference: sensors on the skull that both recordings have")
+        return None
+    raw = read_articulation(bite) if bite else find_spoken(folder)[0].sensors()
+    named = renamed(raw, names) if names else raw
+    if bite is None:
+        return rest_of(named, references)
+    if len(plate) != PLATE:
+        raise click.UsageError(f"--plate names {len(plate)} sensors; give front, left and right")
+    return bitten(named, references, (plate[0], plate[1], plate[2]), origin)

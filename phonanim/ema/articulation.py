@@ -1,0 +1,91 @@
+"""Where sensors are, over time, and what they are called."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import CorpusError, OptionError
+from phonanim.inventory import LEXICON
+
+Array = NDArray[np.float64]
+LETTERS = "xyz"
+
+
+@dataclass(frozen=True)
+class Articulation:
+    """`positions` (samples, sensors, 3) mm at `start` + n / `rate` seconds; NaN where a sensor was lost.
+
+    Measures take x as forward, y as to the speaker's left and z as up; `oriented` turns a file's axes into
+    these. `source` is the file, for error messages.
+    """
+
+    names: tuple[str, ...]
+    positions: Array
+    rate: float
+    start: float = 0.0
+    source: str = ""
+
+    @property
+    def times(self) -> Array:
+        """The instants of the samples, (samples,) seconds."""
+        return self.start + np.arange(len(self.positions)) / self.rate
+
+    def has(self, *sensors: str) -> bool:
+        """Whether all of these sensors are there."""
+        return all(self._place(sensor) is not None for sensor in sensors)
+
+    def sensor(self, name: str) -> Array:
+        """Positions of one sensor, (samples, 3) mm. Raises CorpusError when it is not there.
+
+        `name` is the file's own, or the one of lexicon/sensors.csv (TT for the tongue tip).
+        """
+        place = self._place(name)
+        if place is None:
+            raise CorpusError(f"{self.source}: has no sensor {name}; it has {', '.join(self.names)}")
+        return self.positions[:, place]
+
+    def _place(self, name: str) -> int | None:
+        if name in self.names:
+            return self.names.index(name)
+        known = [standard_name(own) for own in self.names]
+        return known.index(name) if name in known else None
+
+
+@cache
+def _standard_names() -> dict[str, str]:
+    with (LEXICON / "sensors.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    return {alias.lower(): row["sensor"] for row in rows for alias in (row["sensor"], *row["also"].split())}
+
+
+def standard_name(name: str) -> str:
+    """The name of lexicon/sensors.csv for a file's own, or that itself: "t_tip" -> "TT"."""
+    return _standard_names().get(name.lower(), name)
+
+
+def renamed(articulation: Articulation, names: tuple[str, ...]) -> Articulation:
+    """Sensors under other names, in their order; "-" leaves one out. Raises OptionError."""
+    if len(names) != len(articulation.names):
+        raise OptionError(
+            f"{len(names)} names for the {len(articulation.names)} sensors of {articulation.source}; "
+            "give one for each, - for those to leave out"
+        )
+    kept = [place for place, name in enumerate(names) if name != "-"]
+    named = tuple(names[place] for place in kept)
+    return replace(articulation, names=named, positions=articulation.positions[:, kept])
+
+
+def oriented(articulation: Articulation, axes: str) -> Articulation:
+    """Turn a file's axes into forward, left and up, which `axes` names: "-y,x,z". Raises OptionError."""
+    words = axes.split(",")
+    letters = [word.removeprefix("-") for word in words]
+    if sorted(letters) != list(LETTERS):
+        raise OptionError(f"{axes!r} names no axes; write forward, left and up as in -y,x,z")
+    signs = [-1.0 if word.startswith("-") else 1.0 for word in words]
+    turned = articulation.positions[..., [LETTERS.index(letter) for letter in letters]] * signs
+    return replace(articulation, positions=turned)

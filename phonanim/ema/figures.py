@@ -1,0 +1,131 @@
+"""The pictures of a report (extra `plots`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from phonanim.ema.articulation import standard_name
+from phonanim.ema.examples import MIDSAGITTAL, phones_of
+from phonanim.ema.measures import VIEWS
+from phonanim.ema.report import Report
+from phonanim.errors import MissingExtraError
+from phonanim.files import atomic_path
+
+DOTS = 100  # per inch
+MOST = 30  # bars of a chart
+DRAWN = 4000  # points of a cloud, so that a long recording does not make a heavy picture
+AXES = ("forward, mm", "left, mm", "up, mm")
+
+
+def check_plots() -> None:
+    """Raise MissingExtraError where Matplotlib is not installed."""
+    try:
+        import matplotlib.figure  # noqa: F401
+    except ImportError as error:
+        raise MissingExtraError(
+            "pictures need Matplotlib: pip install 'phonanim[plots]', or leave them out with --no-plots"
+        ) from error
+
+
+def draw_report(report: Report, output: Path) -> list[str]:
+    """Draw every picture there is data for; -> their names. Raises MissingExtraError, OutputError."""
+    check_plots()
+    pictures: dict[str, Callable[[Any, Report], None]] = {"recording": _recording, "places": _places}
+    if report.jaws:
+        pictures["jaw"] = _jaw
+    if any(_speed(report) in row.means for row in report.diphones):
+        pictures["speeds"] = _speeds
+    if any(np.isfinite(row.means.get("curvature", np.nan)) for row in report.diphones):
+        pictures["shape"] = _shape
+    for name, draw in pictures.items():
+        _draw(draw, report, output / f"{name}.png")
+    return [f"{name}.png" for name in pictures]
+
+
+def _draw(draw: Callable[[Any, Report], None], report: Report, path: Path) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8, 4), layout="constrained")
+    FigureCanvasAgg(figure)
+    draw(figure, report)
+    with atomic_path(path) as unfinished:
+        figure.savefig(unfinished, dpi=DOTS, metadata={"Software": None})
+
+
+def _recording(figure: Any, report: Report) -> None:
+    """Heights of the sensors over the first recording, with its phones."""
+    axes, articulation = figure.subplots(), report.first.articulation
+    for place, name in enumerate(articulation.names):
+        axes.plot(
+            articulation.times, articulation.positions[:, place, 2], linewidth=1, label=standard_name(name)
+        )
+    spoken = phones_of(report.first.track)
+    for phone in spoken:
+        axes.axvline(phone.start, color="lightgrey", linewidth=0.5, zorder=0)
+        middle = (phone.start + phone.end) / 2
+        axes.text(middle, 1.01, phone.name, ha="center", fontsize=6, transform=axes.get_xaxis_transform())
+    if spoken:
+        axes.set_xlim(spoken[0].start - 0.1, spoken[-1].end + 0.1)
+    axes.set(xlabel="seconds", ylabel=AXES[2])
+    axes.set_title(report.first.name, fontsize="small", pad=12)
+    axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
+
+
+def _places(figure: Any, report: Report) -> None:
+    """Where every sensor goes, from the side: the lips on the left."""
+    axes = figure.subplots()
+    for name, places in report.places.items():
+        cloud = places[:: -(-len(places) // DRAWN)]
+        axes.plot(-cloud[:, 0], cloud[:, 2], ".", markersize=1.5, label=name)
+    axes.set(xlabel="backward, mm", ylabel=AXES[2], aspect="equal")
+    axes.legend(fontsize="small", markerscale=6, loc="center left", bbox_to_anchor=(1, 0.5))
+
+
+def _jaw(figure: Any, report: Report) -> None:
+    """The envelope of the jaw in three views (Medina 2023, figure 2.4)."""
+    for axes, (view, (across, along)) in zip(figure.subplots(1, len(VIEWS)), VIEWS.items(), strict=True):
+        for name, jaw in report.jaws.items():
+            cloud, outline = report.places[name], jaw.outlines[view]
+            cloud = cloud[:: -(-len(cloud) // DRAWN)]
+            (dots,) = axes.plot(cloud[:, across], cloud[:, along], ".", markersize=1.5, label=name)
+            closed = np.concatenate([outline, outline[:1]])
+            axes.plot(closed[:, 0], closed[:, 1], color=dots.get_color(), linewidth=0.8)
+        axes.set(xlabel=AXES[across], ylabel=AXES[along], aspect="equal")
+        axes.set_title(view, fontsize="medium")
+    axes.legend(fontsize="small", markerscale=6)
+
+
+def _speed(report: Report) -> str:
+    """The measure of the first tongue sensor there is, from the tip back."""
+    present = [name for name in reversed(MIDSAGITTAL) if name in report.places]
+    return f"speed_{present[0] if present else next(iter(report.places))}"
+
+
+def _speeds(figure: Any, report: Report) -> None:
+    """Mean peak speed of pairs of phones: the most frequent ones, sorted."""
+    measure = _speed(report)
+    known = [row for row in report.diphones if np.isfinite(row.means.get(measure, np.nan))]
+    frequent = sorted(known, key=lambda row: (-row.examples, row.name))[:MOST]
+    rows = sorted(frequent, key=lambda row: row.means[measure])
+    axes = figure.subplots()
+    bars = axes.bar([row.name for row in rows], [row.means[measure] for row in rows])
+    axes.bar_label(bars, [row.examples for row in rows], fontsize=6)
+    axes.set_ylabel(f"peak speed of {measure.removeprefix('speed_')}, mm/s")
+    axes.set_xlabel("pair of phones (above: examples)")
+    axes.tick_params(axis="x", rotation=90, labelsize=7)
+
+
+def _shape(figure: Any, report: Report) -> None:
+    """Width against curvature of the tongue, a dot for each pair of phones (Medina 2023, figure 2.2c)."""
+    axes = figure.subplots()
+    for row in report.diphones:
+        at = row.means.get("width", np.nan), row.means.get("curvature", np.nan)
+        axes.plot(*at, "o", markersize=3, color="tab:blue")
+        axes.annotate(row.name, at, xytext=(3, 2), textcoords="offset points", fontsize=6)
+    axes.axhline(0, color="grey", linewidth=0.5)
+    axes.set(xlabel="width, mm", ylabel="curvature, 1/mm (edges down above 0)")

@@ -1,0 +1,49 @@
+"""Files of sensors: one module each, named after its format.
+
+Each module has `recognizes(path)`, which looks at the file's name or first bytes, and
+`read(path)`, the sensors in mm with the axes of the file.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Protocol, cast
+
+from phonanim.ema.articulation import Articulation
+from phonanim.errors import CorpusError
+
+
+class Reader(Protocol):
+    """What a module of this folder offers."""
+
+    def recognizes(self, path: Path) -> bool:
+        """Whether a file is of this format."""
+
+    def read(self, path: Path) -> Articulation:
+        """The sensors of a recording. Raises CorpusError."""
+
+
+@cache
+def reader_names() -> tuple[str, ...]:
+    """The formats, by the stem of their file."""
+    return tuple(sorted(path.stem for path in Path(__file__).parent.glob("[a-z]*.py")))
+
+
+def read_articulation(path: Path) -> Articulation:
+    """Read sensors in any of the formats. Raises CorpusError when the file is of none of them."""
+    for name in reader_names():
+        reader = cast("Reader", import_module(f"{__name__}.{name}"))
+        if reader.recognizes(path):
+            return reader.read(path)
+    raise CorpusError(f"{path}: is no file of sensors; known are {', '.join(reader_names())}")
+
+
+def first_bytes(path: Path, count: int) -> bytes:
+    """The beginning of a file. Raises CorpusError when it cannot be read."""
+    try:
+        with path.open("rb") as stream:
+            return stream.read(count)
+    except OSError as error:
+        raise CorpusError(f"{path}: cannot be read: {error.strerror}") from error

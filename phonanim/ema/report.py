@@ -1,0 +1,274 @@
+"""All that is measured of a folder of recordings, in tables, one JSON file and pictures."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.ema.articulation import Articulation, oriented, renamed, standard_name
+from phonanim.ema.examples import (
+    Row,
+    Stretch,
+    curves,
+    diphones_of,
+    measured,
+    phones_of,
+    side_sums,
+    summarized,
+)
+from phonanim.ema.measures import CUTOFF, Envelope, envelope
+from phonanim.ema.posture import Posture, head_corrected
+from phonanim.ema.preparation import Gap, fill_gaps, resampled
+from phonanim.ema.utterances import Spoken
+from phonanim.errors import CorpusError
+from phonanim.files import write_text
+from phonanim.language import to_phones
+from phonanim.phones import PhoneTrack
+from phonanim.statistics import pearson
+
+Array = NDArray[np.float64]
+JAWS = ("LI", "LJ")  # sensors of the jaw
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """How recordings are brought to one form: names of channels, axes, the head, and the rate in hertz."""
+
+    names: tuple[str, ...] = ()
+    axes: str = "x,y,z"
+    posture: Posture | None = None
+    rate: float | None = None
+
+
+@dataclass(frozen=True)
+class Take:
+    """A recording as it is measured: its sensors, where they were lost, and what is said."""
+
+    name: str
+    articulation: Articulation
+    gaps: list[Gap]
+    track: PhoneTrack
+
+
+@dataclass(frozen=True)
+class Report:
+    """Statistics of recordings; `places` are positions of every sensor, (samples, 3) mm, `first` one take."""
+
+    recordings: list[dict[str, Any]]
+    phones: list[Row]
+    diphones: list[Row]
+    sides: list[dict[str, Any]]
+    places: dict[str, Array]
+    jaws: dict[str, Envelope]
+    first: Take
+
+
+def prepare(raw: Articulation, preparation: Preparation) -> tuple[Articulation, list[Gap]]:
+    """Name the channels, fill short gaps, hold the head still, turn the axes, and change the rate."""
+    if preparation.names:
+        raw = renamed(raw, preparation.names)
+    whole, gaps = fill_gaps(raw)
+    if preparation.posture is not None:
+        whole = head_corrected(whole, preparation.posture)
+    turned = oriented(whole, preparation.axes)
+    return (resampled(turned, preparation.rate) if preparation.rate else turned), gaps
+
+
+def take(spoken: Spoken, preparation: Preparation, language: str = "auto") -> Take:
+    """Read and prepare a recording. Raises CorpusError, AlignmentError, LabelError."""
+    articulation, gaps = prepare(spoken.sensors(), preparation)
+    return Take(spoken.name, articulation, gaps, to_phones(spoken.alignment(), language)[0])
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A take with its examples, and the sums of `side_sums` for each pair of phones."""
+
+    take: Take
+    phones: list[tuple[Stretch, dict[str, float]]]
+    diphones: list[tuple[Stretch, dict[str, float]]]
+    sides: list[tuple[str, dict[tuple[str, str, str], Array]]]
+
+
+def measure(one: Take) -> Measured:
+    """Measure every phone and every pair of phones of a take."""
+    articulation, pairs = one.articulation, diphones_of(one.track)
+    found = curves(articulation)
+    return Measured(
+        one,
+        [(phone, measured(phone, found, articulation)) for phone in phones_of(one.track)],
+        [(pair, measured(pair, found, articulation)) for pair in pairs],
+        [(pair.name, side_sums(pair, articulation)) for pair in pairs],
+    )
+
+
+def make_report(
+    recordings: Sequence[Spoken],
+    preparation: Preparation,
+    language: str = "auto",
+    least: int = 1,
+    progress: Callable[[float], None] = lambda _: None,
+) -> Report:
+    """Measure recordings that have the same sensors. Raises CorpusError.
+
+    Pairs of phones with fewer than `least` examples are left out.
+    """
+    done: list[Measured] = []
+    for number, spoken in enumerate(recordings, start=1):
+        done.append(measure(take(spoken, preparation, language)))
+        _check_alike(done[0].take.articulation, done[-1].take.articulation)
+        progress(number / len(recordings))
+    places = _places([one.take.articulation for one in done])
+    diphones = summarized([example for one in done for example in one.diphones], least)
+    return Report(
+        recordings=[_facts(one.take) for one in done],
+        phones=summarized([example for one in done for example in one.phones]),
+        diphones=diphones,
+        sides=_side_rows(done, {row.name for row in diphones}),
+        places=places,
+        jaws={name: envelope(places[name]) for name in JAWS if name in places},
+        first=done[0].take,
+    )
+
+
+def _check_alike(first: Articulation, other: Articulation) -> None:
+    if other.names != first.names:
+        raise CorpusError(
+            f"{other.source}: has the sensors {', '.join(other.names)}; {first.source} has "
+            f"{', '.join(first.names)}; report on them apart"
+        )
+
+
+def _places(articulations: Sequence[Articulation]) -> dict[str, Array]:
+    """Positions of every sensor in all recordings, (samples, 3) mm."""
+    cloud = np.concatenate([articulation.positions for articulation in articulations])
+    return {standard_name(name): cloud[:, at] for at, name in enumerate(articulations[0].names)}
+
+
+def _facts(one: Take) -> dict[str, Any]:
+    return {
+        "name": one.name,
+        "seconds": len(one.articulation.positions) / one.articulation.rate,
+        "rate_hz": one.articulation.rate,
+        "phones": len(phones_of(one.track)),
+        "gaps": [asdict(gap) for gap in one.gaps],
+    }
+
+
+def _side_rows(done: Sequence[Measured], names: set[str]) -> list[dict[str, Any]]:
+    totals: dict[tuple[str, ...], Array] = {}
+    for name, sums in (pair for one in done for pair in one.sides if pair[0] in names):
+        for key, row in sums.items():
+            place = (name, *key)
+            totals[place] = totals.get(place, 0) + row
+    columns = "diphone", "midsagittal", "side", "axis"
+    return [
+        {**dict(zip(columns, key, strict=True)), "samples": int(total[0]), "r": float(pearson(total))}
+        for key, total in sorted(totals.items())
+    ]
+
+
+def write_report(report: Report, output: Path) -> list[str]:
+    """Write report.json, phones.csv, diphones.csv and, where there are such sensors, sides.csv.
+
+    Returns their names. Raises OutputError.
+    """
+    output.mkdir(parents=True, exist_ok=True)
+    tables = {"phones.csv": _flat(report.phones), "diphones.csv": _flat(report.diphones)}
+    if report.sides:
+        tables["sides.csv"] = report.sides
+    for name, rows in tables.items():
+        write_text(output / name, _csv(rows))
+    write_text(output / "report.json", json.dumps(summary(report), indent=1, ensure_ascii=False) + "\n")
+    return ["report.json", *tables]
+
+
+def summary(report: Report) -> dict[str, Any]:
+    """The report without its tables, for scripts; what is not a number is null."""
+    return {
+        "recordings": report.recordings,
+        "sensors": {name: _range(places) for name, places in report.places.items()},
+        "speed_cutoff_hz": CUTOFF,
+        "phones": len(report.phones),
+        "diphones": len(report.diphones),
+        "diphone_examples": sum(row.examples for row in report.diphones),
+        "width_curvature_r": _number(width_against_curvature(report.diphones)),
+        "jaw": {
+            name: {
+                "reach_mm": _rounded(jaw.reach),
+                "area_mm2": {v: round(a, 3) for v, a in jaw.areas.items()},
+            }
+            for name, jaw in report.jaws.items()
+        },
+    }
+
+
+def _jaw(jaw: Envelope) -> dict[str, Any]:
+    return {"reach_mm": _rounded(jaw.reach), "area_mm2": {view: round(a, 3) for view, a in jaw.areas.items()}}
+
+
+def width_against_curvature(rows: Sequence[Row]) -> float:
+    """Pearson's r over pairs of phones (Medina 2023, section 2.2.2, finds -0.384); NaN below three pairs."""
+    pairs = [(row.means.get("width", np.nan), row.means.get("curvature", np.nan)) for row in rows]
+    table = np.array([pair for pair in pairs if np.isfinite(pair).all()]).reshape(-1, 2)
+    return float(np.corrcoef(table.T)[0, 1]) if len(table) > 2 else np.nan
+
+
+def _range(places: Array) -> dict[str, Any]:
+    """Middle and reach of a sensor, mm, and the share of samples in which it was tracked."""
+    tracked = places[np.isfinite(places).all(axis=1)]
+    share = round(len(tracked) / len(places), 4)
+    if not len(tracked):
+        return {"mean_mm": None, "reach_mm": None, "tracked": share}
+    return {
+        "mean_mm": _rounded(tracked.mean(axis=0)),
+        "reach_mm": _rounded(np.ptp(tracked, axis=0)),
+        "tracked": share,
+    }
+
+
+def _flat(rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """A row of a table: the mean and standard deviation of each measure side by side."""
+    return [
+        {"name": row.name, "kind": row.kind, "examples": row.examples}
+        | {
+            f"{measure}_{what}": value
+            for measure in row.means
+            for what, value in (("mean", row.means[measure]), ("sd", row.deviations[measure]))
+        }
+        for row in rows
+    ]
+
+
+def _csv(rows: Sequence[dict[str, Any]]) -> str:
+    """Six digits; what is not a number is left empty."""
+    stream = io.StringIO()
+    columns = list(dict.fromkeys(column for row in rows for column in row))
+    writer = csv.DictWriter(stream, columns, lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        writer.writerow({name: _cell(value) for name, value in row.items()})
+    return stream.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    if not isinstance(value, float):
+        return value
+    return f"{value:.6g}" if isfinite(value) else ""
+
+
+def _number(value: float) -> float | None:
+    return round(value, 4) if isfinite(value) else None
+
+
+def _rounded(values: Any) -> list[float]:
+    return [round(float(value), 3) for value in values]

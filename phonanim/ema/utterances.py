@@ -1,0 +1,148 @@
+"""Recordings of sensors with what is said in them: EMU bundles, imported data sets, others."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.alignment import Alignment, read_alignment
+from phonanim.ema.articulation import Articulation, oriented
+from phonanim.ema.readers import read_articulation
+from phonanim.errors import CorpusError
+from phonanim.language import to_phones
+from phonanim.phones import PhoneTrack
+
+Array = NDArray[np.float64]
+RUN_ON = 1.0  # seconds; a last segment longer than this runs on through the silence after the speech
+LAST = 0.12  # seconds that such a segment is taken to last
+EMU, EMU_AXES = (
+    "_bndl.json",
+    "-y,x,z",
+)  # of a bundle; y runs from the lips to the throat
+SENSORS = (".pos", ".mat")
+ALIGNMENTS = (".TextGrid", ".textgrid", ".lab", ".phn", ".csv", ".json", ".eaf")
+
+
+@dataclass(frozen=True)
+class Spoken:
+    """A recording that is read when it is asked for: its sensors, and its phones."""
+
+    name: str
+    sensors: Callable[[], Articulation]
+    alignment: Callable[[], Alignment]
+
+
+@dataclass(frozen=True)
+class Utterance:
+    """`aperture` (samples,) mm is the vertical distance of the lip sensors at `times` (samples,) s.
+
+    `speech` (samples,) says where something is said, `audio` is the recording, `articulation` all sensors.
+    """
+
+    name: str
+    track: PhoneTrack
+    times: Array
+    fps: float
+    aperture: Array
+    speech: NDArray[np.bool_]
+    audio: Path
+    articulation: Articulation
+
+
+def load_utterances(folder: Path) -> list[Utterance]:
+    """Every utterance of a folder of EMU bundles with lip sensors beside them, in German."""
+    return [_utterance(spoken, folder) for spoken in find_spoken(folder)]
+
+
+def find_spoken(folder: Path) -> list[Spoken]:
+    """The recordings of a folder, sorted by name.
+
+    The folder is one that `phonanim corpus import` wrote, or holds EMU bundles (`*_bndl.json` beside SSFF
+    files), or .pos and .mat files beside alignments of the same stem. Raises CorpusError when it is none.
+    """
+    found = list(_imported(folder) if (folder / "dataset.json").is_file() else _bundles(folder))
+    found = found or list(_files(folder))
+    if not found:
+        raise CorpusError(
+            f"{folder}: has no articulography; looked for dataset.json, *{EMU}, and .pos or .mat files"
+        )
+    return sorted(found, key=lambda spoken: spoken.name)
+
+
+def _bundles(folder: Path) -> Iterator[Spoken]:
+    for path in folder.glob(f"*{EMU}"):
+        name = path.name.removesuffix(EMU)
+        yield Spoken(name, partial(_ssff, folder, name), partial(_bundle_phones, path))
+
+
+def _ssff(folder: Path, name: str) -> Articulation:
+    """The first sensor found leads to the others."""
+    from phonanim.ema.readers import ssff
+
+    tracks = [path for path in sorted(folder.glob(f"{name}.*")) if ssff.recognizes(path)]
+    if not tracks:
+        raise CorpusError(f"{folder / name}: has no SSFF files beside {name}{EMU}; put them there")
+    return read_articulation(tracks[0])
+
+
+def _bundle_phones(path: Path) -> Alignment:
+    return _without_run_on(read_alignment(path))
+
+
+def _files(folder: Path) -> Iterator[Spoken]:
+    for path in folder.iterdir():
+        if path.suffix.lower() in SENSORS:
+            yield Spoken(path.stem, partial(read_articulation, path), partial(_beside, path))
+
+
+def _beside(path: Path) -> Alignment:
+    found = [path.with_suffix(suffix) for suffix in ALIGNMENTS if path.with_suffix(suffix).is_file()]
+    if not found:
+        raise CorpusError(f"{path}: has no alignment beside it; add {path.stem}.TextGrid (phonanim align)")
+    return read_alignment(found[0])
+
+
+def _imported(folder: Path) -> Iterator[Spoken]:
+    facts = json.loads((folder / "dataset.json").read_text(encoding="utf-8"))
+    if facts.get("kind") != "sensors":
+        raise CorpusError(
+            f"{folder}: holds {facts.get('kind')}, no sensors; import mngu0, mocha, hprc or imt22"
+        )
+    for path in (folder / "motion").glob("*.npy"):
+        grid = folder / "textgrid" / f"{path.stem}.npy"
+        sensors = partial(_motion, path, tuple(facts["names"]), float(facts["fps"]))
+        yield Spoken(path.stem, sensors, partial(_beside, grid))
+
+
+def _motion(path: Path, names: tuple[str, ...], rate: float) -> Articulation:
+    """Imported arrays; those of the midsagittal plane get a lateral axis of zeros."""
+    values = np.load(path, allow_pickle=False).astype(np.float64)
+    if values.shape[2] == 2:
+        values = np.insert(values, 1, 0.0, axis=2)
+    names = names or tuple(str(number + 1) for number in range(values.shape[1]))
+    return Articulation(names, values, rate, source=str(path))
+
+
+def _utterance(spoken: Spoken, folder: Path) -> Utterance:
+    articulation, alignment = oriented(spoken.sensors(), EMU_AXES), spoken.alignment()
+    track, times = to_phones(alignment, "german")[0], articulation.times
+    said = [i for i in alignment.intervals if i.label and not i.label.startswith("&")]
+    aperture = articulation.sensor("UL")[:, 2] - articulation.sensor("LL")[:, 2]
+    speech = (times >= said[0].start) & (times < said[-1].end) & np.isfinite(aperture)
+    audio = folder / f"{spoken.name}.wav"
+    return Utterance(spoken.name, track, times, articulation.rate, aperture, speech, audio, articulation)
+
+
+def _without_run_on(alignment: Alignment) -> Alignment:
+    """End the last sound where speech ends; the labels let it run on through 1 to 2 s of silence."""
+    kept = [
+        replace(i, end=i.start + LAST) if i.end - i.start > RUN_ON and i.label[:1] != "&" else i
+        for i in alignment.intervals
+    ]
+    return replace(alignment, intervals=tuple(kept))
