@@ -196,7 +196,7 @@ def test_seeds(model: FaceDiffuser, data: Examples, tmp_path: Path) -> None:
     assert takes[0].tobytes() == takes[1].tobytes()
     assert np.abs(takes[0] - takes[2]).max() > 1e-3
     save(Model(model.changed(seed=1), made_up_face(np.random.default_rng(0)), {"fps": 25.0}), tmp_path)
-    again = load(tmp_path).regressor.predict(None, times, data.sounds[0])  # type: ignore[arg-type]
+    again = load(tmp_path).regressor.predict(None, times, data.sounds[0])
     assert again.tobytes() == takes[2].tobytes()
 
 
@@ -207,9 +207,9 @@ def test_without_diffusion_there_is_one_take(data: Examples) -> None:
     assert np.array_equal(*takes)
 
 
-@pytest.mark.parametrize("more", [{"diffusion": False}, {}, {"normalize": "modes"}])
+@pytest.mark.parametrize("more", [{"diffusion": False}, {"normalize": "modes"}])
 def test_it_learns_what_it_hears(more: dict[str, Any]) -> None:
-    data = made_up_examples(np.random.default_rng(5), clips=12)
+    data = made_up_examples(np.random.default_rng(5), clips=10)
     model = trained(data, hidden=24, epochs=25, batch=3, bidirectional=True, masking="none", **more)
     mean = np.concatenate(data.targets).mean(axis=0)
     errors, spreads = [], []

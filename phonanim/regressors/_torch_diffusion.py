@@ -164,7 +164,7 @@ def data_of(config: Any, examples: Examples) -> Steps:
     """Examples at the model's steps: the last layer of the encoder, and styles in the place of phones."""
     steps = gathered(config, examples)
     styles = np.array(examples.styles or [0] * len(examples), np.int64)
-    return replace(steps, values=steps.values[:, -1:], codes=np.repeat(styles, steps.lengths))
+    return replace(steps, values=steps.values[:, -1:].copy(), codes=np.repeat(styles, steps.lengths))
 
 
 def scaled(config: Any, steps: Steps) -> Scaling:
