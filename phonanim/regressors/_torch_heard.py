@@ -120,6 +120,7 @@ def fit_heard(
     scaling = Scaling.of(config, steps)
     layers, dims = steps.values.shape[1:]
     network = Network(config, layers, dims, steps.targets.shape[1])
+    network.start_from((steps.targets.mean(axis=0) - scaling.low) / scaling.span)
     optimizer = OPTIMIZERS[config.optimizer](network.parameters(), lr=config.learning_rate)
     state = State(network, optimizer, [], [], key_of(config, seed, steps), journal)
     state.resume()
