@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import signal
@@ -190,6 +191,27 @@ def test_sound_that_stalls_is_waited_for_and_then_silent(ears: str) -> None:
     assert "the sound stalled" in " ".join(sentences(player.tally, ["memory"]))
     assert [number for _, number in sink.came] == list(range(len(sink.came)))
     assert len(sink.came) >= 48
+
+
+@pytest.mark.parametrize("command", ["animate", "batch", "stream"])
+def test_one_thread_is_settled_before_numpy_comes(command: str) -> None:
+    code = f"import os, sys, phonanim.commands.{command}; "
+    code += "sys.exit('numpy' in sys.modules or os.environ['OPENBLAS_NUM_THREADS'] != '1')"
+    clean = {name: value for name, value in os.environ.items() if not name.endswith("NUM_THREADS")}
+    assert subprocess.run([sys.executable, "-c", code], env=clean).returncode == 0
+
+
+def test_a_source_without_end_is_not_read_far_ahead() -> None:
+    def endless() -> Any:
+        for number in itertools.count():
+            yield Phone("AA1", number * 0.1, number * 0.1 + 0.1)
+
+    engine = PhoneStream(Options(), 0.1)
+    player = Player(engine, [Kept(BrokenPipeError(), 20)], 60, lambda text: None)
+    player.run_in_time(endless(), 0.1, 0.1)
+    assert player.tally.frames == 21
+    assert 5 < engine.heard_until < 10
+    assert len(engine.known) < 100
 
 
 def test_a_place_that_is_gone_is_left_out() -> None:

@@ -117,10 +117,10 @@ OPTIONS = (
 
 def animation_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """The options of an animation, handed to the command as `options`."""
+    one_thread()  # before the options are read, for some of them bring NumPy in
 
     @wraps(function)
     def wrapped(*args: Any, **given: Any) -> Any:
-        one_thread()
         options = Options(**{field.name: given.pop(field.name) for field in fields(Options)})
         return function(*args, options=options, **given)
 

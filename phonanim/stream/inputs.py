@@ -15,7 +15,8 @@ from phonanim.language import choose_language
 from phonanim.options import Options
 from phonanim.stream.events import End, Event, Phone, Problem, Samples, Tick, parse_event
 
-BLOCK = 0.01  # seconds of sound at a time
+BLOCK = 0.01  # seconds of sound at a time, as they are heard
+READ = 0.1  # seconds of a recording at a time
 CHUNK = 1 << 14  # bytes at a time
 LONGEST_LINE = 1 << 16  # bytes of a line of JSON
 
@@ -73,7 +74,7 @@ def alignment_file(path: Path, options: Options) -> tuple[str, Iterator[Event]]:
 
 def recording(path: Path) -> tuple[int, Iterator[Event]]:
     """The rate of a recording, and its sound, block by block; channels are averaged. Raises AudioError."""
-    rate, blocks = opened_audio(path, BLOCK)
+    rate, blocks = opened_audio(path, READ)
 
     def events() -> Iterator[Event]:
         for block in blocks:

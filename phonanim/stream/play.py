@@ -134,10 +134,12 @@ class Player:
         elif isinstance(event, End):
             self.engine.end()
         elif not self.engine.ended:
+            began = time.thread_time()
             try:
                 self.engine.take(event)
             except (StreamError, LabelError) as error:
                 self.complain(str(error))
+            self.tally.work += time.thread_time() - began
 
     def give(self, most: int | None = None, due: float | None = None) -> int:
         """Make the frames that may be given out, and send them, not before `due`; how many there were."""
