@@ -108,7 +108,7 @@ def test_the_plane_of_the_bite(tmp_path: Path) -> None:
             ["--bite", "1.pos", "--reference", "1,2,3", "--plate", "4,5"],
             "--plate names 2 sensors; give front, left and right",
         ),
-        (["--axes", "up"], "'up' names no axes; write forward, left and up as in -y,x,z"),
+        (["--axes", "up"], "'up': say where x, y and z point, as left,back,up or forward,left,up"),
         (["--reference", "1,2,99"], "has no sensor 99; it has 1, 2, 3"),
     ],
 )
@@ -132,6 +132,13 @@ def test_recordings_with_other_sensors(tmp_path: Path, capsys: pytest.CaptureFix
     assert "2.pos: has the sensors 1, 2; " in capsys.readouterr().err
 
 
+def test_recordings_without_samples(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a_bndl.json").write_text("{}")
+    samples.ssff(tmp_path / "a.jaw", samples.sensor_columns("jw", np.zeros((0, 3))))
+    assert run(["ema", "report", str(tmp_path), "-o", str(tmp_path / "out"), "--no-plots"]) == 2
+    assert "a.jaw: has no samples; fetch it again, or take it away" in capsys.readouterr().err
+
+
 def test_pictures_without_matplotlib(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "matplotlib.figure", None)
     with pytest.raises(MissingExtraError, match=r"pictures need Matplotlib: pip install 'phonanim\[plots\]'"):
@@ -140,7 +147,7 @@ def test_pictures_without_matplotlib(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_german_recordings(shared_data: Path, tmp_path: Path, capsys: Any) -> None:
     words = ["ema", "report", str(shared_data / "ema_de"), "-o", str(tmp_path / "out")]
-    assert run([*words, "--axes=-y,x,z", "--language", "german", "--no-plots"]) == 0
+    assert run([*words, "--axes", "left,back,up", "--language", "german", "--no-plots"]) == 0
     told = capsys.readouterr().err
     assert "2 recordings, 8.0 s, 26 phones, 56 pairs of phones" in told
     assert "12 gaps in the sensors: 0 filled, 12 too long and left out" in told

@@ -89,6 +89,9 @@ def test_carstens_files_that_are_damaged(tmp_path: Path) -> None:
     path.write_bytes(whole.replace(b"NumberOf", b"Number"))
     with pytest.raises(CorpusError, match=r"a\.pos: its header is damaged \('NumberOfChannels'\); fetch"):
         read_articulation(path)
+    path.write_bytes(whole.replace(b"0000006", b"-000006", 1))
+    with pytest.raises(CorpusError, match=r"a\.pos: its header is damaged"):
+        read_articulation(path)
     path.write_bytes(whole.replace(b"Hz=250", b"Hz=000"))
     with pytest.raises(CorpusError, match=r"a\.pos: its header is damaged \(3 channels at 0 Hz\)"):
         read_articulation(path)
@@ -149,11 +152,14 @@ def test_sensors_go_by_their_own_name_or_the_standard_one() -> None:
 def test_channels_are_named_and_axes_turned() -> None:
     found = renamed(samples.still((1, 2, 3), (4, 5, 6), names="1 2"), ("-", "TT"))
     assert found.names == ("TT",)
-    np.testing.assert_array_equal(oriented(found, "-y,x,z").positions[0, 0], [-5, 4, 6])
+    np.testing.assert_array_equal(oriented(found, "left,back,up").positions[0, 0], [-5, 4, 6])
     with pytest.raises(OptionError, match="2 names for the 1 sensors of made up; give one for each, - for"):
         renamed(found, ("a", "b"))
-    with pytest.raises(OptionError, match="'x,y' names no axes; write forward, left and up as in -y,x,z"):
-        oriented(found, "x,y")
+    with pytest.raises(OptionError, match="TT names two sensors of made up; give each its own"):
+        renamed(samples.still((1, 2, 3), (4, 5, 6), names="1 2"), ("TT", "TT"))
+    for axes in ("left,back", "left,back,forward", "left,back,up,sideways"):
+        with pytest.raises(OptionError, match=f"'{axes}': say where x, y and z point, as left,back,up or"):
+            oriented(found, axes)
 
 
 def test_folders_of_positions_want_alignments(tmp_path: Path) -> None:
@@ -179,8 +185,27 @@ def test_imported_data_sets_are_read(tmp_path: Path) -> None:
     np.testing.assert_array_equal(spoken.sensors().positions[:, 0], [[1, 0, 2], [3, 0, 4]])
     assert len(spoken.alignment().intervals) == 1
     (tmp_path / "dataset.json").write_text(json.dumps({**facts, "kind": "vertices"}))
-    with pytest.raises(CorpusError, match="holds vertices"):
+    with pytest.raises(CorpusError, match="holds vertices and no sensors; mngu0, mocha, hprc have some"):
         find_spoken(tmp_path)
+    (tmp_path / "dataset.json").write_text("{}")
+    with pytest.raises(
+        CorpusError, match=r"dataset\.json: is damaged \(KeyError\('kind'\)\); import the data"
+    ):
+        find_spoken(tmp_path)
+
+
+def test_imported_arrays_that_cannot_be_used(tmp_path: Path) -> None:
+    (tmp_path / "motion").mkdir()
+    (tmp_path / "dataset.json").write_text(json.dumps({"kind": "sensors", "names": ["TT"], "fps": 500.0}))
+    np.save(tmp_path / "motion" / "a.npy", np.ones((2, 1, 4)))
+    (spoken,) = find_spoken(tmp_path)
+    with pytest.raises(
+        CorpusError, match=r"a\.npy: is \(2, 1, 4\); sensors are \(samples, sensors, 2 or 3\)"
+    ):
+        spoken.sensors()
+    (tmp_path / "motion" / "a.npy").write_bytes(b"none")
+    with pytest.raises(CorpusError, match=r"a\.npy: is no array \(.*\); import the data set again"):
+        spoken.sensors()
 
 
 def test_folders_without_sensors(tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ def command() -> None:
 @click.option(
     "-o", "--output", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder."
 )
-@click.option("--axes", default="x,y,z", help="Forward, left and up in the axes of the files, as -y,x,z.")
+@click.option("--axes", default="forward,left,up", help="Where x, y and z of the files point.")
 @click.option("--names", help="Sensors of the channels in their order, with commas; - leaves one out.")
 @click.option("--reference", help="Sensors on the skull, with commas: hold the head still by them.")
 @click.option("--bite", type=FILE, help="A recording with a plate between the teeth: turn to its plane.")
@@ -65,7 +65,7 @@ def report(
 
     \b
     Examples:
-      phonanim ema report ema_de/ -o report/ --axes=-y,x,z --language german
+      phonanim ema report ema_de/ -o report/ --axes left,back,up --language german
       phonanim ema report pos/ -o report/ --names TD,TB,TT,-,LI,UL,LL,NA,EL,ER,-,- --reference NA,EL,ER
     """
     from phonanim.ema.figures import check_plots, draw_report

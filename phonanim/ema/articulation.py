@@ -14,6 +14,11 @@ from phonanim.inventory import LEXICON
 
 Array = NDArray[np.float64]
 LETTERS = "xyz"
+DIRECTIONS = {
+    "forward": (0, 1.0), "back": (0, -1.0), "left": (1, 1.0), "right": (1, -1.0), "up": (2, 1.0),
+    "down": (2, -1.0),
+}  # fmt: skip
+"""Where an axis of a file may point: our axis, and its sign."""
 
 
 @dataclass(frozen=True)
@@ -77,15 +82,21 @@ def renamed(articulation: Articulation, names: tuple[str, ...]) -> Articulation:
         )
     kept = [place for place, name in enumerate(names) if name != "-"]
     named = tuple(names[place] for place in kept)
+    if twice := [name for name in named if named.count(name) > 1]:
+        raise OptionError(f"{twice[0]} names two sensors of {articulation.source}; give each its own")
     return replace(articulation, names=named, positions=articulation.positions[:, kept])
 
 
 def oriented(articulation: Articulation, axes: str) -> Articulation:
-    """Turn a file's axes into forward, left and up, which `axes` names: "-y,x,z". Raises OptionError."""
-    words = axes.split(",")
-    letters = [word.removeprefix("-") for word in words]
-    if sorted(letters) != list(LETTERS):
-        raise OptionError(f"{axes!r} names no axes; write forward, left and up as in -y,x,z")
-    signs = [-1.0 if word.startswith("-") else 1.0 for word in words]
-    turned = articulation.positions[..., [LETTERS.index(letter) for letter in letters]] * signs
+    """Turn a file's axes into forward, left and up; `axes` says where its x, y and z point, "left,back,up".
+
+    Raises OptionError.
+    """
+    found = [DIRECTIONS.get(word.strip()) for word in axes.split(",")]
+    known = [direction for direction in found if direction is not None]
+    if sorted(axis for axis, _ in known) != [0, 1, 2] or len(found) != len(known):
+        raise OptionError(f"{axes!r}: say where x, y and z point, as left,back,up or forward,left,up")
+    turned = np.empty_like(articulation.positions)
+    for own, (axis, sign) in enumerate(known):
+        turned[..., axis] = sign * articulation.positions[..., own]
     return replace(articulation, positions=turned)

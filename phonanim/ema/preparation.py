@@ -33,10 +33,11 @@ def fill_gaps(articulation: Articulation, longest: float = LONGEST) -> tuple[Art
     """
     positions, gaps = articulation.positions.copy(), []
     for place, name in enumerate(articulation.names):
-        lost = np.asarray(np.isnan(positions[:, place]).any(axis=1))
+        lost = np.asarray(~np.isfinite(positions[:, place]).all(axis=1))
         for begin, end in runs(lost):
             inside = begin > 0 and end < len(lost)
             filled = inside and (end - begin) / articulation.rate <= longest + 1e-9
+            positions[begin:end, place] = np.nan
             if filled:
                 share = np.linspace(0, 1, end - begin + 2)[1:-1, None]
                 before, after = positions[begin - 1, place], positions[end, place]

@@ -44,7 +44,7 @@ class Preparation:
     """How recordings are brought to one form: names of channels, axes, the head, and the rate in hertz."""
 
     names: tuple[str, ...] = ()
-    axes: str = "x,y,z"
+    axes: str = "forward,left,up"
     posture: Posture | None = None
     rate: float | None = None
 
@@ -73,7 +73,12 @@ class Report:
 
 
 def prepare(raw: Articulation, preparation: Preparation) -> tuple[Articulation, list[Gap]]:
-    """Name the channels, fill short gaps, hold the head still, turn the axes, and change the rate."""
+    """Name the channels, fill short gaps, hold the head still, turn the axes, and change the rate.
+
+    Raises CorpusError when there are no samples, or no such sensors, and OptionError.
+    """
+    if len(raw.positions) == 0:
+        raise CorpusError(f"{raw.source}: has no samples; fetch it again, or take it away")
     if preparation.names:
         raw = renamed(raw, preparation.names)
     whole, gaps = fill_gaps(raw)

@@ -21,10 +21,8 @@ from phonanim.phones import PhoneTrack
 Array = NDArray[np.float64]
 RUN_ON = 1.0  # seconds; a last segment longer than this runs on through the silence after the speech
 LAST = 0.12  # seconds that such a segment is taken to last
-EMU, EMU_AXES = (
-    "_bndl.json",
-    "-y,x,z",
-)  # of a bundle; y runs from the lips to the throat
+EMU, EMU_AXES = "_bndl.json", "left,back,up"
+AXES = 3
 SENSORS = (".pos", ".mat")
 ALIGNMENTS = (".TextGrid", ".textgrid", ".lab", ".phn", ".csv", ".json", ".eaf")
 
@@ -109,21 +107,28 @@ def _beside(path: Path) -> Alignment:
 
 
 def _imported(folder: Path) -> Iterator[Spoken]:
-    facts = json.loads((folder / "dataset.json").read_text(encoding="utf-8"))
-    if facts.get("kind") != "sensors":
-        raise CorpusError(
-            f"{folder}: holds {facts.get('kind')}, no sensors; import mngu0, mocha, hprc or imt22"
-        )
-    for path in (folder / "motion").glob("*.npy"):
-        grid = folder / "textgrid" / f"{path.stem}.npy"
-        sensors = partial(_motion, path, tuple(facts["names"]), float(facts["fps"]))
-        yield Spoken(path.stem, sensors, partial(_beside, grid))
+    path = folder / "dataset.json"
+    try:
+        facts = json.loads(path.read_text(encoding="utf-8"))
+        kind, names, rate = facts["kind"], tuple(facts["names"]), float(facts["fps"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise CorpusError(f"{path}: is damaged ({error!r}); import the data set again") from error
+    if kind != "sensors":
+        raise CorpusError(f"{folder}: holds {kind} and no sensors; mngu0, mocha, hprc have some")
+    for motion in (folder / "motion").glob("*.npy"):
+        beside = folder / "textgrid" / motion.name
+        yield Spoken(motion.stem, partial(_motion, motion, names, rate), partial(_beside, beside))
 
 
 def _motion(path: Path, names: tuple[str, ...], rate: float) -> Articulation:
     """Imported arrays; those of the midsagittal plane get a lateral axis of zeros."""
-    values = np.load(path, allow_pickle=False).astype(np.float64)
-    if values.shape[2] == 2:
+    try:
+        values = np.load(path, allow_pickle=False).astype(np.float64)
+    except (OSError, ValueError) as error:
+        raise CorpusError(f"{path}: is no array ({error}); import the data set again") from error
+    if values.ndim != AXES or values.shape[2] not in (AXES - 1, AXES):
+        raise CorpusError(f"{path}: is {values.shape}; sensors are (samples, sensors, 2 or 3)")
+    if values.shape[2] == AXES - 1:
         values = np.insert(values, 1, 0.0, axis=2)
     names = names or tuple(str(number + 1) for number in range(values.shape[1]))
     return Articulation(names, values, rate, source=str(path))

@@ -48,6 +48,6 @@ def _header(data: bytes) -> tuple[int, int, float]:
         name.strip(): value for name, equals, value in (line.partition("=") for line in lines) if equals
     }
     channels, rate = int(fields["NumberOfChannels"]), float(fields["SamplingFrequencyHz"])
-    if channels < 1 or not rate > 0:
+    if size < 1 or channels < 1 or not rate > 0:
         raise ValueError(f"{channels} channels at {rate:g} Hz")
     return size, channels, rate
