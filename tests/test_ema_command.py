@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import dataset_samples
 import ema_samples as samples
 import numpy as np
 import pytest
@@ -154,3 +155,17 @@ def test_the_german_recordings(shared_data: Path, tmp_path: Path, capsys: Any) -
     facts = json.loads((tmp_path / "out" / "report.json").read_text())
     assert 5 < facts["jaw"]["LI"]["reach_mm"][2] < 12
     assert facts["width_curvature_r"] is None
+
+
+@pytest.mark.parametrize(("name", "axes"), [("mngu0", "left,back,up"), ("mocha", "forward,left,up")])
+def test_an_imported_data_set(tmp_path: Path, name: str, axes: str) -> None:
+    getattr(dataset_samples, name)(tmp_path / "theirs")
+    out = tmp_path / "ours"
+    assert run(["corpus", "import", name, str(tmp_path / "theirs"), "-o", str(out), "--quiet"]) == 0
+    for path in (out / "motion").glob("*.npy"):
+        samples.textgrid(out / "textgrid" / f"{path.stem}.TextGrid", (0, 0.01, "t"), (0.01, 0.02, "iy"))
+    words = ["ema", "report", str(out), "-o", str(tmp_path / "report"), "--axes", axes, "--no-plots"]
+    assert run([*words, "--language", "english"]) == 0
+    facts = json.loads((tmp_path / "report" / "report.json").read_text())
+    assert {"TT", "TB", "TD", "LI", "UL", "LL"} <= set(facts["sensors"])
+    assert len(rows(tmp_path / "report" / "phones.csv")) == 2

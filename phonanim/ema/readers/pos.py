@@ -33,7 +33,9 @@ def read(path: Path) -> Articulation:
         raise CorpusError(f"{path}: its header is damaged ({error}); fetch it again") from error
     frame = 4 * FIELDS * channels
     if len(data) <= size or (len(data) - size) % frame:
-        raise CorpusError(f"{path}: is cut short: {len(data) - size} bytes are no whole samples of {frame}")
+        raise CorpusError(
+            f"{path}: is cut short: {max(0, len(data) - size)} bytes are no whole samples of {frame}"
+        )
     table = np.frombuffer(data, "<f4", offset=size).reshape(-1, channels, FIELDS)
     positions = table[..., :3].astype(np.float64)
     positions[~positions.any(axis=2)] = np.nan
