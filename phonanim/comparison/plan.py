@@ -40,7 +40,8 @@ class Plan:
 
     `reference` is the model that the others are tested against. `words` are the folds of leave-words-out,
     each a group of withheld words, `phones` those withheld together. `ema` is a folder of EMU bundles,
-    `tools` a file of benchmarks/tools.py. `mouths` are models that are trained on the joint modes as well.
+    `tools` a file of benchmarks/tools.py. `mouths` are models that are trained on the joint modes as well,
+    `test_only` those that are not trained again for withheld words and phones.
     """
 
     corpus: Path
@@ -52,6 +53,7 @@ class Plan:
     ema: Path | None = None
     tools: Path | None = None
     mouths: tuple[str, ...] = ()
+    test_only: tuple[str, ...] = ()
     seed: int = 0
     sweeps: dict[str, Sweep] = field(default_factory=dict)
     notes: dict[str, str] = field(default_factory=dict)
@@ -75,7 +77,7 @@ def read_plan(path: Path) -> Plan:
     table["sweeps"] = {name: _sweep(values, path, name) for name, values in table.get("sweeps", {}).items()}
     table["words"] = tuple(tuple(group) for group in table.get("words", ()))
     table["phones"] = tuple(table.get("phones", ()))
-    table["mouths"] = tuple(table.get("mouths", ()))
+    table |= {key: tuple(table.get(key, ())) for key in ("mouths", "test_only")}
     table["folds"] = tuple(table.get("folds", FOLDS))
     plan = Plan(**table)
     _check_names(plan, path)
@@ -85,9 +87,10 @@ def read_plan(path: Path) -> Plan:
 def _check_names(plan: Plan, path: Path) -> None:
     if plan.reference not in plan.models:
         raise ModelError(f"{path}: reference {plan.reference!r} is none of its models")
-    for name in plan.mouths:
-        if name not in plan.models or not plan.models[name].is_file():
-            raise ModelError(f"{path}: mouths: {name!r} is no recipe among its models")
+    for key, names in (("mouths", plan.mouths), ("test_only", plan.test_only)):
+        for name in names:
+            if name not in plan.models or not plan.models[name].is_file():
+                raise ModelError(f"{path}: {key}: {name!r} is no recipe among its models")
     for fold in plan.folds:
         if fold not in FOLDS:
             raise ModelError(f"{path}: folds: there is no {fold!r}, only {', '.join(FOLDS)}")

@@ -60,17 +60,18 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
 
 
 def model_folder(plan: Plan, name: str, fold: Fold, work: Path) -> Path | None:
-    """Where the model of a fold lies; None where a trained model was given, which only fits the test fold."""
+    """Where the model of a fold lies; None where there is none, which is for the test clips alone."""
     where = plan.models[name]
-    if where.is_file():
-        return work / safe(name) / fold.name
-    return where if fold.name == "test" else None
+    if fold.name != "test" and (name in plan.test_only or where.is_dir()):
+        return None
+    return work / safe(name) / fold.name if where.is_file() else where
 
 
 def _jobs(plan: Plan, fold: Fold, work: Path) -> Iterable[Job]:
     for name, where in plan.models.items():
-        if where.is_file():
-            yield Job(where, plan.corpus, tuple(fold.train.tolist()), work / safe(name) / fold.name)
+        folder = model_folder(plan, name, fold, work)
+        if folder is not None and where.is_file():
+            yield Job(where, plan.corpus, tuple(fold.train.tolist()), folder)
 
 
 def _score_model(
