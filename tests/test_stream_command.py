@@ -169,7 +169,8 @@ def test_a_stream_that_stalls_goes_on_in_time() -> None:
     player.run_in_time(slowly(events), 0.1, 0.1)
     assert [number for _, number in sink.came] == list(range(55))
     gaps = np.diff([at for at, _ in sink.came])
-    assert 0.85 < gaps.sum() < 1.6
+    assert gaps.sum() > 0.85
+    assert gaps.max() < 0.6  # it did not wait for the phone that came late
     assert said == []
     assert player.tally.frames == len(player.tally.lateness) == 55
 
