@@ -120,10 +120,12 @@ class Player:
             second = self.engine.emitted / self.fps
             due = start + second + delay
             self._wait(waiting, due - LEAD, start)
-            if not self.engine.ready and not self.engine.ended:
-                self._hurry(waiting, due, second + look_ahead)
+            # Whoever was held up makes all that is due at once, which costs little more than one frame.
+            behind = max(0, int((time.monotonic() - due) * self.fps))
+            if self.engine.ready <= behind and not self.engine.ended:
+                self._hurry(waiting, due, second + behind / self.fps + look_ahead)
             if self.engine.ready:
-                self.give(1, due)
+                self.give(1 + behind, due)
             elif self.engine.ended:
                 return
 
@@ -148,11 +150,12 @@ class Player:
         values = self.engine.frames(most)
         self.tally.work += time.thread_time() - began
         for number, row in enumerate(values, start=first):
-            if due is not None:
-                pause(due)
+            own = None if due is None else due + (number - first) / self.fps
+            if own is not None:
+                pause(own)
             self.send(number, row)
-            if due is not None:
-                self.tally.note(time.monotonic() - due, 1 / self.fps)
+            if own is not None:
+                self.tally.note(time.monotonic() - own, 1 / self.fps)
         return len(values)
 
     def send(self, number: int, values: Floats) -> None:
