@@ -38,7 +38,7 @@ class Network(nn.Module):
     def start_from(self, mean: Floats) -> None:
         """Begin with the mean of the targets, (modes,), where it is not 0: steps of descent are short."""
         with torch.no_grad():
-            self.output.bias += torch.from_numpy(np.tile(mean, self.narrow))
+            self.output.bias.add_(torch.from_numpy(np.tile(mean, self.narrow)))
 
     def forward(self, values: Tensor) -> tuple[Tensor, Tensor]:
         """Normalized features (windows, steps, layers, dims) -> hidden (windows, steps, size), modes."""
