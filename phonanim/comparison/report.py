@@ -77,7 +77,8 @@ def _test(document: Document, plan: Plan) -> list[str]:
         parts += [markdown(tables.values(document, variant, "test/all", m)) for m in (ERRORS, CURVES)]
         parts += [markdown(tables.differences(document, variant, "test/all", TESTED))]
     parts += ["In speech alone, as predicted:"]
-    parts += [markdown(tables.values(document, "raw", "test/speech", ("shape_mse", *CURVES[:2])))]
+    parts += [markdown(tables.values(document, "raw", "test/speech", SHORT))]
+    parts += [markdown(tables.differences(document, "raw", "test/speech", SHORT))]
     return [*parts, _picture("bars"), _picture("sentences"), *_pixels(document, plan)]
 
 

@@ -1,0 +1,138 @@
+"""What the teacher's members and their mixtures reach where they have not been (docs/decisions/0009).
+
+    python benchmarks/teacher.py benchmarks/compare.toml
+
+Every member is trained on nine tenths of the training clips, without the second fold of words, and without
+the withheld phones of the plan, and measured on what was left out. Nothing looks at the test clips.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.comparison.fit import corpus_at, face_of
+from phonanim.comparison.folds import Fold, everywhere, folds, speech
+from phonanim.comparison.plan import Plan, read_plan
+from phonanim.comparison.scores import clip_scores, value
+from phonanim.corpus import Corpus
+from phonanim.threads import one_thread
+from phonanim.training import examples, read_recipe
+
+CONFIGS = Path(__file__).parent / "configs"
+RECURRENT = {"features": "gestures", "rate": 4e-3, "epochs": 12}
+MEMBERS = {
+    "forest": ("forest", {}),
+    "network on gestures": ("network_gestures", {}),
+    "network on all": ("network_gestures", {"features": "all"}),
+    "hmm": ("hmm", {}),
+    "lstm, triphones": ("lstm", {}),
+    "lstm, gestures": ("lstm", RECURRENT),
+    "procedural": ("procedural", {}),
+}
+MIXTURES = {
+    "the teacher before": {
+        "forest": 0.35,
+        "network on gestures": 0.35,
+        "network on all": 0.15,
+        "procedural": 0.15,
+    },
+    "the teacher now": {"forest": 0.25, "lstm, gestures": 0.4, "hmm": 0.25, "procedural": 0.1},
+}
+MEASURED = ("shape_mse", "aperture_r", "width_r")
+HELD_OUT = 0.02  # of the training clips, for early stopping
+Modes = NDArray[np.float64]
+
+
+def settings_of_folds(plan: Plan, corpus: Corpus) -> Iterator[Fold]:
+    """A tenth of the training clips held out, then the second fold of words and that of phones."""
+    shuffled = np.random.default_rng(0).permutation(corpus.clips_of("train"))
+    count = round(0.1 * len(shuffled))
+    where = {"all": everywhere, "speech": speech}
+    yield Fold("validation", np.sort(shuffled[count:]), np.sort(shuffled[:count]), where)
+    yield from (fold for fold in folds(plan, corpus) if fold.name in ("words2", "phones"))
+
+
+def predictions(plan: Plan, corpus: Corpus, fold: Fold) -> dict[str, Modes]:
+    """Modes of all clips that a fold measures, end to end, by member."""
+    from phonanim.regressors import make_config, regressor_class
+
+    face, found = face_of(plan.corpus), {}
+    shuffled = np.random.default_rng(1).permutation(fold.train)
+    count = round(HELD_OUT * len(shuffled))
+    held_out, rest = (examples(corpus, face, np.sort(part)) for part in (shuffled[:count], shuffled[count:]))
+    for name, (recipe, changes) in MEMBERS.items():
+        read = read_recipe(CONFIGS / f"{recipe}.toml")
+        config = make_config(read.kind, {**(read.settings or {}), **changes}, recipe)
+        regressor = regressor_class(read.kind).fit(
+            config, rest, held_out, np.random.default_rng(1), lambda done: None
+        )
+        clips = fold.test.tolist()
+        found[name] = np.concatenate([regressor.predict(corpus.tracks[c], corpus.times(c)) for c in clips])
+    return found
+
+
+def report(plan: Plan, corpus: Corpus, fold: Fold, name: str, modes: Modes) -> None:
+    """Print the shape MSE, aperture r and width r of some modes."""
+    face, ends = face_of(plan.corpus), np.cumsum(corpus.frames[fold.test])[:-1]
+    for where, frames in fold.where.items():
+        rows = [
+            clip_scores(
+                face.instance(part),
+                corpus.landmarks[corpus.rows([clip])],
+                face,
+                corpus.tracks[clip],
+                corpus.fps,
+                frames(corpus, clip),
+            )
+            for clip, part in zip(fold.test.tolist(), np.split(modes, ends), strict=True)
+        ]
+        found = {
+            m: value(m, np.array([row[m] for row in rows])) for m in ("shape_mse", "aperture_r", "width_r")
+        }
+        told = "  ".join(f"{measure} {number:.4f}" for measure, number in found.items())
+        print(f"{fold.name}/{where:<8} {name:<22} {told}", flush=True)
+
+
+@click.command(help=__doc__)
+@click.argument("plan", type=click.Path(exists=True, path_type=Path))
+def main(plan: Path) -> None:
+    one_thread()
+    read = read_plan(plan)
+    corpus = corpus_at(read.corpus)
+    for fold in settings_of_folds(read, corpus):
+        found = predictions(read, corpus, fold)
+        mixed = {n: sum(share * found[m] for m, share in parts.items()) for n, parts in MIXTURES.items()}
+        for name, modes in {**found, **mixed}.items():
+            report(read, corpus, fold, name, modes)
+        if fold.name == "validation":
+            report(read, corpus, fold, "least squares", least_squares(corpus, fold, read, found))
+            fitted = found["lstm, triphones"]
+            report(read, corpus, fold, "lstm, clips' offsets", without_offsets(corpus, fold, read, fitted))
+
+
+def least_squares(corpus: Corpus, fold: Fold, plan: Plan, found: dict[str, Modes]) -> Modes:
+    """The mixture that does best on these very clips: a bound, not a result."""
+    from scipy.optimize import nnls
+
+    captured = face_of(plan.corpus).project(corpus.landmarks[corpus.rows(fold.test)])
+    parts = list(found.values())
+    shares = nnls(np.stack([part.ravel() for part in parts], axis=1), captured.ravel())[0]
+    return np.asarray(sum(share * part for share, part in zip(shares, parts, strict=True)))
+
+
+def without_offsets(corpus: Corpus, fold: Fold, plan: Plan, modes: Modes) -> Modes:
+    """Modes with the mean error of every clip taken away: what no phone tells."""
+    captured = face_of(plan.corpus).project(corpus.landmarks[corpus.rows(fold.test)])
+    lengths = corpus.frames[fold.test]
+    starts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
+    offsets = np.add.reduceat(modes - captured, starts, axis=0) / lengths[:, None]
+    return np.asarray(modes - np.repeat(offsets, lengths, axis=0))
+
+
+if __name__ == "__main__":
+    main()
