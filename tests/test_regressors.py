@@ -243,6 +243,21 @@ class Listener:
         return np.full((len(times), 1), np.abs(sound.samples).mean(), np.float32)
 
 
+def test_several_networks_are_the_mean_of_each() -> None:
+    """They learn one after the other, as the members of an ensemble do."""
+    one = SMALL["dnn"]
+    together = trained("dnn", networks=2).regressor
+    apart = trained("ensemble", members=[{"kind": "dnn", **one}, {"kind": "dnn", **one}]).regressor
+    track, times = track_of("sil 0.2 m 0.1 aa 0.3 sil 0.2"), np.arange(20) / 25
+    assert np.allclose(together.predict(track, times), apart.predict(track, times), atol=1e-5)
+    ours, theirs = together.tensors(), apart.tensors()
+    assert {n: t.tobytes() for n, t in ours.items() if n != "clusters"} == {
+        n: t.tobytes() for n, t in theirs.items() if not n.endswith("clusters")
+    }
+    again = type(together).from_tensors(together.config, ours)
+    assert np.array_equal(again.predict(track, times), together.predict(track, times))
+
+
 def test_a_model_that_hears_needs_a_recording() -> None:
     model = Model(Listener(), made_up_face(np.random.default_rng(0)), {})  # type: ignore[arg-type]
     sound = Sound(np.full(800, 0.5, np.float32), 8000)

@@ -17,6 +17,7 @@ from phonanim.regressors._rows import cluster_table, training_rows
 from phonanim.windows import predict_at
 
 Array = NDArray[np.float64]
+Layers = tuple[tuple[NDArray[np.float32], NDArray[np.float32]], ...]
 CHUNK = 1024  # windows at once: small enough to stay in the cache, large enough for the matrix product
 
 
@@ -26,6 +27,7 @@ class Config:
 
     `features` is one of phonanim.features.FEATURES, `reach` the input window (Kx) in frames where these
     are "raw", `width` the output window (Ky) in frames, `hidden` the units of each hidden layer.
+    `networks` of them are trained, each from another start, and their mean is taken.
     """
 
     features: str = "all"
@@ -42,14 +44,15 @@ class Config:
     epochs: int = 12
     patience: int = 5
     standardize: bool = True
+    networks: int = 1
 
 
 @dataclass(frozen=True)
 class Network:
-    """A trained network: `layers` are (weights (in, out), bias (out,)), `clusters` (41, 41) int8."""
+    """Trained networks: the layers of each are (weights (in, out), bias (out,)), `clusters` (41, 41) int8."""
 
     config: Config
-    layers: tuple[tuple[NDArray[np.float32], NDArray[np.float32]], ...]
+    networks: tuple[Layers, ...]
     clusters: NDArray[np.int8]
 
     driven_by: ClassVar[Driver] = "phones"
@@ -65,32 +68,31 @@ class Network:
 
     def _forward(self, track: PhoneTrack, times: Array) -> NDArray[np.float32]:
         signal = inputs(self.config.features, track, times, self.clusters, self.config.reach)
-        for weights, bias in self.layers[:-1]:
+        answers = [self._answer(signal, layers) for layers in self.networks]
+        return np.asarray(np.mean(answers, axis=0), np.float32) if len(answers) > 1 else answers[0]
+
+    def _answer(self, signal: NDArray[np.float32], layers: Layers) -> NDArray[np.float32]:
+        for weights, bias in layers[:-1]:
             signal = signal @ weights
             signal += bias
             signal = _ACTIVATIONS[self.config.activation](signal)
-        weights, bias = self.layers[-1]
+        weights, bias = layers[-1]
         output: NDArray[np.float32] = signal @ weights + bias
         return output
 
     def tensors(self) -> Tensors:
-        """weights0, bias0, weights1, ... and the clusters of phone pairs."""
+        """weights0, bias0, weights1, ... (0.weights0, ... of several networks), and the clusters of pairs."""
         found: Tensors = {"clusters": self.clusters}
-        for number, (weights, bias) in enumerate(self.layers):
-            found |= {f"weights{number}": weights, f"bias{number}": bias}
+        for prefix, layers in zip(_prefixes(self.config), self.networks, strict=True):
+            for number, (weights, bias) in enumerate(layers):
+                found |= {f"{prefix}weights{number}": weights, f"{prefix}bias{number}": bias}
         return found
 
     @classmethod
     def from_tensors(cls, config: Any, tensors: Tensors) -> Network:
         """Raises ValueError when a layer does not fit the one before it."""
-        size, layers = n_features(config.features, config.reach), []
-        for number in range(len(config.hidden) + 1):
-            weights, bias = tensors[f"weights{number}"], tensors[f"bias{number}"]
-            if weights.shape != (size, len(bias)):
-                raise ValueError(f"weights{number} is {weights.shape}, not {(size, len(bias))}")
-            size = len(bias)
-            layers.append((weights.astype(np.float32), bias.astype(np.float32)))
-        return cls(config, tuple(layers), tensors["clusters"].astype(np.int8))
+        networks = tuple(_layers(config, tensors, prefix) for prefix in _prefixes(config))
+        return cls(config, networks, tensors["clusters"].astype(np.int8))
 
     @classmethod
     def fit(
@@ -102,7 +104,29 @@ class Network:
         clusters = cluster_table(config.features, train, rng)
         settings = config.features, config.width, clusters, config.reach
         rows, held_out = (Rows(*training_rows(part, *settings)) for part in (train, validation))
-        return cls(config, tuple(fit_network(config, rows, held_out, rng, progress)), clusters)
+        networks = []
+        for number in range(config.networks):
+
+            def share(done: float, number: int = number) -> None:
+                progress((number + done) / config.networks)
+
+            networks.append(tuple(fit_network(config, rows, held_out, rng, share)))
+        return cls(config, tuple(networks), clusters)
+
+
+def _prefixes(config: Config) -> list[str]:
+    return [f"{number}." for number in range(config.networks)] if config.networks > 1 else [""]
+
+
+def _layers(config: Config, tensors: Tensors, prefix: str) -> Layers:
+    size, layers = n_features(config.features, config.reach), []
+    for number in range(len(config.hidden) + 1):
+        weights, bias = tensors[f"{prefix}weights{number}"], tensors[f"{prefix}bias{number}"]
+        if weights.shape != (size, len(bias)):
+            raise ValueError(f"{prefix}weights{number} is {weights.shape}, not {(size, len(bias))}")
+        size = len(bias)
+        layers.append((weights.astype(np.float32), bias.astype(np.float32)))
+    return tuple(layers)
 
 
 def _silu(signal: NDArray[np.float32]) -> NDArray[np.float32]:
