@@ -4,7 +4,7 @@ import re
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from films import film, folders
+from takes import film, folders
 
 from phonanim.__main__ import commands, run
 from phonanim.errors import StudyError

@@ -8,7 +8,7 @@ import threading
 from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import pytest
-from films import folders
+from takes import folders
 
 from phonanim.__main__ import run
 from phonanim.study.results import read_results, screen
