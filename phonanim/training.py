@@ -135,12 +135,12 @@ def read_recipe(path: Path) -> Recipe:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise ModelError(f"{path}: cannot be read as TOML ({error})") from error
-    _check_keys(table, Recipe, str(path))
+    check_keys(table, Recipe, str(path))
     for key in ("kind", "corpus"):
         if key not in table:
             raise ModelError(f"{path}: lacks {key!r}; see the examples in benchmarks/configs")
     if "teacher" in table:
-        _check_keys(table["teacher"], Teacher, f"{path}: [teacher]")
+        check_keys(table["teacher"], Teacher, f"{path}: [teacher]")
         teacher: dict[str, Any] = {
             k: tuple(v) if isinstance(v, list) else v for k, v in table["teacher"].items()
         }
@@ -148,7 +148,8 @@ def read_recipe(path: Path) -> Recipe:
     return Recipe(**table)
 
 
-def _check_keys(table: dict[str, Any], kind: type, where: str) -> None:
+def check_keys(table: dict[str, Any], kind: type, where: str) -> None:
+    """Raises ModelError naming the nearest key where a table has one that a dataclass lacks."""
     known = [field.name for field in fields(kind)]
     for key in table:
         if key not in known:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, field, fields
-from difflib import get_close_matches
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from phonanim.errors import ModelError
+from phonanim.training import check_keys
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -65,7 +65,7 @@ def read_plan(path: Path) -> Plan:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise ModelError(f"{path}: cannot be read as TOML ({error})") from error
-    _check_keys(table, Plan, str(path))
+    check_keys(table, Plan, str(path))
     for key in ("corpus", "models", "reference"):
         if key not in table:
             raise ModelError(f"{path}: lacks {key!r}; see benchmarks/compare.toml")
@@ -103,19 +103,10 @@ def _existing(where: Path, plan: Path, name: str) -> Path:
 
 
 def _sweep(values: dict[str, Any], path: Path, name: str) -> Sweep:
-    _check_keys(values, Sweep, f"{path}: sweeps.{name}")
+    check_keys(values, Sweep, f"{path}: sweeps.{name}")
     settings: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
     if "recipe" in values:
         settings["recipe"] = _existing(path.parent / values["recipe"], path, name)
     elif values.get("series") != "model":
         raise ModelError(f'{path}: sweeps.{name}: needs a recipe, or series = "model" and models in `of`')
     return Sweep(**settings)
-
-
-def _check_keys(table: dict[str, Any], kind: type, where: str) -> None:
-    known = [f.name for f in fields(kind)]
-    for key in table:
-        if key not in known:
-            near = get_close_matches(key, known, n=1)
-            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
-            raise ModelError(f"{where}: there is no key {key!r}; {hint}")
