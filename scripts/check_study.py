@@ -136,6 +136,25 @@ def open_page(browser: Browser, address: str, speed: float) -> None:
     )
 
 
+def come_back(browser: Browser, address: str, speed: float, expected: list[Any]) -> None:
+    """Load the page anew, as a person does who comes back.
+
+    Chromium may give the page a new process, which can look before the old one has handed over what it
+    kept: a matter of milliseconds, so that the page is loaded again before it is blamed. It keeps nothing
+    by itself before the start button, so that a look does not change what is kept.
+    """
+    end = time.monotonic() + PATIENCE
+    while True:
+        browser.call("Page.navigate", url="about:blank")
+        open_page(browser, address, speed)
+        found = browser.value("[state.answers.length, state.order]")
+        if found == expected:
+            return
+        if time.monotonic() > end:
+            raise RuntimeError(f"loaded anew, the page has {found[0]} of {expected[0]} answers")
+        time.sleep(0.5)
+
+
 def answer(browser: Browser, use: Callable[[str], None], prefer: str, careless: bool) -> None:
     """One trial: watch both films, choose, give stars, go on."""
     done = browser.value("state.answers.length")
@@ -172,9 +191,7 @@ def take_part(browser: Browser, page: Path, folder: Path, options: argparse.Name
     for number in range(len(order)):
         browser.wait("!document.getElementById('trial').hidden")
         if number == 2:
-            open_page(browser, address, options.speed)
-            if browser.value("[state.answers.length, state.order]") != [2, order]:
-                raise RuntimeError("the answers were lost when the page was loaded anew")
+            come_back(browser, address, options.speed, [2, order])
             browser.press("start")
             browser.picture(folder / "trial.png")
         answer(browser, browser.press if number else browser.click, options.prefer, options.careless)
