@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.alignment import Interval
-from phonanim.audio import read_audio, resample
+from phonanim.audio import Sound, read_sound, resample
 from phonanim.errors import AlignmentError, MissingExtraError, OptionError
 from phonanim.stderr import silent_stderr
 
@@ -36,14 +37,17 @@ def align(audio: Path, text: str | None = None) -> SpeechAlignment:
     Raises OptionError when a word is not in the CMU pronouncing dictionary, AlignmentError when the
     text does not fit the sound, AudioError when the recording cannot be read, MissingExtraError.
     """
-    samples, rate = read_audio(audio)
-    decoder = _decoder(listening=text is None)
-    if text is not None:
-        decoder.set_align_text(" ".join(_known_words(decoder, text)))
-    sound = _pcm(resample(samples, rate, RATE))
-    duration = len(samples) / rate
-    words, phones = _two_passes(decoder, sound, audio, duration)
-    return SpeechAlignment(tuple(words), tuple(phones), duration)
+    return align_sound(read_sound(audio), text, str(audio))
+
+
+def align_sound(sound: Sound, text: str | None, name: str) -> SpeechAlignment:
+    """The same of a recording in memory, called `name` in what is raised."""
+    samples = _pcm(resample(sound.samples, sound.rate, RATE))
+    for bestpath in (True, False):  # the best path may give fillers a single frame, too short to be aligned
+        with suppress(RuntimeError):  # what pocketsphinx raises
+            words, phones = _two_passes(_decoder(text, bestpath), samples, sound.duration)
+            return SpeechAlignment(tuple(words), tuple(phones), sound.duration)
+    raise AlignmentError(f"{name}: the text cannot be found in the sound; check that they belong together")
 
 
 def words_of(text: str) -> list[str]:
@@ -51,15 +55,11 @@ def words_of(text: str) -> list[str]:
     return re.findall(r"[^\W_]+(?:['’][^\W_]+)*", text.lower().replace("’", "'"))
 
 
-def _two_passes(
-    decoder: Any, sound: bytes, audio: Path, duration: float
-) -> tuple[list[Interval], list[Interval]]:
+def _two_passes(decoder: Any, sound: bytes, duration: float) -> tuple[list[Interval], list[Interval]]:
     """First where the words are, then, with these words fixed, where their phones are."""
     _decode(decoder, sound)
     if decoder.hyp() is None:
-        raise AlignmentError(
-            f"{audio}: the text cannot be found in the sound; check that they belong together"
-        )
+        raise RuntimeError("no path through the text")
     decoder.set_alignment()
     _decode(decoder, sound)
     words: list[Interval] = []
@@ -106,11 +106,14 @@ def _pcm(samples: NDArray[np.float32]) -> bytes:
     return (np.clip(samples + noise, -1.0, 1.0) * 32767).astype("<i2").tobytes()
 
 
-def _decoder(listening: bool) -> Any:
+def _decoder(text: str | None, bestpath: bool) -> Any:
     with silent_stderr():  # pocketsphinx opens the sound card on import, and complains where there is none
         try:
             from pocketsphinx import Decoder
         except ImportError as error:
             raise MissingExtraError("aligning speech needs pip install 'phonanim[align]'") from error
-    options = {} if listening else {"lm": None}
-    return Decoder(samprate=RATE, loglevel="FATAL", **options)
+    options: dict[str, Any] = {} if text is None else {"lm": None}
+    decoder = Decoder(samprate=RATE, loglevel="FATAL", bestpath=bestpath, **options)
+    if text is not None:
+        decoder.set_align_text(" ".join(_known_words(decoder, text)))
+    return decoder

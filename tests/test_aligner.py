@@ -88,3 +88,9 @@ def test_the_extra_is_named(line, monkeypatch):
     monkeypatch.setitem(sys.modules, "pocketsphinx", None)
     with pytest.raises(MissingExtraError, match=r"aligning speech needs pip install 'phonanim\[align\]'"):
         align(line, TEXT)
+
+
+def test_fillers_of_a_single_frame(shared_data, pocketsphinx):
+    """Here the best path through the lattice begins with a silence too short to be aligned."""
+    found = align(shared_data / "grid_s1/audio/bbwg3a.flac", "bin blue with g three again")
+    assert [word.label for word in found.words] == ["bin", "blue", "with", "g", "three", "again"]
