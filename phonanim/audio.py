@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import wave
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,8 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import AudioError, MissingExtraError
+from phonanim.files import gathered
 
 SUFFIXES = (".wav", ".flac", ".ogg", ".mp3")
+READ = 10.0  # seconds of a recording at a time
+BLOCK = 1 << 20  # samples that are looked at at a time
+PLAIN = (b"\x01\0", b"\x03\0", b"\xfe\xff")  # kinds of WAV in which every second takes as many bytes
+FORMAT = 16  # bytes of the format that every WAV has
+UNTOLD = 0x7FFFF000  # bytes; a header that tells of so many was written before the sound
+SPARE = 0.01  # seconds that may be missing at the end of a file without a word
+FULL_SCALE = 0.999
+CLIPPED = 1.0  # percent of samples at full scale that is no chance
 
 
 def find_audio(alignment: Path) -> Path | None:
@@ -46,12 +56,11 @@ def read_sound(path: Path) -> Sound:
 def read_audio(path: Path) -> tuple[NDArray[np.float32], int]:
     """Mono samples in -1..1, (samples,), and their rate in hertz; channels are averaged.
 
-    16-bit WAV needs nothing; every other format needs the `audio` extra. Raises AudioError.
+    16-bit WAV needs nothing; every other format needs the `audio` extra. Long ones lie in a file that goes
+    with them, so that memory does not grow. Raises AudioError.
     """
-    samples, rate = _read_wav(path) or _read_other(path)
-    if len(samples) == 0:
-        raise AudioError(f"{path}: holds no sound; record it again")
-    return samples, rate
+    rate, blocks = opened_audio(path, READ)
+    return gathered(_numbers(path, rate, blocks)), rate
 
 
 def opened_audio(path: Path, seconds: float) -> tuple[int, Iterator[NDArray[np.float32]]]:
@@ -61,13 +70,14 @@ def opened_audio(path: Path, seconds: float) -> tuple[int, Iterator[NDArray[np.f
     """
     try:
         with _open(path) as file, wave.open(file, "rb") as stream:
-            if stream.getsampwidth() == 2:
-                return stream.getframerate(), _wav_blocks(path, round(seconds * stream.getframerate()))
+            rate = stream.getframerate()
+            if stream.getsampwidth() == 2 and rate > 0:
+                return rate, _some(path, _wav_blocks(path, round(seconds * rate)))
     except (wave.Error, EOFError):
         pass
     with _soundfile(path) as soundfile:
         rate = int(soundfile.info(str(path)).samplerate)
-    return rate, _other_blocks(path, round(seconds * rate))
+    return rate, _some(path, _other_blocks(path, round(seconds * rate)))
 
 
 def _wav_blocks(path: Path, size: int) -> Iterator[NDArray[np.float32]]:
@@ -80,6 +90,27 @@ def _other_blocks(path: Path, size: int) -> Iterator[NDArray[np.float32]]:
     with _soundfile(path) as soundfile:
         for block in soundfile.blocks(str(path), size, dtype="float32", always_2d=True):
             yield block.mean(axis=1)
+
+
+def _some(path: Path, blocks: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
+    """The same blocks. Raises AudioError when there are none."""
+    empty = True
+    for block in blocks:
+        empty = empty and not len(block)
+        yield block
+    if empty:
+        raise AudioError(f"{path}: holds no sound; record it again")
+
+
+def _numbers(path: Path, rate: int, blocks: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
+    """The same blocks. Raises AudioError at samples that are no numbers."""
+    count = 0
+    for block in blocks:
+        if not np.isfinite(block).all():
+            place = f"after {count / rate:.1f} s"
+            raise AudioError(f"{path}: has samples {place} that are no numbers; export it again")
+        count += len(block)
+        yield block
 
 
 def mono(data: bytes, channels: int) -> NDArray[np.float32]:
@@ -102,46 +133,86 @@ def resample(samples: NDArray[np.float32], rate: int, target: int) -> NDArray[np
 
 
 def duration(path: Path) -> float:
-    """Seconds of a recording, from its header. Raises AudioError.
+    """Seconds of a recording, from its header, as far as they are there. Raises AudioError.
 
     WAV and FLAC need nothing; every other format needs the `audio` extra.
     """
     with _open(path) as file:
         head = file.read(26)
-    if head[:4] == b"fLaC":
-        return _flac_duration(head)
-    try:
-        with wave.open(str(path), "rb") as stream:
-            return stream.getnframes() / stream.getframerate()
-    except (wave.Error, EOFError, ZeroDivisionError):
-        with _soundfile(path) as soundfile:
-            info = soundfile.info(str(path))
-            return float(info.frames / info.samplerate)
+    if head[:4] == b"fLaC" and (seconds := _flac_duration(head)) is not None:
+        return seconds
+    if found := _wav_durations(path):
+        return found[1]
+    with _soundfile(path) as soundfile:
+        info = soundfile.info(str(path))
+        return float(info.frames / info.samplerate)
 
 
-def _flac_duration(head: bytes) -> float:
+def _flac_duration(head: bytes) -> float | None:
     """The STREAMINFO block (RFC 9639, section 8.2): 20 bits of rate, ..., 36 bits of sample count."""
     fields = int.from_bytes(head[18:26], "big")
-    return (fields & (2**36 - 1)) / (fields >> 44)
+    rate = fields >> 44
+    return (fields & (2**36 - 1)) / rate if rate else None
 
 
-def _read_wav(path: Path) -> tuple[NDArray[np.float32], int] | None:
-    """A 16-bit PCM WAV file; None when it is anything else."""
-    try:
-        with _open(path) as file, wave.open(file, "rb") as stream:
-            if stream.getsampwidth() != 2:
-                return None
-            data = np.frombuffer(stream.readframes(stream.getnframes()), "<i2")
-            mono = data.reshape(-1, stream.getnchannels()).mean(axis=1) / 32768
-            return mono.astype(np.float32), stream.getframerate()
-    except (wave.Error, EOFError, ValueError):
-        return None
+def _wav_durations(path: Path) -> tuple[float, float] | None:
+    """Seconds that the header of a WAV file tells of, and those that are there; None of any other file."""
+    speed = 0  # bytes a second
+    with _open(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        riff = file.read(12)
+        while riff[:4] + riff[8:] == b"RIFFWAVE" and len(head := file.read(8)) == 8:
+            told = int.from_bytes(head[4:], "little")
+            if head[:4] == b"data":
+                there = min(told, size - file.tell())
+                return ((there if told >= UNTOLD else told) / speed, there / speed) if speed else None
+            body = file.read(FORMAT) if head[:4] == b"fmt " else b""
+            if body[:2] in PLAIN:
+                speed = int.from_bytes(body[8:12], "little")
+            file.seek(told + told % 2 - len(body), os.SEEK_CUR)
+    return None
 
 
-def _read_other(path: Path) -> tuple[NDArray[np.float32], int]:
-    with _soundfile(path) as soundfile:
-        data, rate = soundfile.read(str(path), dtype="float32", always_2d=True)
-        return data.mean(axis=1), int(rate)
+def cut_short(path: Path) -> tuple[str, ...]:
+    """A line for people when less of a WAV file is there than its header tells of. Raises AudioError."""
+    told, there = _wav_durations(path) or (0.0, 0.0)
+    line = f"the recording is cut short: {there:.2f} s of {told:.2f} are there; copy it again"
+    return (line,) * (told - there > SPARE)
+
+
+@dataclass
+class Level:
+    """How loud sound is that comes piece by piece: samples, the largest, and how many at full scale."""
+
+    count: int = 0
+    peak: float = 0.0
+    full: int = 0
+
+    def hear(self, samples: NDArray[np.float32]) -> None:
+        """Take the next samples, (n,)."""
+        loud = np.abs(samples)
+        self.count += len(samples)
+        self.peak = max(self.peak, float(loud.max(initial=0.0)))
+        self.full += int((loud >= FULL_SCALE).sum())
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is odd about it, in lines for people."""
+        if self.count == 0:
+            return ("no sound came",)
+        if self.peak == 0:
+            return ("the sound was silent; is it the right one?",)
+        share = 100 * self.full / self.count
+        clipped = f"the sound is clipped: {share:.0f} % of its samples are at full scale; record it softer"
+        return (clipped,) * (share > CLIPPED)
+
+
+def remarks(sound: Sound) -> tuple[str, ...]:
+    """What is odd about a recording, in lines for people."""
+    level = Level()
+    for begin in range(0, len(sound.samples), BLOCK):
+        level.hear(sound.samples[begin : begin + BLOCK])
+    return level.remarks
 
 
 def _open(path: Path) -> BinaryIO:
@@ -162,4 +233,5 @@ def _soundfile(path: Path) -> Iterator[Any]:
     try:
         yield soundfile
     except soundfile.LibsndfileError as error:
-        raise AudioError(f"{path}: is no recording that can be read: {error.error_string}") from error
+        reason = error.error_string.rstrip(".")
+        raise AudioError(f"{path}: is no recording that can be read: {reason}; export it again") from error

@@ -5,12 +5,18 @@ from __future__ import annotations
 import hashlib
 import os
 import secrets
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from phonanim.errors import OutputError
 
+LARGE = 1 << 26  # bytes of arrays that are held in memory
 PARTIAL = ".partial"  # every unfinished file is named ".<random>.partial<suffix>"
 
 
@@ -36,6 +42,26 @@ def write_text(path: Path, text: str) -> None:
     """Write UTF-8 text with Unix line ends, whole or not at all. Raises OutputError."""
     with atomic_path(path) as partial:
         partial.write_bytes(text.encode("utf-8"))
+
+
+def gathered(pieces: Iterable[NDArray[Any]]) -> NDArray[Any]:
+    """Arrays joined along their first axis, at least one; more than LARGE bytes lie in a file without a name.
+
+    The file goes when the array does. Raises OutputError when there is no room for it.
+    """
+    size = 0
+    try:
+        with tempfile.SpooledTemporaryFile(LARGE) as file:
+            for piece in pieces:
+                size += file.write(piece.tobytes())
+            shape = (-1, *piece.shape[1:])
+            if size > LARGE:
+                return np.memmap(file, piece.dtype, "r+").reshape(shape)
+            file.seek(0)
+            return np.frombuffer(bytearray(file.read()), piece.dtype).reshape(shape)
+    except OSError as error:
+        place = f"{tempfile.gettempdir()}: has no room for {size / 1e6:.0f} MB or more ({error.strerror})"
+        raise OutputError(f"{place}; set TMPDIR to a larger folder") from error
 
 
 def content_hash(path: Path) -> str:

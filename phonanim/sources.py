@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from phonanim.alignment import Alignment, read_alignment
-from phonanim.audio import SUFFIXES, Sound, find_audio, read_sound
+from phonanim.audio import SUFFIXES, Sound, cut_short, find_audio, read_sound, remarks
 from phonanim.errors import AlignmentError, AudioError
 from phonanim.language import to_phones
 from phonanim.options import Options
@@ -14,6 +14,7 @@ from phonanim.phones import PhoneTrack, silence
 from phonanim.regressors import Driver
 
 UNENFORCED = "there is no alignment: closures of the lips are as heard, none is enforced"
+APART = 0.5  # seconds between the ends of a recording and its alignment that are worth a word
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +44,7 @@ def read_source(path: Path, options: Options, audio: Path | None, driver: Driver
         if audio is None:
             raise AudioError(f"{path}: has no recording beside it for this model to hear; give --audio")
         sound = _from(read_sound(audio), alignment.offset)
+        notes = (*notes, *remarks(sound), *cut_short(audio))
     return Source(alignment, track, notes, sound, audio)
 
 
@@ -59,7 +61,17 @@ def _heard(path: Path, driver: Driver) -> Source:
         )
     sound = read_sound(path)
     nothing = Alignment((), sound.duration, "", str(path))
-    return Source(nothing, silence(sound.duration), (UNENFORCED,), sound, path)
+    notes = (UNENFORCED, *remarks(sound), *cut_short(path))
+    return Source(nothing, silence(sound.duration), notes, sound, path)
+
+
+def _apart(audio: Path, heard: float, read: float) -> tuple[str, ...]:
+    """What to say when a recording and its alignment, of so many seconds, do not end together."""
+    if abs(heard - read) <= APART:
+        return ()
+    shorter = "the recording" if heard < read else "the alignment"
+    lasts = f"{audio} lasts {heard:.2f} s and the alignment {read:.2f} s"
+    return (f"{lasts}; after its end, {shorter} counts as silent",)
 
 
 def _from(sound: Sound, offset: float) -> Sound:

@@ -1,10 +1,11 @@
+import re
 import sys
 import wave
 
 import numpy as np
 import pytest
 
-from phonanim.audio import duration, find_audio, read_audio, resample
+from phonanim.audio import Sound, cut_short, duration, find_audio, read_audio, remarks, resample
 from phonanim.errors import AudioError, MissingExtraError
 
 
@@ -79,3 +80,79 @@ def test_bytes_that_are_no_recording(tmp_path):
         read_audio(tmp_path / "a.flac")
     with pytest.raises(AudioError, match=r"a.flac: is no recording that can be read"):
         duration(tmp_path / "a.flac")
+    with pytest.raises(AudioError, match=r"Format not recognised; export it again"):
+        read_audio(tmp_path / "a.flac")
+
+
+def test_a_header_whose_numbers_make_no_sense(tmp_path):
+    pytest.importorskip("soundfile")
+    write(tmp_path / "a.wav", tone(16000))
+    whole = bytearray((tmp_path / "a.wav").read_bytes())
+    for place, size in ((22, 2), (24, 4)):  # channels, rate
+        broken = bytearray(whole)
+        broken[place : place + size] = bytes(size)
+        (tmp_path / "a.wav").write_bytes(broken)
+        with pytest.raises(AudioError, match=r"a.wav: is no recording that can be read"):
+            read_audio(tmp_path / "a.wav")
+    (tmp_path / "a.flac").write_bytes(b"fLaC")
+    with pytest.raises(AudioError, match=r"a.flac: is no recording that can be read"):
+        duration(tmp_path / "a.flac")
+
+
+@pytest.mark.parametrize("subtype", ["PCM_16", "PCM_24", "FLOAT"])
+def test_a_recording_that_is_cut_short(subtype, tmp_path):
+    soundfile = pytest.importorskip("soundfile")
+    path = tmp_path / "a.wav"
+    soundfile.write(path, tone(16000), 16000, subtype=subtype)
+    assert cut_short(path) == ()
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2 + 1])
+    (line,) = cut_short(path)
+    assert re.match(r"the recording is cut short: 0\.2\d s of 0\.50 are there; copy it again", line)
+    assert len(read_audio(path)[0]) / 16000 == pytest.approx(duration(path), abs=1e-3)
+
+
+def test_a_header_written_before_the_sound_tells_of_no_length(tmp_path):
+    write(tmp_path / "a.wav", tone(16000))
+    whole = bytearray((tmp_path / "a.wav").read_bytes())
+    whole[40:44] = b"\xff" * 4
+    (tmp_path / "a.wav").write_bytes(whole)
+    assert cut_short(tmp_path / "a.wav") == ()
+    assert duration(tmp_path / "a.wav") == 0.5
+    assert len(read_audio(tmp_path / "a.wav")[0]) == 8000
+
+
+def test_samples_that_are_no_numbers(tmp_path):
+    soundfile = pytest.importorskip("soundfile")
+    samples = tone(16000, 21)
+    samples[-1] = np.nan
+    soundfile.write(tmp_path / "a.wav", samples, 16000, subtype="FLOAT")
+    with pytest.raises(AudioError, match=r"a.wav: has samples after 20.0 s that are no numbers; export it a"):
+        read_audio(tmp_path / "a.wav")
+
+
+@pytest.mark.parametrize("channels", [1, 2])
+def test_long_recordings_lie_in_a_file(channels, tmp_path, monkeypatch):
+    stereo = np.repeat(tone(8000, 25)[:, None], channels, axis=1)
+    write(tmp_path / "a.wav", stereo, 8000, channels)
+    short = read_audio(tmp_path / "a.wav")[0]
+    monkeypatch.setattr("phonanim.files.LARGE", 1000)
+    long = read_audio(tmp_path / "a.wav")[0]
+    assert (isinstance(short, np.memmap), isinstance(long, np.memmap)) == (False, True)
+    assert np.array_equal(short, long)
+
+
+LOUD = np.where(np.arange(3000) % 7 < 2, 1.0, 0.2)
+ODD = [
+    (np.zeros(0), ("no sound came",)),
+    (np.zeros(3000), ("the sound was silent; is it the right one?",)),
+    (LOUD, ("the sound is clipped: 29 % of its samples are at full scale; record it softer",)),
+    (tone(16000), ()),
+]
+
+
+@pytest.mark.parametrize(("samples", "said"), ODD)
+def test_what_is_odd_about_a_recording(samples, said, monkeypatch):
+    assert remarks(Sound(samples.astype(np.float32), 16000)) == said
+    monkeypatch.setattr("phonanim.audio.BLOCK", 1000)
+    assert remarks(Sound(samples.astype(np.float32), 16000)) == said

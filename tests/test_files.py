@@ -1,10 +1,11 @@
 import errno
 import os
 
+import numpy as np
 import pytest
 
 from phonanim.errors import OutputError
-from phonanim.files import atomic_path, content_hash, write_text
+from phonanim.files import atomic_path, content_hash, gathered, write_text
 
 
 def test_the_file_appears_whole_and_alone(tmp_path):
@@ -60,3 +61,24 @@ def test_the_hash_of_a_folder_sees_names_and_contents(tmp_path):
     write_text(tmp_path / "b", "2")
     assert len({first, second, content_hash(tmp_path)}) == 3
     assert content_hash(tmp_path / "b") == "d4735e3a265e16eee03f59718b9b5d03019c07d8b6c51f90da3a666eec13ab35"
+
+
+def test_arrays_are_gathered_in_memory_or_in_a_file(monkeypatch):
+    pieces = [np.full((count, 2, 3), count, np.float16) for count in (3, 0, 5)]
+    assert np.array_equal(gathered(iter(pieces)), np.concatenate(pieces))
+    monkeypatch.setattr("phonanim.files.LARGE", 50)
+    found = gathered(iter(pieces))
+    assert isinstance(found, np.memmap)
+    assert np.array_equal(found, np.concatenate(pieces))
+    assert found.dtype == np.float16
+
+
+def test_no_room_for_large_arrays_is_one_line(monkeypatch):
+    def full(*given):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("phonanim.files.tempfile.SpooledTemporaryFile", full)
+    with pytest.raises(
+        OutputError, match=r"has no room for 0 MB or more \(No space left .*; set TMPDIR to a larger folder"
+    ):
+        gathered([np.zeros(3)])

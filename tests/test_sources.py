@@ -114,6 +114,22 @@ def test_recordings_of_every_kind(subtype: str, seconds: float, line: Path, mode
     assert np.isfinite(found.values).all()
 
 
+def test_what_is_odd_about_the_sound_is_said(
+    line: Path, model: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = (line / "a.wav").read_bytes()
+    (line / "b.wav").write_bytes(whole[: len(whole) // 2])
+    (line / "c.wav").write_bytes(whole[:44] + bytes(len(whole) - 44))
+    shutil.copy(line / "c.wav", line / "a.wav")
+    said = {}
+    for name in ("a.TextGrid", "b.wav", "c.wav"):
+        assert run(["animate", name, "--model", model, "-o", "o.csv", "--rig", "arkit"]) == 0
+        said[name] = capsys.readouterr().err
+    assert "the recording is cut short: 2.26 s of 4.52 are there; copy it again" in said["b.wav"]
+    assert "the sound was silent; is it the right one?" in said["c.wav"]
+    assert "the sound was silent; is it the right one?" in said["a.TextGrid"]
+
+
 def test_an_alignment_cut_out_of_a_longer_recording(
     line: Path, model: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

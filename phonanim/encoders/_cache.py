@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from phonanim.audio import Sound
 from phonanim.errors import OutputError
-from phonanim.files import atomic_path
+from phonanim.files import atomic_path, gathered
 
 FOLDER = "PHONANIM_CACHE"
 Values = NDArray[np.float16]
@@ -39,11 +39,11 @@ def kept(
 ) -> Values:
     """Features from the cache; when they are not there, `pieces` one after the other, and kept from now on.
 
-    Raises OutputError when the cache cannot be written.
+    Without a cache, long ones lie in a file that goes with them. Raises OutputError when there is no room.
     """
     folder = cache_folder()
     if folder is None:
-        return np.concatenate([_half(piece) for piece in pieces])
+        return gathered(map(_half, pieces))
     path = folder / "features" / f"{fingerprint(identity, sound)}.npy"
     found = _read(path, shape)
     if found is None:

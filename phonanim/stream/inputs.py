@@ -9,7 +9,7 @@ from queue import SimpleQueue
 from typing import Any
 
 from phonanim.alignment import read_alignment
-from phonanim.audio import mono, opened_audio
+from phonanim.audio import cut_short, mono, opened_audio
 from phonanim.errors import AudioError, MissingExtraError, StreamError
 from phonanim.language import choose_language
 from phonanim.options import Options
@@ -79,6 +79,7 @@ def recording(path: Path) -> tuple[int, Iterator[Event]]:
     def events() -> Iterator[Event]:
         for block in blocks:
             yield Samples(block)
+        yield from map(Problem, cut_short(path))
         yield End()
 
     return rate, events()

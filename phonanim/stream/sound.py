@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animate import load_cached_rig, load_model
+from phonanim.audio import Level
 from phonanim.encoders import HOP, RATE, STEPS
 from phonanim.encoders.mfcc import Cepstra
 from phonanim.errors import MissingExtraError, OptionError, StreamError
@@ -23,8 +24,6 @@ from phonanim.stream.events import Event, Samples
 from phonanim.style import dial
 
 Floats = NDArray[np.float32]
-FULL_SCALE = 0.999
-CLIPPED = 0.01  # share of samples at full scale that is no chance
 
 
 @dataclass
@@ -41,9 +40,7 @@ class SoundStream:
     rate: int = RATE
     emitted: int = 0
     ended: bool = False
-    count: int = 0  # samples that came
-    peak: float = 0.0
-    full: int = 0  # samples at full scale
+    level: Level = field(default_factory=Level)
     modes: Floats = field(init=False)
     forgotten: int = 0  # steps of modes that no frame needs any more
     patience: ClassVar[float] = 0.25  # seconds that a frame which is due waits for its sound
@@ -68,7 +65,7 @@ class SoundStream:
     @property
     def seconds(self) -> float:
         """Sound that came."""
-        return self.count / self.rate
+        return self.level.count / self.rate
 
     @property
     def heard_until(self) -> float:
@@ -83,12 +80,7 @@ class SoundStream:
     @property
     def remarks(self) -> tuple[str, ...]:
         """What is odd about the sound that came."""
-        share = self.full / max(self.count, 1)
-        clipped = (
-            f"the sound is clipped: {100 * share:.0f} % of its samples are at full scale; record it softer"
-        )
-        silent = "the sound was silent; is it the right one?"
-        return (clipped,) * (share > CLIPPED) + (silent,) * (self.count > 0 and self.peak == 0)
+        return self.level.remarks
 
     def rehearse(self) -> None:
         """Make a frame that nobody sees, so that the first one takes no longer than the others."""
@@ -101,10 +93,7 @@ class SoundStream:
         if not isinstance(event, Samples):
             raise StreamError("the model hears, and has no use for phones; send it sound")
         samples = np.nan_to_num(event.values, nan=0.0, posinf=0.0, neginf=0.0)
-        self.count += len(samples)
-        loud = np.abs(samples)
-        self.peak = max(self.peak, float(loud.max(initial=0.0)))
-        self.full += int((loud >= FULL_SCALE).sum())
+        self.level.hear(samples)
         self._hear(self.steps.push(self.resampler.push(samples)))
         lost = int((~np.isfinite(event.values)).sum())
         if lost:
