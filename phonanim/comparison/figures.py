@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from phonanim.comparison.run import rows_of
 from phonanim.comparison.scores import MEASURES, value
@@ -19,6 +20,7 @@ from phonanim.statistics import bootstrap_interval
 
 Document = dict[str, Any]
 DOTS = 110  # per inch
+DRIVERS = {"phones": "tab:blue", "audio": "tab:green", "both": "tab:red"}
 
 
 def draw_all(
@@ -32,6 +34,8 @@ def draw_all(
         "heat": lambda figure: _heat(figure, document, face),
         "cost": lambda figure: _cost(figure, document, variant),
     }
+    if document.get("conditions"):
+        plots["conditions"] = lambda figure: _conditions(figure, document, variant)
     for name, found in document.get("sweeps", {}).items():
         plots[f"sweep_{name}"] = partial(_sweep, found=found)
     folder.mkdir(parents=True, exist_ok=True)
@@ -133,15 +137,66 @@ def _heat(figure: Any, document: Document, face: FaceModel) -> None:
 def _cost(figure: Any, document: Document, variant: str) -> None:
     """Speed against error."""
     axes = figure.subplots()
+    ends = {}
     for name, found in document["models"].items():
         rows = rows_of(document, name, variant, "test/all")
         if rows is not None:
-            at = found["frames_per_s"], value("shape_mse", rows["shape_mse"])
-            axes.scatter(*at, s=20 + found["bytes"] / 1e6)
-            axes.annotate(name, at, xytext=(6, 3), textcoords="offset points", fontsize="small")
+            ends[name] = found["frames_per_s"], value("shape_mse", rows["shape_mse"])
+            axes.scatter(*ends[name], s=20 + found["bytes"] / 1e6, color=_colour(document, name))
     axes.set_xscale("log")
     axes.set_xlabel("frames per second of one thread (the area of a dot is the model's size)")
     axes.set_ylabel(heading("shape_mse"))
+    _label(axes, document, ends)
+
+
+def _conditions(figure: Any, document: Document, variant: str) -> None:
+    """Lip aperture r on the clean test clips and under each condition; a line for each model."""
+    axes = figure.subplots()
+    names, ends = ["clean", *document["conditions"]], {}
+    places = ["test/all", *[f"with {name}/all" for name in document["conditions"]]]
+    for name in document["models"]:
+        found = [rows_of(document, name, variant, where) for where in places]
+        heights = [value("aperture_r", rows["aperture_r"]) for rows in found if rows is not None]
+        width = 2.5 if name == document["reference"] else 1.0
+        axes.plot(names, heights, "o-", markersize=3, color=_colour(document, name), linewidth=width)
+        ends[name] = len(names) - 1.0, heights[-1]
+    axes.tick_params(axis="x", rotation=30)
+    axes.set_ylabel(heading("aperture_r"))
+    _label(axes, document, ends)
+
+
+def _colour(document: Document, name: str) -> str:
+    """By what drives a model; the reference stands out."""
+    if name == document["reference"]:
+        return "tab:orange"
+    return DRIVERS[document["models"][name]["driven_by"]]
+
+
+def _label(axes: Any, document: Document, ends: dict[str, tuple[float, float]]) -> None:
+    """Names in a column at the right, each led to its place, so that none covers another."""
+    low, high = axes.get_ylim()
+    names = sorted(ends, key=lambda name: ends[name][1])
+    heights = np.array([(ends[name][1] - low) / (high - low) for name in names])
+    for name, height in zip(names, spread(heights, 1 / 22), strict=True):
+        axes.annotate(
+            name,
+            ends[name],
+            xytext=(1.06, height),
+            textcoords="axes fraction",
+            va="center",
+            fontsize="small",
+            color=_colour(document, name),
+            arrowprops={"arrowstyle": "-", "color": "lightgrey", "linewidth": 0.6, "shrinkA": 0},
+        )
+    axes.set_ylim(low, high)
+
+
+def spread(heights: NDArray[np.float64], gap: float) -> NDArray[np.float64]:
+    """Rising heights moved as little up or down as it takes to lie `gap` apart below 1, (n,) -> (n,)."""
+    steps = gap * np.arange(len(heights))
+    risen = np.maximum.accumulate(heights - steps) + steps
+    room = 1 - gap * np.arange(len(heights))[::-1]
+    return np.asarray(np.minimum(risen, room))
 
 
 def _sweep(figure: Any, found: dict[str, Any]) -> None:

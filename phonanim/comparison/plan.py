@@ -16,6 +16,7 @@ else:  # pragma: no cover
     import tomli as tomllib
 
 FOLDS = ("test", "words", "phones", "ema")
+NOISES = ("white", "babble")
 
 
 @dataclass(frozen=True)
@@ -35,13 +36,26 @@ class Sweep:
 
 
 @dataclass(frozen=True)
+class Condition:
+    """Another sound of the test clips: a voice moved by semitones, then `noise` ("white" or "babble") that is
+    `snr` dB softer than the speech. Phones are aligned anew, with the text of the clip or without.
+    """
+
+    noise: str = ""
+    snr: float = 0.0
+    voice: float = 0.0
+    text: bool = True
+
+
+@dataclass(frozen=True)
 class Plan:
     """A comparison: `models` are recipes (trained in every fold) or folders of trained models (test, ema).
 
     `reference` is the model that the others are tested against. `words` are the folds of leave-words-out,
     each a group of withheld words, `phones` those withheld together. `ema` is a folder of EMU bundles,
     `tools` a file of benchmarks/tools.py. `mouths` are models that are trained on the joint modes as well,
-    `test_only` those that are not trained again for withheld words and phones.
+    `test_only` those that are not trained again for withheld words and phones. `conditions` are other
+    sounds of the test clips (comparison/conditions.py).
     """
 
     corpus: Path
@@ -55,6 +69,7 @@ class Plan:
     mouths: tuple[str, ...] = ()
     test_only: tuple[str, ...] = ()
     seed: int = 0
+    conditions: dict[str, Condition] = field(default_factory=dict)
     sweeps: dict[str, Sweep] = field(default_factory=dict)
     notes: dict[str, str] = field(default_factory=dict)
 
@@ -75,6 +90,10 @@ def read_plan(path: Path) -> Plan:
             table[key] = folder / table[key]
     table["models"] = {name: _existing(folder / where, path, name) for name, where in table["models"].items()}
     table["sweeps"] = {name: _sweep(values, path, name) for name, values in table.get("sweeps", {}).items()}
+    table["conditions"] = {
+        name: _condition(values, f"{path}: conditions.{name}")
+        for name, values in table.get("conditions", {}).items()
+    }
     table["words"] = tuple(tuple(group) for group in table.get("words", ()))
     table["phones"] = tuple(table.get("phones", ()))
     table |= {key: tuple(table.get(key, ())) for key in ("mouths", "test_only")}
@@ -100,6 +119,16 @@ def _existing(where: Path, plan: Path, name: str) -> Path:
     if not where.exists():
         raise ModelError(f"{plan}: models.{name}: {where} does not exist; it is a recipe or a model's folder")
     return where
+
+
+def _condition(values: dict[str, Any], where: str) -> Condition:
+    check_keys(values, Condition, where)
+    found = Condition(**values)
+    if found.noise not in ("", *NOISES):
+        raise ModelError(f"{where}: there is no noise {found.noise!r}, only {', '.join(NOISES)}")
+    if ("noise" in values) != ("snr" in values):
+        raise ModelError(f"{where}: noise and snr (dB) go together; give both or neither")
+    return found
 
 
 def _sweep(values: dict[str, Any], path: Path, name: str) -> Sweep:

@@ -51,6 +51,7 @@ def write_report(document: Document, plan: Plan, folder: Path) -> Path:
     captured = face.project(corpus.landmarks[corpus.rows([clip])])[:, 0]
     figures = draw_all(document, face, corpus.fps, captured, "raw", folder / DATA)
     parts = [_opening(document), *_test(document, plan), *_generalization(document, plan)]
+    parts += _conditions(document, plan)
     parts += [*_sweeps(document, plan), *_cost(document, plan), *_tools(document, plan)]
     parts += [_picture(name) for name in ("first_mode", "heat") if f"{name}.png" in figures]
     path = folder / "benchmark.md"
@@ -105,11 +106,35 @@ def _generalization(document: Document, plan: Plan) -> list[str]:
             parts += [f"## {title}" if title != "In those words alone" else f"### {title}"]
             parts += [plan.notes.get(note, "")] if where != "words*/word" else []
             parts += [markdown(tables.values(document, "raw", where, SHORT))]
-            parts += [markdown(tables.differences(document, "raw", where, SHORT))]
+            parts += [markdown(tables.differences(document, "raw", where, SHORT)), _absent(document, where)]
     spoken = tables.ema(document)
     if spoken:
         parts += ["## Another speaker, another language", plan.notes.get("ema", ""), markdown(spoken)]
     return parts
+
+
+def _absent(document: Document, where: str) -> str:
+    """The models that a table lacks, as they were trained for the test clips alone."""
+    absent = [f"`{name}`" for name in document["models"] if rows_of(document, name, "raw", where) is None]
+    return f"Not trained again for this: {', '.join(absent)}." if absent else ""
+
+
+def _conditions(document: Document, plan: Plan) -> list[str]:
+    """A measure at a time: the scores, what each model loses, and how far it is from the reference."""
+    if not document.get("conditions"):
+        return []
+    parts = ["## Noise, another voice, an automatic aligner", plan.notes.get("conditions", "")]
+    parts += [markdown(tables.aligner(document)), _picture("conditions")]
+    for measure in SHORT:
+        asked = document, "raw", "all", measure
+        parts += [f"### Under each condition: {tables.heading(measure)}"]
+        parts += [markdown(tables.under_conditions(*asked)), "Against the model's own clean score:"]
+        parts += [markdown(tables.losses(*asked)), "Under the same condition:"]
+        parts += [markdown(tables.under_conditions_against(*asked))]
+    parts += [f"### Under each condition: {tables.heading('aperture_r')}, in speech alone"]
+    parts += [markdown(tables.under_conditions(document, "raw", "speech", "aperture_r"))]
+    parts += [f"### Under each condition: {tables.heading('pbm_gap')}, with the closures of `animate`"]
+    return [*parts, markdown(tables.under_conditions(document, "contacts", "all", "pbm_gap"))]
 
 
 def _sweeps(document: Document, plan: Plan) -> list[str]:
@@ -122,7 +147,19 @@ def _sweeps(document: Document, plan: Plan) -> list[str]:
 
 def _cost(document: Document, plan: Plan) -> list[str]:
     table = markdown(tables.cost(document))
-    return ["## Speed and size", plan.notes.get("cost", ""), table, _picture("cost")]
+    note = plan.notes.get("cost", "")
+    return ["## Speed and size", note, table, _effort(document["effort"]), _picture("cost")]
+
+
+def _effort(effort: dict[str, float]) -> str:
+    """What the whole comparison took, of processors; trainings are spread over two."""
+    total, scoring = effort["training_s"] / 60, effort["scoring_s"] / 60
+    halved = max(total / 2, effort["longest_s"] / 60)
+    return (
+        f"The {effort['jobs']:.0f} trainings of this comparison, folds, mouths and sweeps among them, took "
+        f"{total:.0f} minutes of a processor: about {halved:.0f} minutes with two workers. Scoring took "
+        f"another {scoring:.0f}."
+    )
 
 
 def _tools(document: Document, plan: Plan) -> list[str]:

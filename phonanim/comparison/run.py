@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import contacts, regressors
+from phonanim.comparison.conditions import Take, condition_scores, describe_conditions, takes
+from phonanim.comparison.cost import frames_per_second, line_cost, look_ahead, trainings
 from phonanim.comparison.ema import ema_scores
 from phonanim.comparison.fit import Job, Trained, corpus_at, describe, face_of, fit_all, load_trained, safe
 from phonanim.comparison.folds import Fold, folds
 from phonanim.comparison.mouths import WHERE, mouth_jobs, mouth_scores, pixel_bound
 from phonanim.comparison.plan import Plan
-from phonanim.comparison.scores import Scores, clip_scores
+from phonanim.comparison.scores import Scores, scores_by_frames
 from phonanim.comparison.sweeps import run_sweeps, sweep_jobs
 from phonanim.comparison.tools import read_tools
 from phonanim.corpus import Corpus
@@ -24,7 +26,6 @@ from phonanim.face import FaceModel
 from phonanim.training import predict_clip
 
 VARIANTS = ("raw", "contacts")
-SPEED_FRAMES = 4000  # frames that the speed of a model is measured on
 Document = dict[str, Any]
 Progress = Callable[[str, float], None]
 
@@ -38,16 +39,19 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
     found = list(folds(plan, corpus))
     jobs = [job for fold in found for job in _jobs(plan, fold, work)]
     jobs += [*mouth_jobs(plan, corpus, work), *sweep_jobs(plan, corpus, work)]
+    heard = takes(plan, corpus, work, lambda done: progress("aligning", done))
     fit_all(jobs, workers, lambda done: progress("training", done))
+    begin = time.process_time()
     document: Document = {
         "reference": plan.reference,
         "seed": plan.seed,
         "corpus": {"clips": len(corpus.clips), "frames": int(corpus.frames.sum()), **corpus.provenance},
         "folds": {f.name: {"train": len(f.train), "clips": [corpus.clips[c] for c in f.test]} for f in found},
+        "conditions": describe_conditions(plan, heard, corpus),
         "models": {},
     }
     for number, name in enumerate(plan.models):
-        document["models"][name] = _score_model(plan, name, found, work, corpus, face)
+        document["models"][name] = _score_model(plan, name, found, heard, work, corpus, face)
         progress("scoring", (number + 1) / len(plan.models))
     for name, scores in mouth_scores(plan, work).items():
         document["models"][name]["scores"]["raw"][WHERE] = scores
@@ -56,6 +60,7 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
     if plan.tools is not None:
         document["tools"] = read_tools(plan.tools)
     document["sweeps"] = run_sweeps(plan, corpus, face, work)
+    document["effort"] = trainings(jobs) | {"scoring_s": round(time.process_time() - begin, 1)}
     return document
 
 
@@ -75,7 +80,13 @@ def _jobs(plan: Plan, fold: Fold, work: Path) -> Iterable[Job]:
 
 
 def _score_model(
-    plan: Plan, name: str, found: list[Fold], work: Path, corpus: Corpus, face: FaceModel
+    plan: Plan,
+    name: str,
+    found: list[Fold],
+    heard: dict[str, tuple[Take, ...]],
+    work: Path,
+    corpus: Corpus,
+    face: FaceModel,
 ) -> Document:
     row: Document = {"scores": {}}
     for fold in found:
@@ -92,7 +103,9 @@ def _score_model(
             )
         if fold.name == "test":
             row |= describe(trained.model) | {"training_s": trained.seconds}
-            row |= {"frames_per_s": _speed(trained, corpus, fold), **_pictures(trained, predicted, corpus)}
+            row |= _cost(trained.model, folder, corpus, fold) | _pictures(trained, predicted, corpus)
+            for variant, scores in condition_scores(trained.model, heard, corpus, face).items():
+                row["scores"][variant].update(scores)
             if plan.ema is not None and "ema" in plan.folds:
                 row["ema"] = {v: ema_scores(trained.model, plan.ema, v == "contacts") for v in VARIANTS}
     return row
@@ -107,22 +120,11 @@ def _score_fold(
     face: FaceModel,
 ) -> dict[str, dict[str, list[Any]]]:
     """Sums by "fold/where", measure and clip."""
-    rows: dict[str, list[dict[str, NDArray[np.float64]]]] = {where: [] for where in fold.where}
-    for clip, modes in predicted.items():
-        shapes = model.face.instance(with_contacts(modes, model, corpus, clip) if variant != "raw" else modes)
-        captured = corpus.landmarks[corpus.rows([clip])]
-        for name, where in fold.where.items():
-            chosen = where(corpus, clip)
-            rows[name].append(clip_scores(shapes, captured, face, corpus.tracks[clip], corpus.fps, chosen))
-    return {
-        f"{fold.name}/{name}": {measure: [_short(r[measure]) for r in clips] for measure in clips[0]}
-        for name, clips in rows.items()
-    }
-
-
-def _short(sums: NDArray[np.float64]) -> list[float]:
-    """Nine significant digits: enough for any statistic of them, and half the file."""
-    return [float(f"{number:.9g}") for number in sums]
+    shapes = (
+        (clip, model.face.instance(with_contacts(modes, model, corpus, clip) if variant != "raw" else modes))
+        for clip, modes in predicted.items()
+    )
+    return scores_by_frames(fold.name, shapes, fold.where, corpus, face)
 
 
 def with_contacts(
@@ -132,16 +134,11 @@ def with_contacts(
     return contacts.close(modes, corpus.tracks[clip], model.face, corpus.fps, 0.5 / corpus.fps)
 
 
-def _speed(trained: Trained, corpus: Corpus, fold: Fold) -> float:
-    """Frames per processor second on test clips, whatever sound it hears read beforehand."""
-    regressor = trained.model.regressor
-    predict_clip(regressor, corpus, int(fold.test[0]))  # what is read once is read
-    frames, begin = 0, time.process_time()
-    for clip in fold.test:
-        frames += len(predict_clip(regressor, corpus, int(clip)))
-        if frames > SPEED_FRAMES:
-            break
-    return frames / (time.process_time() - begin)
+def _cost(model: regressors.Model, folder: Path, corpus: Corpus, fold: Fold) -> Document:
+    clips = fold.test.tolist()
+    speed = frames_per_second(model, corpus, clips)
+    ahead = look_ahead(model.regressor)
+    return {"frames_per_s": speed, "look_ahead": ahead, **line_cost(folder, corpus, clips[0])}
 
 
 def _pictures(trained: Trained, predicted: dict[int, NDArray[np.float32]], corpus: Corpus) -> Document:

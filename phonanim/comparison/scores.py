@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import metrics
+from phonanim.comparison.folds import Where
+from phonanim.corpus import Corpus
 from phonanim.face import INNER_LIPS, OUTER_LIPS, FaceModel, lip_aperture, lip_width
 from phonanim.phones import PhoneTrack
 from phonanim.statistics import Statistic, pearson, pearson_sums, ratio
@@ -76,6 +79,31 @@ def clip_scores(
         "width_r": pearson_sums(width(shapes, face)[where], width(captured, face)[where]),
         "pbm_gap": _sum(_gaps(shapes, face, track, fps, where)),
     }
+
+
+def scores_by_frames(
+    name: str,
+    shapes: Iterable[tuple[int, NDArray[np.floating]]],
+    where: Mapping[str, Where],
+    corpus: Corpus,
+    face: FaceModel,
+) -> dict[str, dict[str, list[Any]]]:
+    """Sums by "name/frames", measure and clip, of clips with their shapes (frames, landmarks, 3)."""
+    rows: dict[str, list[dict[str, Array]]] = {frames: [] for frames in where}
+    for clip, predicted in shapes:
+        captured, track = corpus.landmarks[corpus.rows([clip])], corpus.tracks[clip]
+        for frames, chosen in where.items():
+            found = clip_scores(predicted, captured, face, track, corpus.fps, chosen(corpus, clip))
+            rows[frames].append(found)
+    return {
+        f"{name}/{frames}": {measure: [_short(row[measure]) for row in clips] for measure in clips[0]}
+        for frames, clips in rows.items()
+    }
+
+
+def _short(sums: Array) -> list[float]:
+    """Nine significant digits: enough for any statistic of them, and half the file."""
+    return [float(f"{number:.9g}") for number in sums]
 
 
 def value(name: str, rows: Array) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from phonanim.statistics import bootstrap_interval, holm, paired_test, pearson
 
 Table = list[list[str]]
 Document = dict[str, Any]
+Sums = NDArray[np.float64]  # (clips, sums)
 SIGNIFICANT = 0.05
 
 
@@ -58,41 +60,107 @@ def differences(document: Document, variant: str, where: str, measures: tuple[st
         n for n in document["models"] if n != reference and rows_of(document, n, variant, where) is not None
     ]
     pairs = [(name, measure) for name in others for measure in measures]
-    p = holm([_p(document, reference, name, variant, where, measure) for name, measure in pairs])
+    compared = [
+        (
+            _rows(document, reference, variant, where, measure),
+            _rows(document, name, variant, where, measure),
+        )
+        for name, measure in pairs
+    ]
+    chances = holm([_p(document, *rows, m) for rows, (_, m) in zip(compared, pairs, strict=True)])
     header = [f"{reference} against", *[text for m in measures for text in (heading(m), "p")]]
     table = [header]
     for name in others:
         cells = []
-        for (other, measure), chance in zip(pairs, p, strict=True):
+        for (other, measure), rows, chance in zip(pairs, compared, chances, strict=True):
             if other == name:
-                cells += [_change(document, reference, name, variant, where, measure), _p_text(chance)]
+                cells += [_change(*rows, measure), _p_text(chance)]
         table.append([name, *cells])
     return table
 
 
-def _p(document: Document, a: str, b: str, variant: str, where: str, measure: str) -> float:
+def _p(document: Document, ours: Sums, theirs: Sums, measure: str) -> float:
     rng = np.random.default_rng(document["seed"])
-    pair = [_rows(document, name, variant, where, measure) for name in (a, b)]
-    return paired_test(pair[0], pair[1], rng, MEASURES[measure].statistic)
+    return paired_test(ours, theirs, rng, MEASURES[measure].statistic)
 
 
-def _change(document: Document, a: str, b: str, variant: str, where: str, measure: str) -> str:
+def _change(ours: Sums, theirs: Sums, measure: str) -> str:
     """Errors change by a share, correlations by a difference."""
-    ours, theirs = (value(measure, _rows(document, n, variant, where, measure)) for n in (a, b))
+    first, second = value(measure, ours), value(measure, theirs)
     if MEASURES[measure].statistic is pearson:
-        return f"{ours - theirs:+.3f}"
-    return f"{100 * (ours / theirs - 1):+.1f} %"
+        return f"{first - second:+.3f}"
+    return f"{100 * (first / second - 1):+.1f} %"
 
 
 def _p_text(p: float) -> str:
     return f"{p:.4f}" if p < SIGNIFICANT else f"({p:.2f})"
 
 
-def _rows(document: Document, name: str, variant: str, where: str, measure: str) -> NDArray[np.float64]:
+def _rows(document: Document, name: str, variant: str, where: str, measure: str) -> Sums:
     found = rows_of(document, name, variant, where)
     if found is None:
         raise KeyError(f"{name} was not measured in {where}")
     return found[measure]
+
+
+def under_conditions(document: Document, variant: str, frames: str, measure: str) -> Table:
+    """One row per model: a measure on the clean test clips and under each condition; the best in bold."""
+    names, conditions = list(document["models"]), list(document["conditions"])
+    places = [f"test/{frames}", *[f"with {condition}/{frames}" for condition in conditions]]
+    columns = [_column(document, names, variant, where, measure) for where in places]
+    header = ["model", "clean", *conditions]
+    return [header, *[list(row) for row in zip(names, *columns, strict=True)]]
+
+
+def losses(document: Document, variant: str, frames: str, measure: str) -> Table:
+    """What each condition changes of each model's clean score, with its p, Holm-corrected together."""
+    cells = {
+        (name, condition): (
+            _rows(document, name, variant, f"with {condition}/{frames}", measure),
+            _rows(document, name, variant, f"test/{frames}", measure),
+        )
+        for name in document["models"]
+        for condition in document["conditions"]
+    }
+    return _grid(document, "model", cells, measure)
+
+
+def under_conditions_against(document: Document, variant: str, frames: str, measure: str) -> Table:
+    """How far each model is from the reference under the same condition, p Holm-corrected together."""
+    reference = document["reference"]
+    cells = {
+        (name, condition): (
+            _rows(document, reference, variant, f"with {condition}/{frames}", measure),
+            _rows(document, name, variant, f"with {condition}/{frames}", measure),
+        )
+        for name in document["models"]
+        for condition in document["conditions"]
+        if name != reference
+    }
+    return _grid(document, f"{reference} against", cells, measure)
+
+
+def _grid(
+    document: Document, title: str, cells: dict[tuple[str, str], tuple[Sums, Sums]], measure: str
+) -> Table:
+    """Pairs of sums by model and condition: a row per model, each change with its p."""
+    tested = [key for key, (ours, theirs) in cells.items() if not np.array_equal(ours, theirs)]
+    p = dict(zip(tested, holm([_p(document, *cells[key], measure) for key in tested]), strict=True))
+    texts = {
+        key: f"{_change(*cells[key], measure)}, {_p_text(p[key])}" if key in p else "same" for key in cells
+    }
+    names, conditions = dict.fromkeys(name for name, _ in cells), document["conditions"]
+    rows = [[name, *[texts[name, condition] for condition in conditions]] for name in names]
+    return [[title, *conditions], *rows]
+
+
+def aligner(document: Document) -> Table:
+    """How the aligner fares under each condition."""
+    table = [["condition", "clips not aligned", "frames of speech with another phone than labelled"]]
+    for name, found in document["conditions"].items():
+        missed = f"{found['not_aligned']} of {found['clips']}"
+        table.append([name, missed, f"{100 * found['other_phone']:.0f} %"])
+    return table
 
 
 def ema(document: Document) -> Table:
@@ -115,22 +183,22 @@ def ema(document: Document) -> Table:
     return table
 
 
+COSTS: dict[str, Callable[[Document], str]] = {
+    "driven by": lambda found: str(found["driven_by"]),
+    "parameters": lambda found: f"{found['numbers']:,}",
+    "MB": lambda found: f"{found['bytes'] / 1e6:.1f}",
+    "training, min": lambda found: "" if found["training_s"] is None else f"{found['training_s'] / 60:.1f}",
+    "frames/s": lambda found: f"{found['frames_per_s']:,.0f}",
+    "a line, ms": lambda found: f"{found['line_ms']:.1f}",
+    "look-ahead, ms": lambda found: str(found["look_ahead"]),
+    "memory, MB": lambda found: f"{found['memory_mb']:.0f}",
+}
+
+
 def cost(document: Document) -> Table:
-    """What each model costs: numbers learned, megabytes, training time and speed."""
-    table = [["model", "driven by", "numbers", "MB", "training, min", "frames/s"]]
-    for name, found in document["models"].items():
-        seconds = found["training_s"]
-        table.append(
-            [
-                name,
-                found["driven_by"],
-                f"{found['numbers']:,}",
-                f"{found['bytes'] / 1e6:.1f}",
-                "" if seconds is None else f"{seconds / 60:.1f}",
-                f"{found['frames_per_s']:,.0f}",
-            ]
-        )
-    return table
+    """What each model costs: size, training, speed, memory, and what it must know of what is to come."""
+    rows = [[name, *[show(found) for show in COSTS.values()]] for name, found in document["models"].items()]
+    return [["model", *COSTS], *rows]
 
 
 def sweep(found: dict[str, Any], measure: str) -> Table:

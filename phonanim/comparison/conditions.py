@@ -1,0 +1,158 @@
+"""The test clips with another sound: what a model loses in noise, by another voice, by an automatic aligner.
+
+Models that hear get the changed sound. Models that are driven by phones get those that pocketsphinx finds
+in it, with the text of the clip or without. All are scored against the same capture, on the same frames
+and at the labelled closures.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim import contacts, metrics, regressors
+from phonanim.alignment import Alignment, Interval
+from phonanim.audio import Sound, read_sound
+from phonanim.comparison.folds import everywhere, speech
+from phonanim.comparison.plan import Condition, Plan
+from phonanim.comparison.scores import scores_by_frames
+from phonanim.comparison.sounds import babble, mixed, moved, white
+from phonanim.corpus import Corpus
+from phonanim.encoders._cache import fingerprint
+from phonanim.errors import AlignmentError
+from phonanim.face import FaceModel
+from phonanim.files import write_text
+from phonanim.language import to_phones
+from phonanim.phones import PhoneTrack, silence
+
+VOICES = 6  # training clips that babble at once
+WHERE = {"all": everywhere, "speech": speech}
+
+
+@dataclass(frozen=True)
+class Take:
+    """What models are given of one clip under a condition; `aligned`: whether the aligner found the text."""
+
+    clip: int
+    sound: Sound
+    track: PhoneTrack
+    aligned: bool
+
+
+def takes(
+    plan: Plan, corpus: Corpus, work: Path, progress: Callable[[float], None]
+) -> dict[str, tuple[Take, ...]]:
+    """The test clips under every condition of a plan. Alignments are kept in `work`.
+
+    Raises AudioError for a recording that cannot be read, OptionError for a word that the aligner does not
+    know, MissingExtraError.
+    """
+    found: dict[str, tuple[Take, ...]] = {}
+    clips = corpus.clips_of("test").tolist()
+    for name, condition in plan.conditions.items():
+        found[name] = tuple(_take(condition, plan.seed, corpus, clip, work) for clip in clips)
+        progress(len(found) / len(plan.conditions))
+    return found
+
+
+def _take(condition: Condition, seed: int, corpus: Corpus, clip: int, work: Path) -> Take:
+    sound = changed(condition, seed, corpus, clip)
+    text = " ".join(word.label for word in corpus.words[clip]) if condition.text else None
+    track = aligned(sound, text, corpus.clips[clip], work / "alignments")
+    return Take(clip, sound, track or silence(sound.duration), track is not None)
+
+
+def changed(condition: Condition, seed: int, corpus: Corpus, clip: int) -> Sound:
+    """The sound of a clip under a condition. Noise is that of the seed and the clip, at any level."""
+    sound, rng = read_sound(corpus.audio[clip]), np.random.default_rng([seed, clip])
+    if condition.voice:
+        sound = moved(sound, condition.voice)
+    if not condition.noise:
+        return sound
+    length = len(sound.samples)
+    if condition.noise == "white":
+        noise = white(length, rng)
+    else:
+        others = rng.choice(corpus.clips_of("train"), VOICES)
+        noise = babble([read_sound(corpus.audio[other]) for other in others], length, sound.rate, rng)
+    spoken = metrics.spoken(corpus.tracks[clip], np.arange(length) / sound.rate)
+    return mixed(sound, noise, condition.snr, spoken)
+
+
+def aligned(sound: Sound, text: str | None, name: str, folder: Path) -> PhoneTrack | None:
+    """The phones of a sound as pocketsphinx finds them, kept in a folder; None where it finds none."""
+    path = folder / f"{fingerprint(f'pocketsphinx, {text}', sound)}.json"
+    if not path.is_file():
+        folder.mkdir(parents=True, exist_ok=True)
+        write_text(path, json.dumps(_phones(sound, text, name)) + "\n")
+    phones = [Interval(*phone) for phone in json.loads(path.read_text(encoding="utf-8"))]
+    if not phones:
+        return None
+    return to_phones(Alignment(tuple(phones), sound.duration, "phones", name), "english")[0]
+
+
+def _phones(sound: Sound, text: str | None, name: str) -> list[tuple[str, float, float]]:
+    from phonanim import aligner
+
+    try:
+        found = aligner.align_sound(sound, text, name)
+    except AlignmentError:
+        return []
+    return [(phone.label, phone.start, phone.end) for phone in found.phones]
+
+
+def condition_scores(
+    model: regressors.Model, heard: dict[str, tuple[Take, ...]], corpus: Corpus, face: FaceModel
+) -> dict[str, dict[str, Any]]:
+    """Sums of a model by variant and "with CONDITION/frames"; closures are where its phones have them."""
+    found: dict[str, dict[str, Any]] = {"raw": {}, "contacts": {}}
+    for name, given in heard.items():
+        modes = [_predict(model, take, corpus) for take in given]
+        for variant, rows in found.items():
+            shapes = _shapes(model, given, modes, corpus, closing=variant == "contacts")
+            rows |= scores_by_frames(f"with {name}", shapes, WHERE, corpus, face)
+    return found
+
+
+def _predict(model: regressors.Model, take: Take, corpus: Corpus) -> NDArray[np.float32]:
+    return model.regressor.predict(take.track, corpus.times(take.clip), take.sound)
+
+
+def _shapes(
+    model: regressors.Model,
+    given: tuple[Take, ...],
+    modes: list[NDArray[np.float32]],
+    corpus: Corpus,
+    closing: bool,
+) -> Iterable[tuple[int, NDArray[np.floating]]]:
+    for take, path in zip(given, modes, strict=True):
+        if closing:
+            path = contacts.close(path, take.track, model.face, corpus.fps, 0.5 / corpus.fps)
+        yield take.clip, model.face.instance(path)
+
+
+def describe_conditions(
+    plan: Plan, heard: dict[str, tuple[Take, ...]], corpus: Corpus
+) -> dict[str, dict[str, Any]]:
+    """What each condition is, clips that could not be aligned, and frames of speech with another phone."""
+    return {
+        name: {
+            **asdict(plan.conditions[name]),
+            "clips": len(given),
+            "not_aligned": sum(not take.aligned for take in given),
+            "other_phone": round(float(np.concatenate([_other(t, corpus) for t in given]).mean()), 4),
+        }
+        for name, given in heard.items()
+    }
+
+
+def _other(take: Take, corpus: Corpus) -> NDArray[np.bool_]:
+    """Whether each frame of speech has another phone than was labelled."""
+    times = corpus.times(take.clip)[speech(corpus, take.clip)]
+    return np.asarray(take.track.sample(times) != corpus.tracks[take.clip].sample(times))

@@ -1,0 +1,85 @@
+"""Recordings made worse: noise, babble, and a voice that is moved up or down."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.audio import Sound, resample
+
+Samples = NDArray[np.float32]
+HOP = 0.015  # seconds from one piece of a stretched voice to the next, half a piece: a period or two of it
+SEARCH = 0.008  # seconds either way in which a piece is sought that goes on where the last one ended
+QUIET = 1e-9  # of full scale squared, so that silence is divided by something
+
+
+def white(length: int, rng: np.random.Generator) -> Samples:
+    """White noise, (length,)."""
+    return rng.standard_normal(length).astype(np.float32)
+
+
+def babble(voices: Sequence[Sound], length: int, rate: int, rng: np.random.Generator) -> Samples:
+    """Several recordings at once, equally loud, each begun anywhere and repeated, -> (length,)."""
+    total = np.zeros(length, np.float32)
+    for voice in voices:
+        samples = resample(voice.samples, voice.rate, rate)
+        begin = int(rng.integers(len(samples)))
+        total += np.resize(np.roll(samples, -begin), length) / np.sqrt(_power(samples) + QUIET)
+    return total
+
+
+def mixed(sound: Sound, noise: Samples, snr: float, spoken: NDArray[np.bool_]) -> Sound:
+    """A recording in noise (samples,), `snr` dB below what it holds where it is `spoken`, (samples,).
+
+    What would then be louder than full scale is made softer as a whole.
+    """
+    speech = sound.samples[spoken] if spoken.any() else sound.samples
+    gain = np.sqrt(_power(speech) / ((_power(noise) + QUIET) * 10 ** (snr / 10)))
+    samples = sound.samples + np.float32(gain) * noise
+    return Sound(samples / max(1.0, float(np.abs(samples).max())), sound.rate)
+
+
+def moved(sound: Sound, semitones: float) -> Sound:
+    """The voice with its pitch and its formants times 2 ** (semitones / 12), as long as it was.
+
+    Played faster or slower, and stretched back. A larger or smaller speaker, in what makes up most of the
+    difference between voices; the accent, the timing and the rest stay the speaker's own.
+    """
+    rate = round(sound.rate / 2 ** (semitones / 12))
+    played = resample(sound.samples, sound.rate, rate)
+    return Sound(stretched(played, len(sound.samples), sound.rate), sound.rate)
+
+
+def stretched(samples: Samples, length: int, rate: int) -> Samples:
+    """Samples at another speed and the same pitch, (n,) -> (length,).
+
+    Waveform similarity overlap-add (Verhelst and Roelands 1993): instant t of the result is instant
+    t * n / length of what was given, to within SEARCH.
+    """
+    hop, search = round(HOP * rate), round(SEARCH * rate)
+    window = np.hanning(2 * hop + 1)[:-1].astype(np.float32)
+    pieces = -(-length // hop) + 1
+    padded = np.pad(samples, (hop + search, 3 * hop + search))
+    found = np.zeros((pieces + 1) * hop, np.float32)
+    follows = None  # what came after the piece before, where it was taken from
+    for number in range(pieces):
+        ideal = min(round(number * hop * len(samples) / length), len(samples))
+        near = padded[ideal : ideal + 2 * (hop + search)]
+        begin = search if follows is None else int(np.argmax(_alike(near, follows)))
+        found[number * hop : (number + 2) * hop] += window * near[begin : begin + 2 * hop]
+        follows = padded[ideal + begin + hop :][: 2 * hop]
+    return found[hop : hop + length]
+
+
+def _alike(near: Samples, piece: Samples) -> NDArray[np.floating]:
+    """Correlation of a piece with every stretch of its length, over the stretch's own loudness."""
+    energy = np.concatenate([[0.0], np.cumsum(near.astype(np.float64) ** 2)])
+    loudness = energy[len(piece) :] - energy[: -len(piece)]
+    found: NDArray[np.floating] = np.correlate(near, piece, "valid") / np.sqrt(loudness + QUIET)
+    return found
+
+
+def _power(samples: Samples) -> float:
+    return float(np.mean(samples.astype(np.float64) ** 2))
