@@ -45,6 +45,8 @@ def read_source(path: Path, options: Options, audio: Path | None, driver: Driver
             raise AudioError(f"{path}: has no recording beside it for this model to hear; give --audio")
         sound = _from(read_sound(audio), alignment.offset)
         notes = (*notes, *remarks(sound), *cut_short(audio))
+        if driver == "both":
+            notes = (*notes, *_apart(audio, sound.duration, track.duration))
     return Source(alignment, track, notes, sound, audio)
 
 
