@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.gestures import GESTURES, split_parts
-from phonanim.inventory import INVENTORY
+from phonanim.inventory import INVENTORY, SILENCE
 from phonanim.phones import PhoneTrack
 
 Array = NDArray[np.float64]
@@ -25,7 +25,8 @@ EDGES = np.array([-edge for edge in reversed(_HALF)] + list(_HALF))
 N_BOXES = len(EDGES) - 1
 N_TIMING = 12  # columns of `segment_timing`
 LONGEST = 0.5  # seconds; longer segments count as this long
-FAR = 10.0  # seconds; before the start and after the end, the first and the last segment go on for so long
+FAR = 10.0  # seconds of silence before the start and after the end: where a file was cut is not felt
+SILENT = INVENTORY.code(SILENCE)
 DECAYS = (0.04, 0.12)  # seconds
 
 
@@ -50,10 +51,7 @@ def context_features(track: PhoneTrack, times: Array, kind: str = "all") -> NDAr
     table = part_table(kind)
     local = around(track, times)
     parts = split_parts(local)
-    bounds = parts.bounds.copy()
-    bounds[0] -= FAR * (bounds[0] == track.bounds[0])
-    bounds[-1] += FAR * (bounds[-1] == track.bounds[-1])
-    rows = table[parts.parts].astype(np.float64)
+    bounds, rows = parts.bounds, table[parts.parts].astype(np.float64)
     running = np.concatenate(
         [np.zeros((1, table.shape[1])), np.cumsum(rows * np.diff(bounds)[:, None], axis=0)]
     )
@@ -70,6 +68,7 @@ def context_features(track: PhoneTrack, times: Array, kind: str = "all") -> NDAr
 
 def around(track: PhoneTrack, times: Array) -> PhoneTrack:
     """The segments that can be felt at instants (times,), so that long tracks cost no more per frame."""
+    track = with_silence_beyond(track)
     if len(times) == 0:
         return track
     ends = np.array([times.min() + EDGES[0], times.max() + EDGES[-1]])
@@ -77,6 +76,18 @@ def around(track: PhoneTrack, times: Array) -> PhoneTrack:
     kept = slice(max(int(first), 0), int(last))
     stop = min(kept.stop, len(track.codes))
     return PhoneTrack(track.codes[kept], track.bounds[kept.start : stop + 1], track.labels[kept])
+
+
+def with_silence_beyond(track: PhoneTrack) -> PhoneTrack:
+    """A track whose silence at either end goes on for FAR seconds, or begins there if it has none."""
+    before, after = (int(code != SILENT) for code in track.codes[[0, -1]])
+    silence = np.array([SILENT], np.uint8)
+    inner = track.bounds[1 - before : len(track.codes) + after]
+    return PhoneTrack(
+        np.concatenate([silence[:before], track.codes, silence[:after]]),
+        np.concatenate([track.bounds[:1] - FAR, inner, track.bounds[-1:] + FAR]),
+        ("",) * before + track.labels + ("",) * after,
+    )
 
 
 def segment_timing(track: PhoneTrack, times: Array) -> Array:

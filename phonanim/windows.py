@@ -54,10 +54,12 @@ def predict_at(
     seconds apart. An instant t is covered by the windows centred at t, t ± step, ...; those centred
     outside 0 to `duration` do not exist, as at the ends of a recording. So the motion is one function
     of continuous time: every frame rate samples it exactly, through as many phases of the model's grid
-    as it needs, and equal instants of two frame rates get equal values.
+    as it needs, and equal instants of two frame rates get equal values. Instants before the start and
+    after the end are those ends: film often outlasts the alignment by part of a frame.
     """
     if len(times) == 0:
         return predict(np.zeros(1))[:0, 0]
+    times = np.clip(times, 0, duration)
     shifts = (np.arange(width) - width // 2) * step
     pieces = []
     size = max(1, chunk // width)

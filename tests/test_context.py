@@ -57,6 +57,16 @@ def test_shifted_speech_has_shifted_features() -> None:
     )
 
 
+def test_it_is_no_matter_where_silence_is_cut() -> None:
+    speech = "p 0.1 aa 0.2 ch 0.1"
+    long, short = track_of(f"sil 2 {speech} sil 2"), track_of(f"sil 0.1 {speech} sil 0.02")
+    none = track_of(speech)
+    times = np.arange(0.005, 0.4, 0.01)
+    whole = context_features(long, times + 2)
+    assert np.allclose(context_features(short, times + 0.1), whole, atol=1e-5)
+    assert np.allclose(context_features(none, times), whole, atol=1e-5)
+
+
 def test_diphthongs_and_affricates_are_two_gestures() -> None:
     parts = split_parts(track_of("sil 0.2 ch 0.1 ay 0.2 m 0.1 sil 0.2"))
     names = [GESTURES.names[g] for g in GESTURES.part_gesture[parts.parts]]

@@ -77,6 +77,17 @@ def test_shifting_by_whole_frames_shifts_the_motion() -> None:
     assert np.allclose(model.predict(later, times + 0.4)[5:], model.predict(track, times)[5:], atol=1e-4)
 
 
+@pytest.mark.parametrize("width", [1, 5])
+def test_film_that_outlasts_the_alignment_holds_its_end(width: int) -> None:
+    def windows(times: np.ndarray) -> np.ndarray:
+        return np.repeat(3 + times[:, None, None], width, axis=1).astype(np.float32)
+
+    found = predict_at(np.array([-0.1, 0.0, 0.98, 1.0, 1.002, 1.02, 2.0]), 1.0, 0.04, width, windows)[:, 0]
+    assert np.all(found[:1] == found[1])
+    assert np.all(found[3:] == found[3])
+    assert np.all(found[3] > 3.9)
+
+
 def test_no_frames() -> None:
     empty = predict_at(np.zeros(0), 1.0, 0.04, 5, lambda t: np.zeros((len(t), 5, 2), np.float32))
     assert empty.shape == (0, 2)
