@@ -15,18 +15,24 @@ from phonanim.commands import Talk, talk_options
     "-o", "--output", type=click.Path(file_okay=False, path_type=Path), help="Model folder to write."
 )
 @click.option("--seed", type=click.IntRange(min=0), help="Overrides the seed of the configuration.")
+@click.option("--plot", is_flag=True, help="Draw loss.csv of the folder as loss.png (extra plots).")
 @talk_options
-def command(config: Path, output: Path | None, seed: int | None, talk: Talk) -> None:
+def command(config: Path, output: Path | None, seed: int | None, plot: bool, talk: Talk) -> None:
     """Train a model as a TOML file says, and write its folder.
 
     \b
     Examples:
       phonanim train default.toml
       phonanim train default.toml -o models/mine --seed 3
+      phonanim train phisanet.toml --plot
     """
-    from phonanim.training import train
+    from phonanim.losses import check_drawable, draw_losses
+    from phonanim.training import read_recipe, train
 
+    if plot:
+        check_drawable(read_recipe(config).kind, config)
     with talk.progress(config.stem) as progress:
         folder = train(config, output=output, seed=seed, progress=progress)
-    talk.say(f"wrote {folder}; animate with --model {folder}")
-    talk.result({"model": str(folder)})
+    pictures = draw_losses(folder) if plot else []
+    talk.say(f"wrote {', '.join(map(str, (folder, *pictures)))}; animate with --model {folder}")
+    talk.result({"model": str(folder), "pictures": list(map(str, pictures))})
