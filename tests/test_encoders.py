@@ -504,6 +504,11 @@ def test_damaged_ctranslate2_files(data: bytes, message: str, tmp_path: Path, mo
     [
         ("conv2.weight", lambda t: t[:, :4], r"conv2 is \(3, 4, 8\), not \(3, 8, 8\)"),
         ("layers.1.self_attn.q_proj.weight", lambda t: t[:4], r"block1_query is \(8, 4\), not \(8, 8\)"),
+        ("layers.1.self_attn.q_proj.bias", lambda t: t[:4], r"block1_query_bias is \(4,\), not \(8,\)"),
+        ("layers.0.final_layer_norm.weight", lambda t: t[:4], r"block0_norm2 is \(4,\), not \(8,\)"),
+        ("layers.0.fc1.weight", lambda t: t[0], r"block0_wide is \(8,\), not \(8, 8\)"),
+        ("conv1.bias", lambda t: t[:4], r"conv1_bias is \(4,\), not \(8,\)"),
+        ("embed_positions.weight", lambda t: t[:9], r"positions is \(9, 8\), not \(600, 8\)"),
         ("layers.0.fc1.weight", lambda t: t * np.nan, "block0_wide holds numbers that are not finite"),
     ],
 )
@@ -517,6 +522,15 @@ def test_whisper_weights_of_another_shape(
     with pytest.raises(
         ModelError, match=f"model.safetensors: is not the encoder of a Whisper model.*{message}"
     ):
+        load_encoder("whisper")
+
+
+def test_whisper_weights_that_lack_a_tensor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    parts = whisper_parts()
+    del parts["model.encoder.layers.1.fc2.bias"]
+    put_whisper(tmp_path, parts)
+    monkeypatch.setenv("PHONANIM_ENCODERS", str(tmp_path))
+    with pytest.raises(ModelError, match=r"is not the encoder of a Whisper model \('block1_narrow_bias'\)"):
         load_encoder("whisper")
 
 

