@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import wave
 from pathlib import Path
 
 import numpy as np
@@ -58,6 +59,15 @@ def sound_of(track: PhoneTrack, rate: int = 8000) -> Sound:
     codes = track.sample(np.arange(round(track.duration * rate)) / rate)
     phase = 2 * np.pi * np.cumsum((100 + 90 * codes) / rate)
     return Sound(np.where(codes > 0, 0.3 * np.sin(phase), 0).astype(np.float32), rate)
+
+
+def write_wav(path: Path, sound: Sound) -> None:
+    """A recording as 16-bit WAV."""
+    with wave.open(str(path), "wb") as stream:
+        stream.setnchannels(1)
+        stream.setsampwidth(2)
+        stream.setframerate(sound.rate)
+        stream.writeframes((np.clip(sound.samples, -1, 1) * 32767).astype("<i2").tobytes())
 
 
 def made_up_examples(rng: np.random.Generator, clips: int = 12, modes: int = 3) -> Examples:

@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from speech import made_up_corpus
+from speech import made_up_corpus, sound_of, write_wav
 
+from phonanim.aligner import SpeechAlignment
+from phonanim.alignment import Interval
+from phonanim.audio import Sound
 from phonanim.comparison import tables, tools
 from phonanim.comparison.fit import at_hand
 from phonanim.comparison.folds import folds
 from phonanim.comparison.plan import read_plan
-from phonanim.comparison.report import read_document
+from phonanim.comparison.report import _generalization, read_document
 from phonanim.comparison.run import _jobs, compare, rows_of
 from phonanim.comparison.scores import MEASURES, clip_scores, value
 from phonanim.corpus import load_corpus, save_corpus
-from phonanim.errors import ModelError
+from phonanim.errors import AlignmentError, ModelError
 from phonanim.face import fit_face
 
 PLAN = """
@@ -31,6 +37,15 @@ phones = ["m"]
 [models]
 tree = "tree.toml"
 mean = "mean.toml"
+
+[conditions."aligned anew"]
+
+[conditions."babble, 3 dB"]
+noise = "babble"
+snr = 3
+
+[conditions.higher]
+voice = 4
 
 [sweeps.leaf]
 recipe = "tree.toml"
@@ -55,14 +70,28 @@ test = "A note about the test clips."
 
 
 @pytest.fixture(scope="module")
-def house(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def house(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     pytest.importorskip("sklearn")
     folder = tmp_path_factory.mktemp("comparison")
-    save_corpus(made_up_corpus(np.random.default_rng(3)), folder / "corpus")
+    corpus = made_up_corpus(np.random.default_rng(3))
+    corpus = replace(corpus, audio=tuple(folder / path for path in corpus.audio))
+    for track, path in zip(corpus.tracks, corpus.audio, strict=True):
+        write_wav(path, sound_of(track))
+    save_corpus(corpus, folder / "corpus")
     (folder / "tree.toml").write_text('kind = "tree"\ncorpus = "corpus"\n[settings]\nleaf = 4\n')
     (folder / "mean.toml").write_text('kind = "phone_mean"\ncorpus = "corpus"\n')
     (folder / "plan.toml").write_text(PLAN)
-    return folder
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("phonanim.aligner.align_sound", made_up_alignment)
+        yield folder
+
+
+def made_up_alignment(sound: Sound, text: str | None, name: str) -> SpeechAlignment:
+    """Two phones in any sound, but none in that of one clip."""
+    if name == "clip20":
+        raise AlignmentError(f"{name}: the text cannot be found in the sound")
+    phones = Interval("M", 0.1, 0.4), Interval("AA", 0.4, sound.duration - 0.1)
+    return SpeechAlignment((), phones, sound.duration)
 
 
 def command(house: Path, *arguments: str) -> None:
@@ -82,6 +111,9 @@ def report(house: Path) -> str:
 def test_the_report_holds_every_table_and_figure(house: Path, report: str) -> None:
     for heading in ("Test clips", "Words that were never heard", "Phones that", "Amount of data", "Speed"):
         assert f"## {heading}" in report
+    assert "Noise, another voice, an automatic aligner" in report
+    assert "| babble, 3 dB | 1 of 6 |" in report
+    assert re.search(r"The 16 trainings of this comparison, .* about \d+ minutes with two workers", report)
     assert "A note about the test clips." in report
     for line in report.splitlines():
         if line.startswith("!["):
@@ -129,6 +161,35 @@ def test_no_fold_learns_from_what_it_is_measured_on(house: Path) -> None:
     assert all("m" not in corpus.tracks[clip].labels for clip in found[3].train)
 
 
+def test_models_are_scored_under_every_condition(house: Path, report: str) -> None:
+    document = read_document(house / "out")
+    for measure in ("shape_mse", "aperture_r"):
+        for table in (tables.losses, tables.under_conditions_against):
+            header, *rows = table(document, "raw", "all", measure)
+            assert header[1:] == ["aligned anew", "babble, 3 dB", "higher"]
+            assert all(re.fullmatch(r"[+-][\d.]+( %)?, [\d.()]+", cell) for row in rows for cell in row[1:])
+    clean, *_ = tables.under_conditions(document, "raw", "all", "aperture_r")[1][1:]
+    alike = rows_of(document, "tree", "raw", "test/all"), rows_of(document, "tree", "raw", "with higher/all")
+    assert alike[0] is not None
+    assert alike[1] is not None
+    assert clean.strip("*").startswith(f"{value('aperture_r', alike[0]['aperture_r']):.3f}")
+    assert (alike[0]["shape_mse"][:, 1] == alike[1]["shape_mse"][:, 1]).all()  # on the same frames
+    assert (alike[0]["pbm_gap"][:, 1] == alike[1]["pbm_gap"][:, 1]).all()  # at the same closures
+    document["models"]["tree"]["scores"]["raw"]["with higher/all"] = document["models"]["tree"]["scores"][
+        "raw"
+    ]["test/all"]
+    assert tables.losses(document, "raw", "all", "shape_mse")[1][3] == "same"
+
+
+def test_what_is_absent_from_a_table_is_named(house: Path, report: str) -> None:
+    document = read_document(house / "out")
+    assert "Not trained again" not in report
+    scores = document["models"]["mean"]["scores"]["raw"]
+    document["models"]["mean"]["scores"]["raw"] = {k: v for k, v in scores.items() if "phones" not in k}
+    parts = _generalization(document, read_plan(house / "plan.toml"))
+    assert [part for part in parts if part.startswith("Not")] == ["Not trained again for this: `mean`."]
+
+
 def test_a_trained_model_may_be_compared_as_it_is(house: Path, report: str, tmp_path: Path) -> None:
     text = PLAN.partition("[sweeps")[0].replace("tree.toml", str(house / "out/models/tree/test"))
     (tmp_path / "plan.toml").write_text(
@@ -138,7 +199,7 @@ def test_a_trained_model_may_be_compared_as_it_is(house: Path, report: str, tmp_
     whole = json.loads((house / "out/benchmark/benchmark.json").read_text())
     scores = document["models"]["tree"]["scores"]["raw"]
     assert scores == {
-        k: v for k, v in whole["models"]["tree"]["scores"]["raw"].items() if k.startswith("test/")
+        k: v for k, v in whole["models"]["tree"]["scores"]["raw"].items() if k.startswith(("test/", "with "))
     }
     assert rows_of(document, "tree", "raw", "words*/clip") is None
     assert [row[0] for row in tables.values(document, "raw", "words*/clip", ("shape_mse",))] == [
@@ -178,6 +239,9 @@ def test_scores_by_hand() -> None:
         (('x = "leaf"', 'y = "leaf"'), r"sweeps.leaf: there is no key 'y'"),
         (('series = "model"', ""), 'sweeps.amount: needs a recipe, or series = "model" and models in `of`'),
         (("[models]", "[models"), "cannot be read as TOML"),
+        (('"babble"', '"babel"'), "conditions.babble, 3 dB: there is no noise 'babel', only white, babble"),
+        (("snr = 3", ""), "conditions.babble, 3 dB: noise and snr .* go together; give both or neither"),
+        (("voice = 4", "noises = 4"), "conditions.higher: there is no key 'noises'"),
     ],
 )
 def test_what_is_wrong_in_a_plan(house: Path, change: tuple[str, str], message: str) -> None:

@@ -97,7 +97,7 @@ def _windows_ahead(regressor: regressors.Regressor) -> str:
     beyond = config.width // 2 * STEP
     if config.features in CONTEXT:
         return f"{_ms(beyond + float(EDGES[-1]))} and 3 phones"
-    reach = config.reach if config.features == "raw" else WIDTH
+    reach = getattr(config, "reach", WIDTH) if config.features == "raw" else WIDTH
     return _ms(beyond + reach // 2 * STEP)
 
 
