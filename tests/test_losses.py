@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
+from speech import made_up_examples
 
 from phonanim.__main__ import run
 from phonanim.commands.train import command
 from phonanim.errors import MissingExtraError
 from phonanim.losses import check_drawable, draw_losses
+from phonanim.regressors import make_config, regressor_class
 
 CURVE = "epoch,training_loss,validation_mm2\n1,0.9,19.4\n2,0.5,17.3\n3,0.4,17.9\n"
 
@@ -66,3 +70,14 @@ def test_the_command_draws_what_was_trained(tmp_path: Path, monkeypatch: pytest.
     assert done.exit_code == 0, done.output
     assert (folder / "loss.png").is_file()
     assert "loss.png" in done.output
+
+
+@pytest.mark.parametrize("kind", ["two_stage", "phisanet", "cnn", "tcn"])
+def test_what_hears_keeps_its_losses(kind: str, tmp_path: Path) -> None:
+    pytest.importorskip("torch", reason="needs the extra train")
+    data = made_up_examples(np.random.default_rng(5), clips=2)
+    settings = make_config(kind, {"encoder": "mfcc", "hidden": 8, "depth": 1, "epochs": 2}, "test")
+    fit: Any = regressor_class(kind).fit
+    fit(settings, data, data, np.random.default_rng(1), lambda done: None, journal=tmp_path)
+    lines = (tmp_path / "loss.csv").read_text().splitlines()
+    assert [line.split(",")[0] for line in lines] == ["epoch", "1", "2"]
