@@ -16,7 +16,7 @@ from phonanim.encoders import HOP, RATE
 from phonanim.errors import ModelError
 from phonanim.regressors import CHECKPOINT, Examples, Model, load, make_config, save
 from phonanim.regressors import _diffusion as diffusion
-from phonanim.regressors import facediffuser as kind
+from phonanim.regressors import _heard as heard
 from phonanim.regressors.facediffuser import Config, FaceDiffuser
 
 torch = pytest.importorskip("torch")
@@ -235,20 +235,30 @@ def test_long_sounds_are_sampled_in_parts(
     sound = data.sounds[0]
     times = np.arange(0, sound.duration, 0.02)
     whole = model.predict(None, times, sound)
-    monkeypatch.setattr(kind, "CHUNK", 0.6)
-    monkeypatch.setattr(kind, "AROUND", 0.8)
+    monkeypatch.setattr(heard, "CHUNK", 0.6)
+    monkeypatch.setattr(heard, "AROUND", 0.8)
     parts = model.predict(None, times, sound)
     np.testing.assert_allclose(parts, whole, atol=0.02 * np.ptp(whole))
+
+
+def test_the_last_step_is_as_if_the_sound_went_on(model: FaceDiffuser, data: Examples) -> None:
+    """What sees the noise looks a step ahead, and in training there was none after the last."""
+    features = model.hear(data.sounds[0])
+    grid = heard.step_times(data.sounds[0].duration, model.config.rate)
+    longer = np.append(grid, grid[-1] + np.arange(1, 20) / model.config.rate)
+    found, expected = model.decoded(features, grid), model.decoded(features, longer)
+    assert found.shape == (len(grid), 3)
+    np.testing.assert_allclose(found, expected[: len(grid)], atol=0.01 * np.ptp(expected))
 
 
 def test_the_sound_is_heard_once(
     model: FaceDiffuser, data: Examples, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    heard: list[int] = []
-    encode = kind.heard_as
-    monkeypatch.setattr(kind, "heard_as", lambda *given: heard.append(1) or encode(*given))
+    times: list[int] = []
+    encode = heard.listen
+    monkeypatch.setattr(heard, "listen", lambda *given: times.append(1) or encode(*given))
     model.changed(steps=50).predict(None, np.arange(5) / 25, data.sounds[0])
-    assert heard == [1]
+    assert times == [1]
 
 
 def test_sounds_of_any_length(model: FaceDiffuser) -> None:

@@ -28,6 +28,7 @@ SMALL: dict[str, dict[str, Any]] = {
         **{"timesteps": 20, "steps": 4, "batch": 4, "learning_rate": 0.01},
     },
     "phisanet": HEARD | {"classifier": 0.01},
+    "hybrid": HEARD,
     "hmm": {"leaf": 5, "rate": 100.0, "alignments": 1},
     "lstm": {"units": 8, "epochs": 2},
     "phone_mean": {},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -15,10 +15,10 @@ from phonanim.audio import Sound
 from phonanim.encoders import Encoder, Features, encode, load_encoder
 from phonanim.encoders.phones import of_track
 from phonanim.errors import ModelError
-from phonanim.neural import softmax
+from phonanim.neural import named, softmax
 from phonanim.phones import PhoneTrack
 from phonanim.regressors import Driver, Examples, Progress, Tensors
-from phonanim.regressors._decoders import decode, decoder_shapes
+from phonanim.regressors._decoders import Shapes, decode, decoder_shapes
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -66,8 +66,65 @@ class Settings:
     patience: int = 10
 
 
+class Listener(ABC):
+    """What all regressors that hear share: a sound is encoded, and its steps are decoded by stretches.
+
+    `config` has `encoder` and `rate`, `identity` is that of the encoder that the model learned from.
+    """
+
+    config: Any
+    identity: str
+
+    driven_by: ClassVar[Driver] = "audio"
+    resumable: ClassVar[bool] = True
+
+    def predict(self, track: PhoneTrack | None, times: Array, sound: Sound | None = None) -> Floats:
+        """Modes at instants of a sound, (times,) seconds -> (times, modes), interpolated between steps.
+
+        The same settings give the same bytes. Raises ModelError when the encoder is not the one that the
+        model learned from.
+        """
+        if sound is None:
+            raise ModelError("an audio-driven model needs a recording")
+        features = self.hear(sound, track)
+        grid = step_times(sound.duration, self.config.rate)
+        return between(self.decoded(features, grid), (times - grid[0]) * self.config.rate)
+
+    def hear(self, sound: Sound, track: PhoneTrack | None = None) -> Features:
+        """Features of a sound. Raises ModelError when their encoder is not the one that was learned from."""
+        encoder = cached_encoder(self.config.encoder)
+        if encoder.identity != self.identity:
+            raise ModelError(
+                f"the model learned from {self.identity!r}, and {encoder.identity!r} is here: "
+                "set PHONANIM_ENCODERS to its weights, or train it again"
+            )
+        return self.listen(self.config, sound, track)
+
+    @classmethod
+    def listen(cls, config: Any, sound: Sound, track: PhoneTrack | None) -> Features:
+        """What models of this kind are given of a sound, to be asked for at steps."""
+        return listen(cached_encoder(config.encoder), sound, track)
+
+    def decoded(self, features: Features, grid: Array) -> Floats:
+        """Modes at steps, (steps,) seconds of `step_times` -> (steps, modes).
+
+        Each stretch is decoded with what is around it, so that memory stays bounded.
+        """
+        around, size = round(AROUND * self.config.rate), round(CHUNK * self.config.rate)
+        found = []
+        for begin in range(0, len(grid), size):
+            first = max(begin - around, 0)
+            values = at_steps(features, grid[first : begin + size + around], self.config.rate)
+            found.append(self.stretch(values, first)[begin - first :][:size])
+        return np.concatenate(found)
+
+    @abstractmethod
+    def stretch(self, values: Floats, first: int) -> Floats:
+        """Modes of steps from the step `first` on, (steps, layers, dims) -> (steps, modes)."""
+
+
 @dataclass(frozen=True)
-class Heard:
+class Heard(Listener):
     """A trained model: `centre` and `scale` (layers, dims) of the features, `mix` (layers,) if all take part.
 
     `weights` are the decoder's (regressors/_decoders.py), `identity` is the encoder's that it learned from.
@@ -80,24 +137,11 @@ class Heard:
     weights: dict[str, Floats]
     identity: str
 
-    driven_by: ClassVar[Driver] = "audio"
     config_class: ClassVar[type] = Settings
-    resumable: ClassVar[bool] = True
 
-    def predict(self, track: PhoneTrack | None, times: Array, sound: Sound | None = None) -> Floats:
-        """Modes at instants of a sound, (times,) seconds -> (times, modes), interpolated between steps.
-
-        Raises ModelError when the encoder is not the one that the model learned from.
-        """
-        if sound is None:
-            raise ModelError("an audio-driven model needs a recording")
-        features = self.hear(sound, track)
-        grid = step_times(sound.duration, self.config.rate)
-        return between(self.decoded(features, grid), (times - grid[0]) * self.config.rate)
-
-    def hear(self, sound: Sound, track: PhoneTrack | None = None) -> Features:
-        """Features of a sound, by the encoder that the model learned from."""
-        return heard_as(self.config.encoder, self.identity, sound, track)
+    def stretch(self, values: Floats, first: int) -> Floats:
+        """Modes of steps, (steps, layers, dims) -> (steps, modes)."""
+        return decode(self.config, self.weights, self.mixed(values)[None])[0]
 
     def mixed(self, values: Floats) -> Floats:
         """What the decoder gets, (steps, layers, dims) -> (steps, dims)."""
@@ -108,18 +152,6 @@ class Heard:
     def shares(self) -> Floats:
         """How much of each layer is heard, (layers,), sum 1 (Medina 2023, eq. 4.14)."""
         return softmax(self.mix)
-
-    def decoded(self, features: Features, grid: Array) -> Floats:
-        """Modes at steps, (steps,) seconds of `step_times` -> (steps, modes)."""
-        begins = range(0, len(grid), round(CHUNK * self.config.rate))
-        return np.concatenate([self._stretch(features, grid, begin) for begin in begins])
-
-    def _stretch(self, features: Features, grid: Array, begin: int) -> Floats:
-        """Modes of one stretch of steps, decoded with what is around it; memory stays bounded."""
-        around, size = round(AROUND * self.config.rate), round(CHUNK * self.config.rate)
-        first = max(begin - around, 0)
-        values = at_steps(features, grid[first : begin + size + around], self.config.rate)
-        return decode(self.config, self.weights, self.mixed(values)[None])[0, begin - first :][:size]
 
     def tensors(self) -> Tensors:
         """The decoder's weights, how features are scaled and mixed, and the encoder's identity in bytes."""
@@ -134,13 +166,9 @@ class Heard:
         modes = len(tensors["decoder_output_bias"]) // (config.widths[1] if config.decoder == "mlp" else 1)
         shapes = {f"decoder_{n}": shape for n, shape in decoder_shapes(config, dims, modes).items()}
         shapes |= {"centre": (layers, dims), "scale": (layers, dims), "mix": (layers,)}
-        for name, shape in shapes.items():
-            if tensors[name].shape != shape:
-                raise ValueError(f"{name} is {tensors[name].shape}, not {shape}")
-        real = {name: tensors[name].astype(np.float32) for name in shapes}
-        weights = {n.removeprefix("decoder_"): t for n, t in real.items() if n.startswith("decoder_")}
-        identity = tensors["identity"].astype(np.uint8).tobytes().decode()
-        return cls(config, real["centre"], real["scale"], real["mix"], weights, identity)
+        real = fitting(tensors, shapes)
+        weights = named(real, "decoder_")
+        return cls(config, real["centre"], real["scale"], real["mix"], weights, identity_in(tensors))
 
     @classmethod
     def fit(
@@ -159,27 +187,33 @@ class Heard:
         """
         from phonanim.regressors._torch_heard import fit_heard
 
-        if len(train.sounds) != len(train) or not all(train.sounds):
-            raise ModelError("an audio-driven regressor learns from recordings: give it clips with sound")
-        build: Callable[..., Self] = cls
-        return fit_heard(build, config, train, validation, rng, progress, journal)
+        check_sounds(train)
+        return fit_heard(cls, config, train, validation, rng, progress, journal)
+
+
+def check_sounds(examples: Examples) -> None:
+    """Raise ModelError when there is nothing to hear in examples."""
+    if len(examples.sounds) != len(examples) or not all(examples.sounds):
+        raise ModelError("an audio-driven regressor learns from recordings: give it clips with sound")
+
+
+def fitting(tensors: Tensors, shapes: Shapes) -> dict[str, Floats]:
+    """The tensors of these names. Raises ValueError when one is not of its shape."""
+    for name, shape in shapes.items():
+        if tensors[name].shape != shape:
+            raise ValueError(f"{name} is {tensors[name].shape}, not {shape}")
+    return {name: tensors[name].astype(np.float32) for name in shapes}
+
+
+def identity_in(tensors: Tensors) -> str:
+    """The identity of an encoder that a model was stored with."""
+    return tensors["identity"].astype(np.uint8).tobytes().decode()
 
 
 @lru_cache(maxsize=4)
 def cached_encoder(name: str) -> Encoder:
     """An encoder, read once."""
     return load_encoder(name)
-
-
-def heard_as(name: str, identity: str, sound: Sound, track: PhoneTrack | None) -> Features:
-    """Features of a sound, by the encoder that a model learned from. Raises ModelError when it is another."""
-    encoder = cached_encoder(name)
-    if encoder.identity != identity:
-        raise ModelError(
-            f"the model learned from {identity!r}, and {encoder.identity!r} is here: "
-            "set PHONANIM_ENCODERS to its weights, or train it again"
-        )
-    return listen(encoder, sound, track)
 
 
 def listen(encoder: Encoder, sound: Sound, track: PhoneTrack | None) -> Features:

@@ -21,7 +21,6 @@ from phonanim.regressors._torch_heard import Scaling, State, Steps, batches, gat
 from phonanim.regressors.facediffuser import Config, FaceDiffuser
 
 Floats = NDArray[np.float32]
-Build = Callable[..., FaceDiffuser]
 CHECKED = 5  # steps that validation clips are sampled with after each epoch
 FIRST_STAGE = "autoencoder"  # the folder of its journal
 
@@ -111,7 +110,7 @@ class Embedding(nn.Module):
 
 
 def fit_diffusion(
-    build: Build,
+    build: type[FaceDiffuser],
     config: Config,
     train: Examples,
     validation: Examples,
@@ -162,7 +161,7 @@ def fit_diffusion(
 
 def data_of(config: Any, examples: Examples) -> Steps:
     """Examples at the model's steps: the last layer of the encoder, and styles in the place of phones."""
-    steps = gathered(config, examples)
+    steps = gathered(FaceDiffuser, config, examples)
     styles = np.array(examples.styles or [0] * len(examples), np.int64)
     return replace(steps, values=steps.values[:, -1:].copy(), codes=np.repeat(styles, steps.lengths))
 

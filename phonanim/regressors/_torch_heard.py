@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -20,7 +20,7 @@ from phonanim.files import atomic_path, write_text
 from phonanim.inventory import N_PHONES
 from phonanim.regressors import CHECKPOINT, Examples, Progress
 from phonanim.regressors._decoders import decode
-from phonanim.regressors._heard import Heard, Settings, at_steps, cached_encoder, listen, step_times
+from phonanim.regressors._heard import Heard, Listener, Settings, at_steps, cached_encoder, step_times
 from phonanim.regressors._torch import seeded
 from phonanim.regressors._torch_decoders import Network, exported
 
@@ -29,6 +29,7 @@ Model = TypeVar("Model", bound=Heard)
 LONGEST_STEP = 1.0  # norm of a gradient, beyond which it is shortened: recurrent ones explode
 BLANK = N_PHONES  # the label of connectionist temporal classification that stands for no phone
 CURVE = "loss.csv"
+STILL = 1e-6  # deviation of a feature that never moved
 
 
 @dataclass(frozen=True)
@@ -51,16 +52,15 @@ class Steps:
         return np.cumsum(self.lengths) - self.lengths
 
 
-def gathered(config: Settings, examples: Examples) -> Steps:
-    """What an encoder hears in examples, and what is to be learned from it, at the model's steps."""
-    encoder = cached_encoder(config.encoder)
+def gathered(kind: type[Listener], config: Any, examples: Examples) -> Steps:
+    """What a kind of model hears in examples, and what is to be learned from it, at the model's steps."""
     values, targets, codes, segments = [], [], [], []
     for track, times, target, sound in zip(
         examples.tracks, examples.times, examples.targets, examples.sounds, strict=True
     ):
         assert sound is not None
         grid = step_times(sound.duration, config.rate)
-        values.append(at_steps(listen(encoder, sound, track), grid, config.rate).astype(np.float16))
+        values.append(at_steps(kind.listen(config, sound, track), grid, config.rate).astype(np.float16))
         targets.append(np.stack([np.interp(grid, times, mode) for mode in target.T], axis=1))
         codes.append(track.sample(grid))
         segments.append(track.segment_at(grid))
@@ -90,7 +90,9 @@ class Scaling:
         square = np.zeros_like(centre)
         for begin in range(0, len(steps.values), 8192):
             square += ((steps.values[begin : begin + 8192] - centre) ** 2).sum(axis=0)
-        scale = 1 / (np.sqrt(square / len(steps.values)) + 1e-3)
+        # What never moved says nothing, and would drown all else the first time that it does.
+        deviation = np.sqrt(square / len(steps.values))
+        scale = (deviation > STILL) / (deviation + 1e-3)
         targets = steps.targets
         low, span = targets.mean(axis=0), np.full(targets.shape[1], targets.std())
         if config.normalize == "minmax":
@@ -99,7 +101,7 @@ class Scaling:
 
 
 def fit_heard(
-    build: Callable[..., Model],
+    build: type[Model],
     config: Settings,
     train: Examples,
     validation: Examples,
@@ -115,8 +117,8 @@ def fit_heard(
     """
     seed = int(rng.integers(2**31))
     seeded(np.random.default_rng(seed))
-    steps = gathered(config, train)
-    held_out = gathered(config, validation) if len(validation) else None
+    steps = gathered(build, config, train)
+    held_out = gathered(build, config, validation) if len(validation) else None
     scaling = Scaling.of(config, steps)
     layers, dims = steps.values.shape[1:]
     network = Network(config, layers, dims, steps.targets.shape[1])

@@ -11,7 +11,6 @@ model's steps, where the thesis concatenates pairs of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import partial
@@ -21,18 +20,17 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.audio import Sound
 from phonanim.encoders import Features
 from phonanim.errors import ModelError
 from phonanim.neural import named
-from phonanim.phones import PhoneTrack
-from phonanim.regressors import Driver, Examples, Progress, Tensors
+from phonanim.regressors import Examples, Progress, Tensors
 from phonanim.regressors._diffusion import EMBEDDINGS, MASKS, absent, embed, noise_of, sample, shapes_of
-from phonanim.regressors._heard import AROUND, CHUNK, at_steps, between, heard_as, step_times
+from phonanim.regressors._heard import Listener, check_sounds, fitting, identity_in
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 UNHEARD = 10**6  # the turn whose noise stands for no sound, beyond all turns of sampling
+BEYOND = 5  # steps that are sampled after the last one
 
 
 @dataclass(frozen=True)
@@ -103,7 +101,7 @@ def _check_name(key: str, value: str, known: tuple[str, ...]) -> None:
 
 
 @dataclass(frozen=True)
-class FaceDiffuser:
+class FaceDiffuser(Listener):
     """A trained model: `centre` and `scale` (1, dims) of the features, `low` and `span` (modes,) of targets.
 
     `weights` are the network's (regressors/_diffusion.py), `identity` is the encoder's that it learned from.
@@ -117,43 +115,28 @@ class FaceDiffuser:
     weights: dict[str, Floats]
     identity: str
 
-    driven_by: ClassVar[Driver] = "audio"
     config_class: ClassVar[type] = Config
-    resumable: ClassVar[bool] = True
-
-    def predict(self, track: PhoneTrack | None, times: Array, sound: Sound | None = None) -> Floats:
-        """Modes at instants of a sound, (times,) seconds -> (times, modes), interpolated between steps.
-
-        The same configuration, seed included, gives the same bytes. Raises ModelError when the encoder is
-        not the one that the model learned from.
-        """
-        if sound is None:
-            raise ModelError("an audio-driven model needs a recording")
-        features = heard_as(self.config.encoder, self.identity, sound, track)
-        grid = step_times(sound.duration, self.config.rate)
-        return between(self.sampled(features, grid), (times - grid[0]) * self.config.rate)
 
     def changed(self, **settings: Any) -> FaceDiffuser:
         """The same model with another `seed`, `steps`, `guidance` or `style`. Raises ModelError."""
         return replace(self, config=replace(self.config, **settings))
 
-    def sampled(self, features: Features, grid: Array) -> Floats:
-        """Modes at steps, (steps,) seconds of `step_times` -> (steps, modes)."""
-        begins = range(0, len(grid), round(CHUNK * self.config.rate))
-        return np.concatenate([self._stretch(features, grid, begin) for begin in begins])
+    def decoded(self, features: Features, grid: Array) -> Floats:
+        """Modes at steps, (steps,) seconds of `step_times` -> (steps, modes).
 
-    def _stretch(self, features: Features, grid: Array, begin: int) -> Floats:
-        """Modes of one stretch of steps, sampled with what is around it; memory stays bounded."""
-        around, size = round(AROUND * self.config.rate), round(CHUNK * self.config.rate)
-        first = max(begin - around, 0)
-        values = self.normal(at_steps(features, grid[first : begin + size + around], self.config.rate))
+        What sees the noise looks a step ahead, and makes the last one jump: a few more are sampled.
+        """
+        return super().decoded(features, onward(grid, self.config.rate))[: len(grid)]
+
+    def stretch(self, values: Floats, first: int) -> Floats:
+        """Modes of steps from the step `first` on, (steps, layers, dims) -> (steps, modes)."""
+        values = self.normal(values)
         noise = partial(self.noise, first=first, count=len(values))
         heard, unheard = self.embedded(values[None]), None
         if self.config.guidance != 1:
             rng = np.random.default_rng([self.config.seed, UNHEARD, first])
             unheard = self.embedded(absent(self.config.masking, (1, *values.shape), rng))
-        found = sample(self.config, self.weights, heard, noise, unheard)
-        return self.unscaled(found)[0, begin - first :][:size]
+        return self.unscaled(sample(self.config, self.weights, heard, noise, unheard)[0])
 
     def noise(self, turn: int, first: int, count: int) -> Floats:
         """Noise of some steps at one turn of the sampling, (1, count, modes)."""
@@ -183,13 +166,10 @@ class FaceDiffuser:
         dims, modes = tensors["centre"].shape[1], len(tensors["low"])
         shapes = {f"network_{name}": shape for name, shape in shapes_of(config, dims, modes).items()}
         shapes |= {"centre": (1, dims), "scale": (1, dims), "low": (modes,), "span": (modes,)}
-        for name, shape in shapes.items():
-            if tensors[name].shape != shape:
-                raise ValueError(f"{name} is {tensors[name].shape}, not {shape}")
-        real = {name: tensors[name].astype(np.float32) for name in shapes}
-        identity = tensors["identity"].astype(np.uint8).tobytes().decode()
+        real = fitting(tensors, shapes)
         scaling = {name: real[name] for name in ("centre", "scale", "low", "span")}
-        return cls(config=config, weights=named(real, "network_"), identity=identity, **scaling)
+        weights, identity = named(real, "network_"), identity_in(tensors)
+        return cls(config=config, weights=weights, identity=identity, **scaling)
 
     @classmethod
     def fit(
@@ -209,15 +189,18 @@ class FaceDiffuser:
         """
         from phonanim.regressors._torch_diffusion import fit_diffusion
 
-        if len(train.sounds) != len(train) or not all(train.sounds):
-            raise ModelError("an audio-driven regressor learns from recordings: give it clips with sound")
+        check_sounds(train)
         told = {*train.styles, *validation.styles}
         if told - set(range(config.styles)):
             raise ModelError(
                 f"facediffuser: the examples have style {max(told)}; set styles to {max(told) + 1} or more"
             )
-        build: Callable[..., FaceDiffuser] = cls
-        return fit_diffusion(build, config, train, validation, rng, progress, journal)
+        return fit_diffusion(cls, config, train, validation, rng, progress, journal)
+
+
+def onward(grid: Array, rate: float) -> Array:
+    """Steps that go on for a little after the last one, (steps,) seconds -> (steps + BEYOND,)."""
+    return np.append(grid, grid[-1] + np.arange(1, BEYOND + 1) / rate)
 
 
 REGRESSOR = FaceDiffuser

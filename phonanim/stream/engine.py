@@ -16,6 +16,7 @@ from phonanim.errors import OptionError, StreamError
 from phonanim.labels import is_silent
 from phonanim.language import to_phones
 from phonanim.options import Options
+from phonanim.regressors import NEEDS
 from phonanim.stream.events import Event, Phone, Tick
 
 REACH = float(EDGES[-1])  # seconds to either side that the features look at
@@ -51,7 +52,12 @@ class PhoneStream:
         refuse_what_needs_the_whole(self.options)
         self.model = load_model(self.options.model)
         self.rig = load_cached_rig(self.options.rig)
-        if self.model.regressor.driven_by != "phones":
+        driver = self.model.regressor.driven_by
+        if driver == "both":
+            raise OptionError(
+                f"model {self.options.model} needs {NEEDS[driver]}, and cannot be streamed; choose another"
+            )
+        if driver == "audio":
             raise OptionError(f"model {self.options.model} hears; stream audio to it instead of phones")
 
     @property
@@ -66,8 +72,8 @@ class PhoneStream:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Nothing is odd about phones that was not told when they came."""
-        return ()
+        """Whether nothing came; what else is odd about phones was told when they came."""
+        return ("no phone came",) * (self.heard_until == 0)
 
     def rehearse(self) -> None:
         """Make a frame that nobody sees, so that the first one takes no longer than the others."""

@@ -1,0 +1,97 @@
+"""Sound and phones together: the models that hear (regressors/_heard.py), told what is said as well.
+
+Beside the features of an encoder, at every step, stands the phone context of the models that read
+(phonanim/context.py). What is heard tells how a line was spoken, what is read tells of closures that make
+no sound and of what is still to come.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.audio import Sound
+from phonanim.context import context_features
+from phonanim.encoders import Features
+from phonanim.errors import ModelError
+from phonanim.features import CONTEXT
+from phonanim.phones import PhoneTrack
+from phonanim.regressors import Driver
+from phonanim.regressors._heard import Heard, Settings
+
+Array = NDArray[np.float64]
+Floats = NDArray[np.float32]
+SILENCE = 0  # code
+
+
+@dataclass(frozen=True)
+class Config(Settings):
+    """The settings of models that hear; `beside` is the phone context, one of phonanim.features.CONTEXT."""
+
+    beside: str = "gestures"
+
+    def __post_init__(self) -> None:
+        if self.beside not in CONTEXT:
+            raise ModelError(f"hybrid: beside is {self.beside!r}; take {', '.join(CONTEXT)}")
+
+
+@dataclass(frozen=True)
+class Beside(Features):
+    """Features of a sound with the context of the phones of a track in every layer."""
+
+    track: PhoneTrack
+    kind: str
+
+    def at(self, times: Array, span: float = 0.0) -> Floats:
+        """Both at instants, (times,) seconds -> (times, layers, dims + columns)."""
+        heard = super().at(times, span)
+        said = context_features(self.track, times, self.kind)
+        return np.concatenate([heard, np.repeat(said[:, None], heard.shape[1], axis=1)], axis=2)
+
+
+@dataclass(frozen=True)
+class Hybrid(Heard):
+    """A trained model."""
+
+    driven_by: ClassVar[Driver] = "both"
+    config_class: ClassVar[type] = Config
+
+    def predict(self, track: PhoneTrack | None, times: Array, sound: Sound | None = None) -> Floats:
+        """Modes at instants of a track and its sound, (times,) seconds -> (times, modes).
+
+        Whichever ends first is silent until the other ends. Raises ModelError when either is missing, or
+        the encoder is not the one that the model learned from.
+        """
+        if track is None or sound is None:
+            raise ModelError("a hybrid model needs an alignment and a recording")
+        return super().predict(track, times, sound_until(sound, track.duration))
+
+    @classmethod
+    def listen(cls, config: Any, sound: Sound, track: PhoneTrack | None) -> Features:
+        """What is heard of a sound, and read of its track."""
+        assert track is not None
+        heard = super().listen(config, sound, track)
+        said = track_until(track, sound.duration)
+        return Beside(heard.values, heard.rate, heard.start, said, config.beside)
+
+
+def sound_until(sound: Sound, end: float) -> Sound:
+    """A sound with silence after it up to some second, if it is shorter."""
+    missing = round((end - sound.duration) * sound.rate)
+    return Sound(np.pad(sound.samples, (0, missing)), sound.rate) if missing > 0 else sound
+
+
+def track_until(track: PhoneTrack, end: float) -> PhoneTrack:
+    """A track whose last silence lasts, or that is silent, up to some second, if it is shorter."""
+    if end <= track.duration:
+        return track
+    if track.codes[-1] == SILENCE:
+        return replace(track, bounds=np.append(track.bounds[:-1], end))
+    codes = np.append(track.codes, np.uint8(SILENCE))
+    return PhoneTrack(codes, np.append(track.bounds, end), (*track.labels, ""))
+
+
+REGRESSOR = Hybrid
