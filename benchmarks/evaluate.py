@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from phonanim import contacts, metrics, regressors
 from phonanim.audio import read_sound
+from phonanim.comparison.ema import ema_modes
 from phonanim.corpus import Corpus, load_corpus
 from phonanim.ema import Utterance, load_utterances
 from phonanim.face import FaceModel, fit_face, lip_aperture, lip_protrusion, lip_width
@@ -198,12 +199,7 @@ def ema(model: regressors.Model, utterances: list[Utterance], closing: bool) -> 
     """Lip aperture against the distance of lip sensors, over speech: per utterance, and their mean."""
     found = []
     for utterance in utterances:
-        modes = model.regressor.predict(utterance.track, utterance.times)
-        if closing:
-            modes = contacts.close(
-                modes, utterance.track, model.face, utterance.fps, float(utterance.times[0])
-            )
-        aperture = lip_aperture(model.face.instance(modes), model.face)
+        aperture = lip_aperture(model.face.instance(ema_modes(model, utterance, closing)), model.face)
         found.append(metrics.correlation(aperture[utterance.speech], utterance.aperture[utterance.speech]))
     return {
         "aperture_r_mean": float(np.mean(found)),
