@@ -2,8 +2,10 @@
 
     python benchmarks/audio.py run benchmarks/audio.toml --json work/audio.json
     python benchmarks/audio.py table benchmarks/audio.toml work/audio.json
+    python benchmarks/audio.py shares benchmarks/audio.toml work/audio.json -o docs/images/layer_shares.png
     python benchmarks/audio.py encoding examples/line.wav mfcc whisper phones
     python benchmarks/audio.py layers models/phisanet -o work/layers.png
+    python benchmarks/audio.py epoch
 
 All are reimplementations from the theses, trained on a few hundred sentences of one speaker: what they
 reach here says nothing of the authors' own systems. `run` goes on where it was cut off.
@@ -14,21 +16,24 @@ from __future__ import annotations
 import json
 import sys
 import time
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
+from audio_tables import Row, Seeds, ablation, decoders, print_rows
+from numpy.typing import NDArray
 
 from phonanim import regressors
 from phonanim.audio import Sound, read_sound, resample
 from phonanim.corpus import load_corpus
 from phonanim.encoders import HOP, RATE, load_encoder
 from phonanim.face import FaceModel, fit_face, lip_aperture, lip_width
+from phonanim.files import atomic_path, write_text
 from phonanim.metrics import correlation, vertex_error
 from phonanim.regressors import make_config, regressor_class
 from phonanim.regressors._heard import Heard, step_times
-from phonanim.statistics import bootstrap_interval, mean_rows
 from phonanim.threads import one_thread
 from phonanim.training import examples, predict_clip
 
@@ -38,19 +43,6 @@ else:
     import tomli as tomllib
 
 ROOT = Path(__file__).parent.parent
-SEED = 1
-COLUMNS = {
-    "vertex_error_mm": "vertex error, mm",
-    "interval": "95 % interval",
-    "aperture_r": "aperture r",
-    "width_r": "width r",
-    "parameters": "parameters",
-    "decoding_ms": "decoding, ms a second of speech",
-    "latency_ms": "latency of the decoder, ms",
-    "epochs": "epochs",
-    "training_s": "training, processor s",
-}
-DIGITS = {"vertex_error_mm": 3, "aperture_r": 3, "width_r": 3, "decoding_ms": 1, "training_s": 0}
 
 
 @click.group(help=__doc__)
@@ -65,49 +57,68 @@ def main() -> None:
     "--json", "output", required=True, type=click.Path(path_type=Path), help="Where the rows are kept."
 )
 @click.option("--only", help="Names of variants, separated by commas.")
-def run(config: Path, folder: Path, output: Path, only: str | None) -> None:
-    """Train and measure every variant that the JSON file does not have yet."""
-    table = tomllib.loads(config.read_text("utf-8"))
+@click.option("--seed", "seeds", multiple=True, type=int, help="Only these of the seeds; may be repeated.")
+def run(config: Path, folder: Path, output: Path, only: str | None, seeds: tuple[int, ...]) -> None:
+    """Train and measure every variant and seed that the JSON file does not have yet."""
+    plan = tomllib.loads(config.read_text("utf-8"))
     corpus = load_corpus(folder)
     train = corpus.clips_of("train")
     face = fit_face(corpus.landmarks[corpus.rows(train)], corpus.indices)
     shuffled = np.random.default_rng(0).permutation(train)  # as benchmarks/evaluate.py splits it
     held_out, rest = np.sort(shuffled[:89]), np.sort(shuffled[89:])
     learned, checked = (examples(corpus, face, clips, heard=True) for clips in (rest, held_out))
-    rows = json.loads(output.read_text()) if output.exists() else {}
-    for name, changes in table["variants"].items():
-        if name in rows or (only and name not in only.split(",")):
+    chosen = {n: v for n, v in variants(plan).items() if not only or n in only.split(",")}
+    for seed, (name, values) in product(seeds or plan["seeds"], chosen.items()):
+        if str(seed) in read_rows(output).get(key_of(values), {}):
             continue
-        settings = make_config("two_stage", {**table["base"], **changes}, name)
         before, epochs = time.process_time(), []
         fit: Any = regressor_class("two_stage").fit
-        model = fit(settings, learned, checked, np.random.default_rng(SEED), epochs.append)
-        spent = time.process_time() - before
-        measured = measure(model, corpus, face, held_out)
-        rows[name] = measured | {"epochs": len(epochs) - 1, "training_s": spent, "settings": changes}
-        output.write_text(json.dumps(rows, indent=1) + "\n")
-        print(
-            f"{name:<36}",
-            {key: rows[name][key] for key in ("vertex_error_mm", "aperture_r", "training_s")},
-            flush=True,
-        )
+        settings = make_config("two_stage", values, name)
+        model = fit(settings, learned, checked, np.random.default_rng(seed), epochs.append)
+        spent = {"epochs": len(epochs) - 1, "training_s": time.process_time() - before}
+        add_row(output, key_of(values), seed, measure(model, corpus, face, held_out) | spent)
+        print(f"{seed} {name:<36} {spent['training_s']:.0f} s", flush=True)
 
 
-def measure(model: Heard, corpus: Any, face: FaceModel, clips: np.ndarray) -> dict[str, Any]:
+def variants(plan: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """All settings of each variant, those of the decoders by each encoder among them."""
+    found = {name: {**plan["base"], **changes} for name, changes in plan["variants"].items()}
+    for encoder, name in product(plan["decoders"]["encoders"], plan["decoders"]["names"]):
+        found[f"{name} {encoder}"] = {**found[name], "encoder": encoder}
+    return found
+
+
+def key_of(values: dict[str, Any]) -> str:
+    """What rows are kept by: variants of the same settings share theirs."""
+    return json.dumps(values, sort_keys=True)
+
+
+def read_rows(output: Path) -> dict[str, Seeds]:
+    """What has been measured so far, by settings and seed."""
+    return dict(json.loads(output.read_text("utf-8"))) if output.exists() else {}
+
+
+def add_row(output: Path, key: str, seed: int, row: Row) -> None:
+    """Keep a row."""
+    rows = read_rows(output)
+    rows.setdefault(key, {})[str(seed)] = row
+    write_text(output, json.dumps(rows, indent=1) + "\n")
+
+
+def measure(model: Heard, corpus: Any, face: FaceModel, clips: NDArray[np.int64]) -> Row:
     """Errors on clips, and what the decoder costs."""
     predicted = [face.instance(predict_clip(model, corpus, int(clip))) for clip in clips]
     captured = [corpus.landmarks[corpus.rows([clip])] for clip in clips]
-    errors = np.array([vertex_error(p, c, face).mean() for p, c in zip(predicted, captured, strict=True)])
+    errors = [float(vertex_error(p, c, face).mean()) for p, c in zip(predicted, captured, strict=True)]
     shapes, known = np.concatenate(predicted), np.concatenate(captured)
-    low, high = bootstrap_interval(mean_rows(errors), np.random.default_rng(0))
     return {
-        "vertex_error_mm": float(errors.mean()),
-        "interval": f"{low:.3f} to {high:.3f}",
+        "errors_mm": errors,
         "aperture_r": correlation(lip_aperture(shapes, face), lip_aperture(known, face)),
         "width_r": correlation(lip_width(shapes, face), lip_width(known, face)),
         "parameters": sum(tensor.size for tensor in model.weights.values()),
         "decoding_ms": decoding_ms(model, read_sound(corpus.audio[int(clips[0])])),
         "latency_ms": latency(model),
+        "shares": [float(share) for share in model.shares],
     }
 
 
@@ -136,18 +147,13 @@ def latency(model: Heard) -> str:
 @click.argument("results", type=click.Path(exists=True, path_type=Path))
 def table(config: Path, results: Path) -> None:
     """Print the tables of the rows at hand, as Markdown."""
-    rows = json.loads(results.read_text("utf-8"))
-    for title, names in tomllib.loads(config.read_text("utf-8"))["tables"].items():
-        print(f"\n### {title}\n\n| variant | " + " | ".join(COLUMNS.values()) + " |")
-        print("|---|" + "---:|" * len(COLUMNS))
-        for name in names:
-            if name in rows:
-                print(f"| {name} | " + " | ".join(cell(key, rows[name][key]) for key in COLUMNS) + " |")
-
-
-def cell(key: str, value: Any) -> str:
-    """A number as the table shows it."""
-    return f"{value:.{DIGITS[key]}f}" if key in DIGITS else f"{value:,}" if isinstance(value, int) else value
+    plan, rows = tomllib.loads(config.read_text("utf-8")), read_rows(results)
+    known = {name: rows[key_of(v)] for name, v in variants(plan).items() if key_of(v) in rows}
+    for title, names in plan["tables"].items():
+        if names[0] in known:
+            print_rows(title, ablation([name for name in names if name in known], known))
+    if plan["decoders"]["base"] in known:
+        print_rows("Decoders (Table 3.1)", decoders(plan["decoders"], known))
 
 
 @main.command()
@@ -174,23 +180,64 @@ def encoding(recording: Path, encoders: tuple[str, ...]) -> None:
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="A picture of them; needs matplotlib.")
 def layers(folder: Path, output: Path | None) -> None:
     """Show how much of each layer of its encoder a model hears (Medina 2023, Figures 4.14 and 4.15)."""
-    model = regressors.load(folder).regressor
-    shares = model.shares  # type: ignore[attr-defined]
-    for number, share in enumerate(shares):
+    model: Any = regressors.load(folder).regressor
+    for number, share in enumerate(model.shares):
         print(f"layer {number}: {share:.3f}")
     if output:
-        draw(shares, str(model.config.encoder), output)
+        draw({folder.name: model.shares[None]}, model.config.encoder, output)
 
 
-def draw(shares: np.ndarray, encoder: str, output: Path) -> None:
-    """A bar for each layer."""
+@main.command()
+@click.argument("config", type=click.Path(exists=True, path_type=Path))
+@click.argument("results", type=click.Path(exists=True, path_type=Path))
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The picture.")
+def shares(config: Path, results: Path, output: Path) -> None:
+    """Draw the shares of layers of every variant that learns them, in every seed; print their means."""
+    plan, rows = tomllib.loads(config.read_text("utf-8")), read_rows(results)
+    found = {
+        name: np.array([row["shares"] for row in rows[key_of(values)].values()])
+        for name, values in variants(plan).items()
+        if values["inputs"] == "all_enc" and key_of(values) in rows
+    }
+    for name, seeds in found.items():
+        print(f"{name:<28}", *(f"{share:.3f}" for share in seeds.mean(axis=0)), f"seeds: {len(seeds)}")
+    draw(found, plan["base"]["encoder"], output)
+
+
+def draw(found: dict[str, NDArray[np.float64]], encoder: str, output: Path) -> None:
+    """A panel for each name: bars of the means of its seeds, (seeds, layers), and a dot for each seed."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(5, 3), layout="constrained")
-    axes = figure.add_subplot()
-    axes.bar(np.arange(len(shares)), shares)
-    axes.set(xlabel=f"layer of {encoder}", ylabel="share", xticks=np.arange(len(shares)))
-    figure.savefig(output, dpi=150)
+    figure = Figure(figsize=(1 + 2.2 * len(found), 3), layout="constrained")
+    panels = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
+    for axes, (name, seeds) in zip(panels, found.items(), strict=True):
+        numbers = np.arange(seeds.shape[1])
+        axes.bar(numbers, seeds.mean(axis=0), color="0.8")
+        axes.plot(numbers, seeds.T, "o", color="C0", markersize=4)
+        axes.axhline(1 / len(numbers), color="0.4", linewidth=1, linestyle="--")
+        axes.set(title=name, xticks=numbers, xlabel=f"layer of {encoder}")
+    panels[0].set_ylabel("share; dashed: equal")
+    output.parent.mkdir(parents=True, exist_ok=True)
+    with atomic_path(output) as unfinished:
+        figure.savefig(unfinished, dpi=110, metadata={"Software": None})
+
+
+@main.command()
+@click.option("--corpus", "folder", default=ROOT / "work/corpus", type=click.Path(path_type=Path))
+@click.option("--clips", "count", default=32, help="How many clips are learned from once.")
+def epoch(folder: Path, count: int) -> None:
+    """Say what PhISANet costs at its published size, 5 layers of 1024 units each way; it is not trained."""
+    corpus = load_corpus(folder)
+    train = corpus.clips_of("train")
+    face = fit_face(corpus.landmarks[corpus.rows(train)], corpus.indices)
+    learned, checked = (examples(corpus, face, clips, heard=True) for clips in (train[:count], train[:1]))
+    settings = make_config("phisanet", {"epochs": 1}, "published")
+    before = time.process_time()
+    fit: Any = regressor_class("phisanet").fit
+    model = fit(settings, learned, checked, np.random.default_rng(0), lambda done: None)
+    spent = (time.process_time() - before) * len(train) / count / 60
+    size = sum(tensor.size for tensor in model.weights.values())
+    print(f"{size:,} parameters, {spent:.0f} minutes of a processor for each epoch of {len(train)} clips")
 
 
 if __name__ == "__main__":
