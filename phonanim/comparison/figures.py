@@ -146,7 +146,51 @@ def _cost(figure: Any, document: Document, variant: str) -> None:
     axes.set_xscale("log")
     axes.set_xlabel("frames per second of one thread (the area of a dot is the model's size)")
     axes.set_ylabel(heading("shape_mse"))
-    _label(axes, document, ends)
+    _beside(axes, document, ends)
+
+
+def _beside(axes: Any, document: Document, ends: dict[str, tuple[float, float]]) -> None:
+    """Names beside their dots: as near as can be without covering another name or a dot."""
+    from matplotlib.transforms import Bbox
+
+    axes.margins(0.08)
+    axes.figure.canvas.draw()  # until then nothing has its place
+    dots = axes.transData.transform(list(ends.values()))
+    taken = [Bbox.from_bounds(x - 6, y - 6, 12, 12) for x, y in dots]
+    for (name, end), (x, y) in zip(ends.items(), dots, strict=True):
+        colour = _colour(document, name)
+        text = axes.annotate(name, end, (0, 0), textcoords="offset pixels", fontsize="small", color=colour)
+        text.set_in_layout(False)
+        at = text.get_window_extent()
+        places = [
+            Bbox.from_bounds(x + dx, y + dy, at.width, at.height) for dx, dy in shifts(at.width, at.height)
+        ]
+        free = [box for box in places if not box.count_overlaps(taken) and _inside(box, axes.bbox)]
+        taken.append(free[0] if free else places[0])
+        text.set_position((taken[-1].x0 - at.x0, taken[-1].y0 - at.y0))
+
+
+def _inside(box: Any, whole: Any) -> bool:
+    return bool(box.x0 > whole.x0 and box.x1 < whole.x1 and box.y0 > whole.y0 and box.y1 < whole.y1)
+
+
+def shifts(width: float, height: float) -> list[tuple[float, float]]:
+    """Where a name may stand from its dot, in pixels, the nearest first: right, left, above, below."""
+    rings = [8.0 + 7.0 * ring for ring in range(8)]
+    return [
+        place
+        for reach in rings
+        for place in (
+            (reach, -height / 2),
+            (-reach - width, -height / 2),
+            (-width / 2, reach),
+            (-width / 2, -reach - height),
+            (reach * 0.7, reach * 0.7),
+            (reach * 0.7, -reach * 0.7 - height),
+            (-reach * 0.7 - width, reach * 0.7),
+            (-reach * 0.7 - width, -reach * 0.7 - height),
+        )
+    ]
 
 
 def _conditions(figure: Any, document: Document, variant: str) -> None:
