@@ -316,6 +316,29 @@ def test_what_is_no_recording(ears: str, tmp_path: Path, capfd: pytest.CaptureFi
     assert "a.wav: is no recording that can be read" in err
 
 
+def test_a_recording_of_nothing(ears: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path / "a.wav", np.zeros(0))
+    assert run(["stream", str(path), "--model", ears]) == 2
+    said = capfd.readouterr().err.splitlines()
+    assert said[1:] == [f"phonanim: {path}: holds no sound; record it again"]
+
+
+def test_a_recording_that_is_cut_short(ears: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path / "a.wav", speech(1.0))
+    path.write_bytes(path.read_bytes()[: 44 + 16000])
+    assert run(["stream", str(path), "--model", ears]) == 0
+    out, err = capfd.readouterr()
+    assert "the recording is cut short: 0.50 s of 1.00 are there; copy it again" in err
+    assert len(frames(out)) == 31
+
+
+def test_a_recording_for_a_model_that_reads(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path / "a.wav", speech(0.1))
+    assert run(["stream", str(path)]) == 2
+    expected = f"{path}: is a recording, and default reads phones; choose a --model of kind cnn or tcn"
+    assert capfd.readouterr().err == f"phonanim: {expected}\n"
+
+
 def test_raw_samples(ears: str, root: Path) -> None:
     data = (speech(0.5) * 32767).astype("<i2").tobytes()
     process = started("--model", ears, "-q", cwd=root)

@@ -96,6 +96,7 @@ def test_an_empty_stream_has_no_frames() -> None:
     stream = PhoneStream(ENGLISH)
     stream.end()
     assert stream.frames().shape == (0, 52)
+    assert stream.remarks == ("no phone came",)
 
 
 @pytest.mark.parametrize(

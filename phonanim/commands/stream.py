@@ -104,8 +104,9 @@ def command(
     finally:
         for sink in tuple(player.sinks):
             sink.close()
-        for line in (*sentences(player.tally, named), *engine.remarks):
-            talk.say(line)
+        if player.tally.frames or engine.ended:
+            for line in (*sentences(player.tally, named), *engine.remarks):
+                talk.say(line)
         talk.event("end", **facts(player))
     if not player.sinks:
         raise click.exceptions.Exit(1)
@@ -116,6 +117,8 @@ def prepared(
 ) -> tuple[Engine, Iterator[Event], float | None]:
     """What makes frames, what comes in, and how far ahead frames look."""
     from phonanim.animate import load_model
+    from phonanim.errors import OptionError
+    from phonanim.sources import is_recording
     from phonanim.stream import inputs
     from phonanim.stream.engine import PhoneStream
     from phonanim.stream.sound import SoundStream
@@ -132,6 +135,10 @@ def prepared(
     events: Iterator[Event]
     if source == "-":
         events = inputs.json_lines(STDIN)
+    elif is_recording(Path(source)):
+        raise OptionError(
+            f"{source}: is a recording, and {options.model} reads phones; choose a --model of kind cnn or tcn"
+        )
     elif inputs.is_lines(Path(source)):
         events = inputs.json_lines(os.open(source, os.O_RDONLY))
     else:
