@@ -272,3 +272,7 @@ def test_other_tools(tmp_path: Path) -> None:
 def test_a_report_of_nothing(tmp_path: Path) -> None:
     with pytest.raises(ModelError, match=r"benchmark.json: cannot be read as a comparison .*; run it first"):
         read_document(tmp_path)
+    (tmp_path / "benchmark").mkdir()
+    (tmp_path / "benchmark/benchmark.json").write_text('{"models": {}}')
+    with pytest.raises(ModelError, match=r"was written by an older version; run the comparison again"):
+        read_document(tmp_path)

@@ -35,12 +35,14 @@ def write_document(document: Document, folder: Path) -> Path:
 
 
 def read_document(folder: Path) -> Document:
-    """The document that `write_document` wrote. Raises ModelError when it is not there."""
+    """The document that `write_document` wrote. Raises ModelError when it is not there, or an older one."""
     path = folder / DATA / "benchmark.json"
     try:
         found: Document = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise ModelError(f"{path}: cannot be read as a comparison ({error}); run it first") from error
+    if "effort" not in found:
+        raise ModelError(f"{path}: was written by an older version; run the comparison again")
     return found
 
 
@@ -128,8 +130,11 @@ def _conditions(document: Document, plan: Plan) -> list[str]:
     for measure in SHORT:
         asked = document, "raw", "all", measure
         parts += [f"### Under each condition: {tables.heading(measure)}"]
-        parts += [markdown(tables.under_conditions(*asked)), "Against the model's own clean score:"]
-        parts += [markdown(tables.losses(*asked)), "Under the same condition:"]
+        parts += [
+            markdown(tables.under_conditions(*asked)),
+            "Each change of the model's own clean score, and its p:",
+        ]
+        parts += [markdown(tables.losses(*asked)), "Each difference under the same condition, and its p:"]
         parts += [markdown(tables.under_conditions_against(*asked))]
     parts += [f"### Under each condition: {tables.heading('aperture_r')}, in speech alone"]
     parts += [markdown(tables.under_conditions(document, "raw", "speech", "aperture_r"))]
