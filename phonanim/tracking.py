@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import tee
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from phonanim.corpus import PUPIL_DISTANCE_MM, PUPILS, RIGID
 from phonanim.errors import CorpusError, MissingExtraError
+from phonanim.face import OUTER_LIPS
 from phonanim.stderr import silent_stderr
 from phonanim.video import Film, Frame, read_frames
 
@@ -87,6 +89,7 @@ def mediapipe_tracker(indices: NDArray[np.int64]) -> Tracker:
     def follow(frames: Iterable[Frame]) -> Iterator[Array | None]:
         with silent_stderr():
             mesh = face_mesh.FaceMesh(max_num_faces=1, refine_landmarks=True)
+            mesh.process(np.zeros((64, 64, 3), np.uint8))  # its threads talk as they start
         with mesh:
             for frame in frames:
                 with silent_stderr():
@@ -122,42 +125,75 @@ def aam_tracker(folder: Path) -> Tracker:
 def track_film(film: Film, tracker: Tracker, progress: Callable[[float], None] = lambda done: None) -> Track:
     """Follow the face through a film; short gaps are bridged.
 
-    A frame in which the face jumps is rejected like one in which it is not found. Raises CorpusError when
-    no frame has a face, or none for longer than LONGEST_GAP.
+    A frame in which the face jumps, or its mouth leaves the picture, is rejected like one in which it is
+    not found. Raises CorpusError when no frame has a face, none for longer than LONGEST_GAP, or the film
+    goes on with a face at another place.
     """
     found: list[Array | None] = []
-    for number, points in enumerate(tracker.follow(read_frames(film.path)), 1):
+    rejected: dict[int, str] = {}
+    followed, seen = tee(read_frames(film.path))
+    for number, (points, frame) in enumerate(zip(tracker.follow(followed), seen, strict=True)):
         found.append(points)
-        progress(number / film.frames)
-    rejected = {number: tracker.miss for number, points in enumerate(found) if points is None}
+        if points is None:
+            rejected[number] = tracker.miss
+        elif leaves(points, tracker.indices, frame):
+            rejected[number] = "the mouth leaves the picture"
+        progress(min(1.0, (number + 1) / film.frames))
     if len(rejected) == len(found):
-        raise CorpusError(f"{film.path}: {tracker.miss} in any frame; the face must be seen from the front")
+        why = rejected[0]
+        raise CorpusError(f"{film.path}: {why} in any frame; the whole face must be seen from the front")
     blank = np.full((len(tracker.indices), 3), np.nan)
     landmarks = np.stack([blank if points is None else points for points in found])
+    landmarks[list(rejected)] = np.nan
     rejected |= dict.fromkeys(jumps(landmarks, tracker.indices, float(film.rate)), "the face jumped")
     landmarks[list(rejected)] = np.nan
     check_gaps(film, rejected)
+    check_cuts(film, landmarks, tracker.indices)
     return Track(bridged(landmarks), dict(sorted(rejected.items())))
 
 
 def jumps(landmarks: Array, indices: NDArray[np.int64], rate: float) -> list[int]:
     """Frames in which the rigid landmarks are far from those before and after, though these agree."""
-    middle = landmarks[:, _rows(indices, RIGID), :2].mean(axis=1)
-    allowed = LARGEST_JUMP * _pupils(landmarks, indices) * max(1.0, 25 / rate)
-    steps = np.linalg.norm(np.diff(middle, axis=0), axis=1)
+    steps, allowed = _steps(landmarks, indices, rate)
     far = steps > allowed
     return [int(n) + 1 for n in np.flatnonzero(far[:-1] & far[1:])]
 
 
-def check_gaps(film: Film, rejected: Iterable[int]) -> None:
+def check_cuts(film: Film, landmarks: Array, indices: NDArray[np.int64]) -> None:
+    """Raises CorpusError where the face is at another place from one known frame to the next."""
+    known = np.flatnonzero(np.isfinite(landmarks[:, 0, 0]))
+    steps, allowed = _steps(landmarks[known], indices, float(film.rate))
+    far = np.flatnonzero(steps > allowed * np.diff(known))
+    if len(far):
+        frame = int(known[far[0] + 1])
+        raise CorpusError(
+            f"{film.path}: the face is at another place from frame {frame} on, "
+            f"{frame / float(film.rate):.2f} s (a cut, or a second person); cut the film there"
+        )
+
+
+def leaves(points: Array, indices: NDArray[np.int64], frame: Frame) -> bool:
+    """Whether a part of the lips lies outside a frame."""
+    lips = points[_rows(indices, OUTER_LIPS), :2]
+    return bool((lips < 0).any() or (lips > [frame.shape[1], frame.shape[0]]).any())
+
+
+def _steps(landmarks: Array, indices: NDArray[np.int64], rate: float) -> tuple[Array, float]:
+    """How far the rigid landmarks move from frame to frame, and how far a head does: pixels."""
+    middle = landmarks[:, _rows(indices, RIGID), :2].mean(axis=1)
+    allowed = LARGEST_JUMP * _pupils(landmarks, indices) * max(1.0, 25 / rate)
+    return np.linalg.norm(np.diff(middle, axis=0), axis=1), allowed
+
+
+def check_gaps(film: Film, rejected: Mapping[int, str]) -> None:
     """Raises CorpusError naming the first run of rejected frames that is too long to bridge."""
     frames = np.array(sorted(rejected), int)
     for run in np.split(frames, np.flatnonzero(np.diff(frames) > 1) + 1):
         if len(run) > LONGEST_GAP * float(film.rate):
             start = run[0] / float(film.rate)
             raise CorpusError(
-                f"{film.path}: no usable face in frames {run[0]} to {run[-1]}, from {start:.2f} s; "
-                "cut the film there"
+                f"{film.path}: no usable face in frames {run[0]} to {run[-1]}, from {start:.2f} s "
+                f"({rejected[int(run[0])]}); cut the film there"
             )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
@@ -37,28 +37,46 @@ class Film:
 def open_film(path: Path) -> Film:
     """Look at a film. Raises CorpusError when it cannot be read or its frame rate is not constant."""
     with _opened(path) as (_, stream):
-        instants = np.array(sorted(p.pts for p in stream.container.demux(stream) if p.pts is not None))
-        rate, step = stream.average_rate, float(stream.time_base)
+        instants = sorted(p.pts for p in stream.container.demux(stream) if p.pts is not None)
+        told, step = stream.average_rate, Fraction(stream.time_base)
         has_sound = bool(stream.container.streams.audio)
-    if len(instants) < 2 or rate is None:
+    if len(instants) < 2 or instants[-1] == instants[0]:
         raise CorpusError(f"{path}: holds {len(instants)} frames; a recording needs at least two")
-    times = (instants - instants[0]) * step * float(rate)
-    worst = int(np.abs(times - np.arange(len(times))).argmax())
-    if abs(times[worst] - worst) > RATE_TOLERANCE:
+    seconds = [(pts - instants[0]) * step for pts in instants]
+    rate = frame_rate(seconds, told)
+    worst, off = _worst(seconds, rate)
+    if abs(off) > RATE_TOLERANCE:
         raise CorpusError(
-            f"{path}: its frame rate is not constant (frame {worst} comes {times[worst] - worst:+.1f} frames "
-            "off the even grid); convert it to a constant rate first"
+            f"{path}: its frame rate is not constant (frame {worst} comes {off:+.1f} frames off the even "
+            f"grid); convert it first: ffmpeg -i {path.name} -vf fps={round(rate)} {path.stem}_even.mp4"
         )
-    return Film(path, Fraction(rate), len(instants), has_sound)
+    return Film(path, rate, len(instants), has_sound)
+
+
+def frame_rate(seconds: Sequence[Fraction], told: Fraction | None) -> Fraction:
+    """The rate that a file tells of itself, or that its instants (from 0) have, whichever fits these better.
+
+    What is told may count a pause at the end of the film.
+    """
+    seen = (len(seconds) - 1) / seconds[-1]
+    return min((told or seen, seen), key=lambda rate: abs(_worst(seconds, rate)[1]))
+
+
+def _worst(seconds: Sequence[Fraction], rate: Fraction) -> tuple[int, float]:
+    """The frame that is farthest from the even grid of a rate, and by how many frames it comes late."""
+    off = np.array(seconds, float) * float(rate) - np.arange(len(seconds))
+    worst = int(np.abs(off).argmax())
+    return worst, float(off[worst])
 
 
 def read_frames(path: Path) -> Iterator[Frame]:
-    """The frames of a film one after the other, (rows, columns, 3) sRGB. Raises CorpusError."""
+    """The frames of a film one after the other, (rows, columns, 3) sRGB, upright. Raises CorpusError."""
     with _opened(path) as (av, stream):
         stream.thread_type = "AUTO"
         try:
             for frame in stream.container.decode(stream):
-                yield frame.to_ndarray(format="rgb24")
+                # a telephone held upright stores its pictures lying, and beside them how to turn them
+                yield np.rot90(frame.to_ndarray(format="rgb24"), round(frame.rotation / 90))
         except av.error.FFmpegError as error:
             raise CorpusError(f"{path}: cannot be decoded: {error.strerror}; convert it to MP4") from error
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from faces import head_face
-from films import fake_tracker, head_shape, make_film
+from films import COLUMNS, ROWS, fake_tracker, head_shape, make_film
 from pictured import pictured_face
 from test_aam import a_pose, photograph
 
@@ -17,9 +17,12 @@ from phonanim.appearance import save_appearance
 from phonanim.corpus import PUPILS, RIGID
 from phonanim.errors import CorpusError, MissingExtraError, ModelError
 from phonanim.tracking import (
+    Tracker,
     aam_tracker,
     bridged,
+    check_cuts,
     jumps,
+    leaves,
     mediapipe_tracker,
     quality,
     shipped_indices,
@@ -42,14 +45,14 @@ def test_a_short_gap_is_bridged_and_told(tmp_path: Path) -> None:
 def test_a_long_gap(tmp_path: Path) -> None:
     film = open_film(make_film(tmp_path / "a.mp4", dark=(5, 6, 7, 8)))
     with pytest.raises(
-        CorpusError, match=r"a\.mp4: no usable face in frames 5 to 8, from 0\.20 s; cut the film"
+        CorpusError, match=r"a\.mp4: no usable face in frames 5 to 8, from 0\.20 s \(no face was found\)"
     ):
         track_film(film, fake_tracker())
 
 
 def test_no_face(tmp_path: Path) -> None:
     film = open_film(make_film(tmp_path / "a.mp4", dark=tuple(range(20))))
-    with pytest.raises(CorpusError, match=r"a\.mp4: no face was found in any frame; the face must be seen"):
+    with pytest.raises(CorpusError, match=r"a\.mp4: no face was found in any frame; the whole face"):
         track_film(film, fake_tracker())
 
 
@@ -58,6 +61,31 @@ def test_a_jump_is_one_frame_far_from_both_its_neighbours() -> None:
     assert jumps(landmarks, INDICES, 25) == []
     landmarks[4, :, 0] += 30
     assert jumps(landmarks, INDICES, 25) == [4]
+
+
+def test_a_face_that_goes_on_at_another_place(tmp_path: Path) -> None:
+    film = open_film(make_film(tmp_path / "a.mp4"))
+    landmarks = np.stack([head_shape(n) for n in range(20)])
+    check_cuts(film, landmarks, INDICES)
+    landmarks[8:, :, 0] += 30
+    landmarks[7] = np.nan
+    with pytest.raises(
+        CorpusError, match=r"a\.mp4: the face is at another place from frame 8 on, 0\.32 s \(a"
+    ):
+        check_cuts(film, landmarks, INDICES)
+
+
+def test_a_mouth_that_leaves_the_picture(tmp_path: Path) -> None:
+    shape, frame = head_shape(0), np.zeros((ROWS, COLUMNS, 3), np.uint8)
+    assert not leaves(shape, INDICES, frame)
+    assert leaves(shape + np.array([0, ROWS / 2, 0]), INDICES, frame)
+    below = Tracker(
+        "below", INDICES, lambda frames: (shape + np.array([0, ROWS, 0]) for _ in frames), "no face"
+    )
+    with pytest.raises(
+        CorpusError, match=r"a\.mp4: the mouth leaves the picture in any frame; the whole face"
+    ):
+        track_film(open_film(make_film(tmp_path / "a.mp4")), below)
 
 
 def test_bridging_keeps_what_is_known() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import sys
 from fractions import Fraction
 from pathlib import Path
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 from phonanim.errors import CorpusError, MissingExtraError
-from phonanim.video import open_film, read_clip, read_frames, read_sound, write_film, write_sound
+from phonanim.video import frame_rate, open_film, read_clip, read_frames, read_sound, write_film, write_sound
 
 av = pytest.importorskip("av")
 TONE = 0.3 * np.sin(2 * np.pi * 440 * np.arange(8000) / 16000).astype(np.float32)
@@ -67,9 +68,35 @@ def uneven(path: Path) -> None:
 def test_an_uneven_rate(tmp_path: Path) -> None:
     uneven(tmp_path / "a.mp4")
     with pytest.raises(
-        CorpusError, match=r"a\.mp4: its frame rate is not constant .*convert it to a constant"
+        CorpusError,
+        match=r"a\.mp4: its frame rate is not constant .*: ffmpeg -i a\.mp4 -vf fps=2\d a_even",
     ):
         open_film(tmp_path / "a.mp4")
+
+
+def test_a_rate_that_the_file_tells_wrongly() -> None:
+    """A last frame that stays for long lowers the mean rate, not the rate of the frames."""
+    seconds = [Fraction(n, 12) for n in range(105)]
+    assert frame_rate(seconds, Fraction(105, 9)) == 12
+    assert frame_rate(seconds, Fraction(12)) == 12
+    assert frame_rate(seconds, None) == 12
+
+
+def test_a_film_of_a_turned_telephone_is_upright(tmp_path: Path) -> None:
+    corner = np.zeros((48, 64, 3), np.uint8)
+    corner[:24, :32] = 255
+    write_film([corner] * 3, tmp_path / "a.mp4", Fraction(25))
+    data = (tmp_path / "a.mp4").read_bytes()
+    header = data.index(b"tkhd")
+    straight = struct.pack(">9i", 1 << 16, 0, 0, 0, 1 << 16, 0, 0, 0, 1 << 30)
+    clockwise = struct.pack(">9i", 0, 1 << 16, 0, -1 << 16, 0, 0, 48 << 16, 0, 1 << 30)
+    turned = data[:header] + data[header:].replace(straight, clockwise, 1)
+    (tmp_path / "b.mp4").write_bytes(turned)
+    (picture, *_) = read_frames(tmp_path / "b.mp4")
+    assert picture.shape == (64, 48, 3)
+    assert [int(picture[y, x, 0]) > 128 for y, x in ((8, 8), (8, 40), (56, 8), (56, 40))] == [
+        False, True, False, False
+    ]  # fmt: skip
 
 
 def test_one_frame_is_no_recording(tmp_path: Path) -> None:
