@@ -158,6 +158,8 @@ def _cost(document: Document, plan: Plan) -> list[str]:
 
 def _effort(effort: dict[str, float]) -> str:
     """What the whole comparison took, of processors; trainings are spread over two."""
+    if not effort["jobs"]:
+        return ""
     total, scoring = effort["training_s"] / 60, effort["scoring_s"] / 60
     halved = max(total / 2, effort["longest_s"] / 60)
     return (
