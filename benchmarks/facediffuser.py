@@ -29,10 +29,10 @@ from phonanim import regressors
 from phonanim.audio import Sound, read_sound
 from phonanim.corpus import load_corpus
 from phonanim.encoders import encode
-from phonanim.regressors import CHECKPOINT, make_config
+from phonanim.regressors import make_config
 from phonanim.regressors._diffusion import diffused, guided, kept, strided
 from phonanim.regressors._heard import at_steps, cached_encoder, step_times
-from phonanim.regressors.facediffuser import FaceDiffuser
+from phonanim.regressors.facediffuser import FaceDiffuser, onward
 from phonanim.threads import one_thread
 
 if sys.version_info >= (3, 11):
@@ -42,6 +42,7 @@ else:
 
 ROOT = Path(__file__).parent.parent
 SEED = 1
+SECONDS = "seconds.txt"  # in a journal
 Floats = NDArray[np.float32]
 
 
@@ -69,11 +70,8 @@ def run(config: Path, folder: Path, data: Path, work: Path, output: Path, only: 
         if not missing or (only and name not in only.split(",")):
             continue
         journal = work / name.replace(" ", "_")
-        anew, before = not (journal / CHECKPOINT).exists(), time.process_time()
         model = learn(judge, make_config("facediffuser", values, name), targets, journal)
-        facts = {"targets": targets, "parameters": size_of(model)}
-        if anew:
-            facts["training_s"] = time.process_time() - before
+        facts = {"targets": targets, "parameters": size_of(model), "training_s": seconds_of(journal)}
         for count in missing:
             row = MEASURES[targets](judge, model.changed(steps=count) if count else model)
             add_row(output, "variants", title(name, count), row | facts)
@@ -85,11 +83,21 @@ def title(name: str, count: int | None) -> str:
 
 
 def learn(judge: Judge, settings: Any, targets: str, journal: Path) -> FaceDiffuser:
-    """Train a variant; one whose training has ended is read from its journal."""
+    """Train a variant; one whose training has ended is read from its journal, which keeps its seconds."""
     learned, held_out = (judge.examples(clips, targets) for clips in (judge.learned, judge.held_out))
-    return FaceDiffuser.fit(
-        settings, learned, held_out, np.random.default_rng(SEED), lambda done: None, journal
-    )
+    spent, begin, calls = seconds_of(journal), time.process_time(), list[float]()
+
+    def keep(done: float) -> None:
+        calls.append(done)
+        if calls[0] < 1:  # what had ended says so at once, and takes no more
+            (journal / SECONDS).write_text(f"{spent + time.process_time() - begin}\n", encoding="utf-8")
+
+    return FaceDiffuser.fit(settings, learned, held_out, np.random.default_rng(SEED), keep, journal)
+
+
+def seconds_of(journal: Path) -> float:
+    """Processor seconds that the training of a journal took, halts left out."""
+    return float((journal / SECONDS).read_text("utf-8")) if (journal / SECONDS).exists() else 0.0
 
 
 def size_of(model: FaceDiffuser) -> int:
@@ -152,7 +160,7 @@ def speed(folder: Path, corpus_folder: Path, output: Path, count: int, seconds: 
     grid = step_times(sound.duration, model.config.rate)
     encoder = cached_encoder(model.config.encoder)
     _, hearing = timed(lambda: encode(encoder, sound))
-    outside, once = timed(lambda: model.sampled(encode(encoder, sound), grid))
+    outside, once = timed(lambda: model.decoded(encode(encoder, sound), grid))
     inside, every = timed(lambda: heard_every_step(model, sound))
     row = {
         "seconds": seconds,
@@ -175,15 +183,15 @@ def timed(work: Callable[[], Any]) -> tuple[Any, float]:
 def heard_every_step(model: FaceDiffuser, sound: Sound) -> Floats:
     """Sampling as in the released code of the author: the encoder runs at every step."""
     config = model.config
-    grid = step_times(sound.duration, config.rate)
-    shares, found = kept(config.timesteps), np.empty(0, np.float32)
+    asked = step_times(sound.duration, config.rate)
+    grid, shares, found = onward(asked, config.rate), kept(config.timesteps), np.empty(0, np.float32)
     for turn, at in enumerate(strided(config.timesteps, config.steps)):
         values = at_steps(encode(cached_encoder(config.encoder), sound), grid, config.rate)
         heard = model.embedded(model.normal(values)[None])
         noise = model.noise(turn, 0, len(grid))
         seen = diffused(found, shares[at], noise) if turn else noise
         found = guided(config, model.weights, seen, int(at), heard, None)
-    return model.unscaled(found)[0]
+    return model.unscaled(found)[0, : len(asked)]
 
 
 @main.command()
