@@ -21,7 +21,16 @@ from phonanim.face import OUTER_LIPS, SUBNASALE
 from phonanim.files import atomic_path, write_text
 from phonanim.textgrid import write_textgrid
 from phonanim.tracking import Quality, Track, Tracker, quality, track_film
-from phonanim.video import SOUND_RATE, Film, open_film, read_frames, read_sound, write_film, write_sound
+from phonanim.video import (
+    SOUND_RATE,
+    Film,
+    conversion,
+    open_film,
+    read_frames,
+    read_sound,
+    write_film,
+    write_sound,
+)
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
@@ -108,7 +117,7 @@ def take(
     if first and abs(float(film.rate / first.rate) - 1) > SAME_RATE:
         raise CorpusError(
             f"{path}: has {float(film.rate):g} frames per second and {first.path.name} "
-            f"{float(first.rate):g}; convert it to that"
+            f"{float(first.rate):g}; {conversion(path, first.rate)}"
         )
     sound = read_sound(path)
     words, phones = transcribe(find_text(path), film, sound)

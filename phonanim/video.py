@@ -37,7 +37,7 @@ class Film:
 def open_film(path: Path) -> Film:
     """Look at a film. Raises CorpusError when it cannot be read or its frame rate is not constant."""
     with _opened(path) as (_, stream):
-        instants = sorted(p.pts for p in stream.container.demux(stream) if p.pts is not None)
+        instants = sorted(_shown(stream.container.demux(stream)))
         told, step = stream.average_rate, Fraction(stream.time_base)
         has_sound = bool(stream.container.streams.audio)
     if len(instants) < 2 or instants[-1] == instants[0]:
@@ -48,9 +48,19 @@ def open_film(path: Path) -> Film:
     if abs(off) > RATE_TOLERANCE:
         raise CorpusError(
             f"{path}: its frame rate is not constant (frame {worst} comes {off:+.1f} frames off the even "
-            f"grid); convert it first: ffmpeg -i {path.name} -vf fps={round(rate)} {path.stem}_even.mp4"
+            f"grid); {conversion(path, round(rate))}"
         )
     return Film(path, rate, len(instants), has_sound)
+
+
+def conversion(path: Path, rate: Fraction | int) -> str:
+    """How to give a film another rate."""
+    return f"convert it: ffmpeg -i {path.name} -vf fps={rate} {path.stem}_{float(rate):.0f}.mp4"
+
+
+def _shown(packets: Iterable[Any]) -> Iterator[int]:
+    """The instants of the frames that are not cut away by an edit of the file."""
+    return (packet.pts for packet in packets if packet.pts is not None and not packet.is_discard)
 
 
 def frame_rate(seconds: Sequence[Fraction], told: Fraction | None) -> Fraction:
@@ -87,18 +97,18 @@ def read_clip(path: Path) -> Frame:
 
 
 def read_sound(path: Path) -> NDArray[np.float32]:
-    """The sound of a film, (samples,) mono at 16 kHz. Raises CorpusError when there is none."""
+    """The sound of a film, (samples,) mono at 16 kHz from its first picture on. Raises CorpusError."""
     av = library()
     resampler = av.AudioResampler(format="flt", layout="mono", rate=SOUND_RATE)
     with _opened(path) as (_, stream):
-        if not stream.container.streams.audio:
+        heard = list(stream.container.decode(audio=0)) if stream.container.streams.audio else []
+        if not heard:
             raise CorpusError(f"{path}: has no sound; phones are found in what is heard")
-        pieces = [
-            piece.to_ndarray()[0]
-            for frame in [*stream.container.decode(audio=0), None]
-            for piece in resampler.resample(frame)
-        ]
-    return np.concatenate(pieces).astype(np.float32)
+        pieces = [piece.to_ndarray()[0] for frame in [*heard, None] for piece in resampler.resample(frame)]
+        late = (heard[0].time or 0.0) - float((stream.start_time or 0) * stream.time_base)
+    samples = np.concatenate(pieces).astype(np.float32)
+    start = round(late * SOUND_RATE)
+    return np.concatenate([np.zeros(max(start, 0), np.float32), samples[max(-start, 0) :]])
 
 
 def write_film(

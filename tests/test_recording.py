@@ -130,7 +130,10 @@ def test_films_of_two_rates(tmp_path: Path) -> None:
     second = make_film(tmp_path / "b.mp4", rate=20)
     put_alignment(second, stretch=1.25)
     report = record([first, second], tmp_path / "rec", fake_tracker())
-    assert "b.mp4: has 20 frames per second and a.mp4 25; convert it to that" in report.rejected[0].why
+    assert (
+        "b.mp4: has 20 frames per second and a.mp4 25; convert it: ffmpeg -i b.mp4 -vf fps=25 "
+        in report.rejected[0].why
+    )
 
 
 def test_test_clips_are_spread_and_never_all() -> None:

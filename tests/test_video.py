@@ -69,7 +69,7 @@ def test_an_uneven_rate(tmp_path: Path) -> None:
     uneven(tmp_path / "a.mp4")
     with pytest.raises(
         CorpusError,
-        match=r"a\.mp4: its frame rate is not constant .*: ffmpeg -i a\.mp4 -vf fps=2\d a_even",
+        match=r"a\.mp4: its frame rate is not constant .*: ffmpeg -i a\.mp4 -vf fps=2\d a_2\d\.mp4",
     ):
         open_film(tmp_path / "a.mp4")
 
@@ -80,6 +80,23 @@ def test_a_rate_that_the_file_tells_wrongly() -> None:
     assert frame_rate(seconds, Fraction(105, 9)) == 12
     assert frame_rate(seconds, Fraction(12)) == 12
     assert frame_rate(seconds, None) == 12
+
+
+def test_sound_that_begins_after_the_picture(tmp_path: Path) -> None:
+    write_film(frames(), tmp_path / "a.mp4", Fraction(25), TONE)
+    with av.open(str(tmp_path / "a.mp4")) as source, av.open(str(tmp_path / "b.mp4"), "w") as target:
+        copies = [target.add_stream_from_template(stream) for stream in source.streams]
+        for packet in source.demux():
+            if packet.dts is None:
+                continue
+            packet.stream = copies[packet.stream.index]
+            late = packet.stream.type == "audio"
+            packet.pts, packet.dts = packet.pts + 3200 * late, packet.dts + 3200 * late
+            target.mux(packet)
+    prompt, delayed = (read_sound(tmp_path / name) for name in ("a.mp4", "b.mp4"))
+    assert len(delayed) - len(prompt) == pytest.approx(3200, abs=1100)
+    assert np.abs(delayed[:2000]).max() == 0
+    assert np.abs(delayed[4500:8000]).max() > 0.2
 
 
 def test_a_film_of_a_turned_telephone_is_upright(tmp_path: Path) -> None:
