@@ -81,11 +81,8 @@ def run(config: Path, folder: Path, output: Path, only: str | None, seeds: tuple
 
 
 def variants(plan: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    """All settings of each variant, those of the decoders by each encoder among them."""
-    found = {name: {**plan["base"], **changes} for name, changes in plan["variants"].items()}
-    for encoder, name in product(plan["decoders"]["encoders"], plan["decoders"]["names"]):
-        found[f"{name} {encoder}"] = {**found[name], "encoder": encoder}
-    return found
+    """All settings of each variant."""
+    return {name: {**plan["base"], **changes} for name, changes in plan["variants"].items()}
 
 
 def key_of(values: dict[str, Any]) -> str:
@@ -152,8 +149,10 @@ def table(config: Path, results: Path) -> None:
     for title, names in plan["tables"].items():
         if names[0] in known:
             print_rows(title, ablation([name for name in names if name in known], known))
-    if plan["decoders"]["base"] in known:
-        print_rows("Decoders (Table 3.1)", decoders(plan["decoders"], known))
+    base = plan["decoders"]["base"]
+    if base in known:
+        names = [name for name in plan["decoders"]["names"] if name in known]
+        print_rows("Decoders (Table 3.1)", decoders(base, names, known))
 
 
 @main.command()
