@@ -67,6 +67,16 @@ def test_the_film_has_every_frame_and_no_sound_without_a_recording(tmp_path):
         assert not film.streams.audio
 
 
+def test_the_same_line_gives_the_same_bytes_on_one_thread(tmp_path):
+    films = []
+    for name in ("a.mp4", "b.mp4"):
+        save(replace(line(), audio=click(tmp_path / "a.wav")), tmp_path / name, **SMALL)
+        films.append((tmp_path / name).read_bytes())
+    assert films[0] == films[1]
+    assert b" threads=1 lookahead_threads=1 " in films[0]  # x264 writes its settings down
+    assert b" rc=crf mbtree=0 " in films[0]
+
+
 NTSC = Fraction(24000, 1001)
 RATES = [
     (25, 25),

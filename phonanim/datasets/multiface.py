@@ -25,7 +25,8 @@ CARD = Card(
     "four: test_b",
     source="Wuu et al. 2022; split of Stan 2023, section 4.1.3",
     assumed="which nine speakers (here the first by name); sentences in alphabetical order without regard to "
-    "case; there is a split only where all 50 are at hand",
+    "case; there is a split only where all 50 are at hand; `.bin` holds three 32-bit floats a vertex, "
+    "little-endian, mm",
 )
 FPS = 30.0
 SENTENCES, TRAINING = 50, 9

@@ -25,6 +25,7 @@ CARD = Card(
     "or prepared: `vertices_npy/<speaker>_sentence<NN>.npy` and `wav/`",
     split="eight speakers train, all 40 sentences; two validation and two test, sentences 21-40",
     source="Cudeiro et al. 2019; split as in Fan et al. 2022 (FaceFormer), Stan 2023, section 4.1.2",
+    assumed="metres in `data_verts.npy`; the prepared files keep the unit that they have",
 )
 FPS = 60.0
 METRES = 1000.0  # mm

@@ -19,10 +19,11 @@ from phonanim.head import SHIPPED, Head
 from phonanim.labels import is_silent
 from phonanim.pixels import Image, draw_text
 from phonanim.render import render, whole_head
+from phonanim.video import H264
 
 SUMMARY = "film of the head speaking, H.264 with the sound (needs the extra video)"
 FASTEST = 30.0  # frames per second of the film; an animation with more is sampled
-THREADS = 2  # a fixed number, so that the bytes do not depend on the machine
+THREADS = 1  # so that the bytes depend on no schedule
 SOUND_RATE = 48000  # hertz
 INK, FAINT = (236, 238, 242), (170, 176, 186)
 
@@ -107,13 +108,14 @@ def _mux(
     size: int,
 ) -> None:
     """Encode pictures and sound into an open film."""
-    stream = film.add_stream("libx264", rate=rate, options={"crf": "18", "preset": "veryfast"})
+    stream = film.add_stream("libx264", rate=rate, options=H264 | {"crf": "18"})
     stream.width = stream.height = size
     stream.pix_fmt = "yuv420p"
     stream.codec_context.thread_count = THREADS
     sound = film.add_stream("aac", rate=SOUND_RATE, layout="mono") if animation.audio else None
     for picture in pictures:
-        film.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+        frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
+        film.mux(stream.encode(frame.reformat(format="yuv420p")))
     film.mux(stream.encode(None))
     if sound and animation.audio:
         for frame in _sound(av, animation.audio):
