@@ -3,6 +3,7 @@
     python benchmarks/audio.py run benchmarks/audio.toml --json work/audio.json
     python benchmarks/audio.py table benchmarks/audio.toml work/audio.json
     python benchmarks/audio.py shares benchmarks/audio.toml work/audio.json -o docs/images/layer_shares.png
+    python benchmarks/audio.py cost benchmarks/audio.toml
     python benchmarks/audio.py encoding examples/line.wav mfcc whisper phones
     python benchmarks/audio.py layers models/phisanet -o work/layers.png
     python benchmarks/audio.py epoch
@@ -112,11 +113,15 @@ def measure(model: Heard, corpus: Any, face: FaceModel, clips: NDArray[np.int64]
         "errors_mm": errors,
         "aperture_r": correlation(lip_aperture(shapes, face), lip_aperture(known, face)),
         "width_r": correlation(lip_width(shapes, face), lip_width(known, face)),
-        "parameters": sum(tensor.size for tensor in model.weights.values()),
-        "decoding_ms": decoding_ms(model, read_sound(corpus.audio[int(clips[0])])),
-        "latency_ms": latency(model),
         "shares": [float(share) for share in model.shares],
+        **cost_of(model, read_sound(corpus.audio[int(clips[0])])),
     }
+
+
+def cost_of(model: Heard, sound: Sound) -> Row:
+    """What the decoder costs, whatever it learned."""
+    size = sum(tensor.size for tensor in model.weights.values())
+    return {"parameters": size, "decoding_ms": decoding_ms(model, sound), "latency_ms": latency(model)}
 
 
 def decoding_ms(model: Heard, sound: Sound) -> float:
@@ -137,6 +142,26 @@ def latency(model: Heard) -> str:
     if config.decoder == "transformer":
         return f"{1000 * config.window / config.rate:.0f}"
     return "all of it" if config.bidirectional else f"{1000 / config.rate:.0f}"
+
+
+@main.command()
+@click.argument("config", type=click.Path(exists=True, path_type=Path))
+@click.option("--corpus", "folder", default=ROOT / "work/corpus", type=click.Path(path_type=Path))
+def cost(config: Path, folder: Path) -> None:
+    """Print what the decoders cost, without training them."""
+    plan = tomllib.loads(config.read_text("utf-8"))
+    corpus = load_corpus(folder)
+    train = corpus.clips_of("train")
+    clips, face = train[:1], fit_face(corpus.landmarks[corpus.rows(train)], corpus.indices)
+    some = examples(corpus, face, clips, heard=True)
+    fit: Any = regressor_class("two_stage").fit
+    for name in plan["decoders"]["names"]:
+        settings = make_config("two_stage", {**variants(plan)[name], "epochs": 0}, name)
+        model = fit(settings, some, some, np.random.default_rng(0), lambda done: None)
+        row = cost_of(model, read_sound(corpus.audio[int(clips[0])]))
+        print(
+            f"{name:<12} {row['parameters']:>10,} {row['decoding_ms']:5.1f} ms, latency {row['latency_ms']}"
+        )
 
 
 @main.command()
