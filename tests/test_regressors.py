@@ -30,6 +30,7 @@ SMALL: dict[str, dict[str, Any]] = {
     "phisanet": HEARD | {"classifier": 0.01},
     "hybrid": HEARD,
     "hmm": {"leaf": 5, "rate": 100.0, "alignments": 1},
+    "late_fusion": {"members": [{"kind": "phone_mean"}, {"kind": "two_stage", "weight": 3, **HEARD}]},
     "lstm": {"units": 8, "epochs": 2},
     "phone_mean": {},
     "procedural": {"steps": 20, "batch": 64},

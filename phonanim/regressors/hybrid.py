@@ -7,7 +7,7 @@ no sound and of what is still to come.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -24,7 +24,6 @@ from phonanim.regressors._heard import Heard, Settings
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
-SILENCE = 0  # code
 
 
 @dataclass(frozen=True)
@@ -74,24 +73,13 @@ class Hybrid(Heard):
         """What is heard of a sound, and read of its track."""
         assert track is not None
         heard = super().listen(config, sound, track)
-        said = track_until(track, sound.duration)
-        return Beside(heard.values, heard.rate, heard.start, said, config.beside)
+        return Beside(heard.values, heard.rate, heard.start, track, config.beside)
 
 
 def sound_until(sound: Sound, end: float) -> Sound:
     """A sound with silence after it up to some second, if it is shorter."""
     missing = round((end - sound.duration) * sound.rate)
     return Sound(np.pad(sound.samples, (0, missing)), sound.rate) if missing > 0 else sound
-
-
-def track_until(track: PhoneTrack, end: float) -> PhoneTrack:
-    """A track whose last silence lasts, or that is silent, up to some second, if it is shorter."""
-    if end <= track.duration:
-        return track
-    if track.codes[-1] == SILENCE:
-        return replace(track, bounds=np.append(track.bounds[:-1], end))
-    codes = np.append(track.codes, np.uint8(SILENCE))
-    return PhoneTrack(codes, np.append(track.bounds, end), (*track.labels, ""))
 
 
 REGRESSOR = Hybrid
