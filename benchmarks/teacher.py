@@ -27,6 +27,8 @@ CONFIGS = Path(__file__).parent / "configs"
 RECURRENT = {"features": "gestures", "rate": 4e-3, "epochs": 12}
 MEMBERS = {
     "forest": ("forest", {}),
+    "network on gestures": ("network_gestures", {}),
+    "network on all": ("network_gestures", {"features": "all"}),
     "hmm": ("hmm", {}),
     "lstm, triphones": ("lstm", {}),
     "lstm, gestures": ("lstm", RECURRENT),
@@ -34,9 +36,28 @@ MEMBERS = {
     "procedural": ("procedural", {}),
 }
 MIXTURES = {
-    "the teacher": {"forest": 0.25, "lstm, gestures": 0.4, "hmm": 0.25, "procedural": 0.1},
-    "all for gestures": {"forest": 0.25, "lstm, all": 0.4, "hmm": 0.25, "procedural": 0.1},
-    "both": {"forest": 0.2, "lstm, gestures": 0.25, "lstm, all": 0.25, "hmm": 0.2, "procedural": 0.1},
+    "the teacher before": {
+        "forest": 0.35,
+        "network on gestures": 0.35,
+        "network on all": 0.15,
+        "procedural": 0.15,
+    },
+    "the teacher now": {"forest": 0.25, "lstm, gestures": 0.4, "hmm": 0.25, "procedural": 0.1},
+    "two recurrent": {
+        "forest": 0.2,
+        "lstm, gestures": 0.25,
+        "lstm, all": 0.25,
+        "hmm": 0.2,
+        "procedural": 0.1,
+    },
+    "all instead of gestures": {"forest": 0.25, "lstm, all": 0.4, "hmm": 0.25, "procedural": 0.1},
+    "with triphones": {
+        "forest": 0.2,
+        "lstm, gestures": 0.3,
+        "lstm, triphones": 0.2,
+        "hmm": 0.2,
+        "procedural": 0.1,
+    },
 }
 MEASURED = ("shape_mse", "aperture_r", "width_r")
 HELD_OUT = 0.02  # of the training clips, for early stopping
