@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,10 +123,13 @@ def read_landmarks(source: Path, rows: list[dict[str, str]]) -> tuple[Array, NDA
     path = source / "landmarks.npz"
     if not path.is_file():
         raise CorpusError(f"{path}: not found; a recordings folder holds clips.csv, landmarks.npz, textgrid/")
-    with np.load(path) as stored:
-        pixels = np.cumsum(stored["delta"].astype(np.int32), axis=0) * float(stored["scale"])
-        indices, fps = stored["indices"].astype(np.int64), float(stored["fps"])
-        names, lengths = stored["clips"].tolist(), stored["frames"].tolist()
+    try:
+        with np.load(path) as stored:
+            pixels = np.cumsum(stored["delta"].astype(np.int32), axis=0) * float(stored["scale"])
+            indices, fps = stored["indices"].astype(np.int64), float(stored["fps"])
+            names, lengths = stored["clips"].tolist(), stored["frames"].tolist()
+    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, BadZipFile) as error:
+        raise CorpusError(f"{path}: is damaged ({error}); track the clips again") from error
     listed = [(row["clip"], int(row["frames"])) for row in rows]
     if listed != list(zip(names, lengths, strict=True)):
         raise CorpusError(f"{path}: its clips and lengths differ from clips.csv; track the clips again")

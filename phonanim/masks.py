@@ -121,5 +121,5 @@ def _json(path: Path) -> Any:
 def _array(path: Path) -> NDArray[Any]:
     try:
         return np.asarray(np.load(path, allow_pickle=False))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, EOFError) as error:
         raise EvaluationError(f"{path}: cannot be read as a NumPy array: {error}") from error

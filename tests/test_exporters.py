@@ -3,6 +3,7 @@ import os
 import re
 from dataclasses import replace
 from importlib.util import find_spec
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -142,6 +143,16 @@ def test_animations_that_are_not_written(tmp_path):
     with pytest.raises(OutputError, match=r"the animation has no frames or no channels"):
         save(animation.with_values(values[:0]), tmp_path / "a.csv")
     assert not list(tmp_path.iterdir())
+
+
+def test_files_that_are_no_archives_of_arrays(tmp_path):
+    path = tmp_path / "a.npz"
+    stream = BytesIO()
+    np.save(stream, np.zeros(3))
+    for content in (b"", b"PK", stream.getvalue()):
+        path.write_bytes(content)
+        with pytest.raises(OutputError, match=r"a\.npz: is no animation written by phonanim: "):
+            load(path)
 
 
 LEFT = np.float32(0.4375)  # no other weight is this

@@ -76,6 +76,7 @@ def test_masks_by_region(tmp_path):
         ("half.json", b"[0.5]", "is no list of vertex numbers"),
         ("torn.json", b"[1", "cannot be read as JSON"),
         ("torn.npy", b"x", "cannot be read as a NumPy array"),
+        ("none.npy", b"", "cannot be read as a NumPy array"),
     ],
 )
 def test_what_is_no_mask(tmp_path, name, content, message):

@@ -83,7 +83,7 @@ def _frames(path: Path, rows: tuple[int, ...]) -> Frames:
     """Some rows of the one large array, of which no more than they is read."""
     try:
         values = np.load(path, mmap_mode="r", allow_pickle=False)[list(rows)]
-    except (ValueError, IndexError) as error:
+    except (ValueError, EOFError, IndexError) as error:
         raise CorpusError(
             f"{path}: does not hold the frames of the index ({error}); fetch it again"
         ) from error

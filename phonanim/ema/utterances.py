@@ -124,7 +124,7 @@ def _motion(path: Path, names: tuple[str, ...], rate: float) -> Articulation:
     """Imported arrays; those of the midsagittal plane get a lateral axis of zeros."""
     try:
         values = np.load(path, allow_pickle=False).astype(np.float64)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, EOFError) as error:
         raise CorpusError(f"{path}: is no array ({error}); import the data set again") from error
     if values.ndim != AXES or values.shape[2] not in (AXES - 1, AXES):
         raise CorpusError(f"{path}: is {values.shape}; sensors are (samples, sensors, 2 or 3)")

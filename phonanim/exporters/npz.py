@@ -42,7 +42,7 @@ def read(path: Path) -> Animation:
         with np.load(path, allow_pickle=False) as archive:
             about = json.loads(str(archive["about"]))
             values, channels = archive["values"], archive["channels"]
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile) as error:
         raise OutputError(f"{path}: is no animation written by phonanim: {error}") from error
     return from_document({**about, "curves": dict(zip(channels.tolist(), values.T, strict=True))}, path)
 
