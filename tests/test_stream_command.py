@@ -339,6 +339,12 @@ def test_a_recording_for_a_model_that_reads(tmp_path: Path, capfd: pytest.Captur
     assert capfd.readouterr().err == f"phonanim: {expected}\n"
 
 
+def test_a_microphone_for_a_model_that_reads(capfd: pytest.CaptureFixture[str]) -> None:
+    assert run(["stream", "--microphone"]) == 2
+    expected = "--microphone: gives sound, and default reads phones; choose a --model of kind cnn or tcn"
+    assert capfd.readouterr().err == f"phonanim: {expected}\n"
+
+
 def test_raw_samples(ears: str, root: Path) -> None:
     data = (speech(0.5) * 32767).astype("<i2").tobytes()
     process = started("--model", ears, "-q", cwd=root)

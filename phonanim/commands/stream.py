@@ -133,12 +133,11 @@ def prepared(
         engine = SoundStream(options, rate)
         return engine, heard, engine.look_ahead + SLACK
     events: Iterator[Event]
+    if microphone or is_recording(Path(source)):
+        given = "--microphone: gives sound" if microphone else f"{source}: is a recording"
+        raise OptionError(f"{given}, and {options.model} reads phones; choose a --model of kind cnn or tcn")
     if source == "-":
         events = inputs.json_lines(STDIN)
-    elif is_recording(Path(source)):
-        raise OptionError(
-            f"{source}: is a recording, and {options.model} reads phones; choose a --model of kind cnn or tcn"
-        )
     elif inputs.is_lines(Path(source)):
         events = inputs.json_lines(os.open(source, os.O_RDONLY))
     else:
