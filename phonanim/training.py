@@ -22,6 +22,7 @@ from phonanim.face import FaceModel, fit_face, lip_aperture, lip_width
 from phonanim.language import to_phones
 from phonanim.metrics import correlation, vertex_error
 from phonanim.regressors import CHECKPOINT, Examples, Model, Regressor, make_config, regressor_class
+from phonanim.typed import check_types
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -149,13 +150,14 @@ def read_recipe(path: Path) -> Recipe:
 
 
 def check_keys(table: dict[str, Any], kind: type, where: str) -> None:
-    """Raises ModelError naming the nearest key where a table has one that a dataclass lacks."""
+    """Raises ModelError naming a key that a dataclass lacks, and its nearest, or that has no value for it."""
     known = [field.name for field in fields(kind)]
     for key in table:
         if key not in known:
             near = get_close_matches(key, known, n=1)
             hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
             raise ModelError(f"{where}: there is no key {key!r}; {hint}")
+    check_types(table, kind, where)
 
 
 def examples(corpus: Corpus, face: FaceModel, clips: Iterable[int], heard: bool = False) -> Examples:

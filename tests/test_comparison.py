@@ -242,6 +242,17 @@ def test_scores_by_hand() -> None:
         (('"babble"', '"babel"'), "conditions.babble, 3 dB: there is no noise 'babel', only white, babble"),
         (("snr = 3", ""), "conditions.babble, 3 dB: noise and snr .* go together; give both or neither"),
         (("voice = 4", "noises = 4"), "conditions.higher: there is no key 'noises'"),
+        (("voice = 4", 'voice = "up"'), "conditions.higher: voice is 'up'; take a number"),
+        (("conditions.higher", 'conditions."a/b"'), "conditions: 'a/b' may have none of . / |; rename it"),
+        (('folds = ["test", ', "folds = ["), "folds: the report needs 'test'; add it"),
+        (
+            ('words = [["w1"], ["w2"]]', 'words = ["w1"]'),
+            r"words is \['w1'\]; take a list, each a list, each a text",
+        ),
+        (('mean = "mean.toml"', "mean = 3"), "models is .*; take a table, each value a path in quotes"),
+        (('corpus = "corpus"', "corpus = 3"), "corpus is 3; take a path in quotes"),
+        (("values = [2, 40]", ""), "sweeps.leaf: lacks 'values'; see benchmarks/compare.toml"),
+        (("values = [2, 40]", "values = 2"), "sweeps.leaf: values is 2; take a list"),
     ],
 )
 def test_what_is_wrong_in_a_plan(house: Path, change: tuple[str, str], message: str) -> None:

@@ -17,6 +17,7 @@ else:  # pragma: no cover
 
 FOLDS = ("test", "words", "phones", "ema")
 NOISES = ("white", "babble")
+RESERVED = set("/*|")  # what tells apart folds, frames and the cells of tables
 
 
 @dataclass(frozen=True)
@@ -113,6 +114,13 @@ def _check_names(plan: Plan, path: Path) -> None:
     for fold in plan.folds:
         if fold not in FOLDS:
             raise ModelError(f"{path}: folds: there is no {fold!r}, only {', '.join(FOLDS)}")
+    if not {"test", "ema"} & set(plan.folds):
+        raise ModelError(f"{path}: folds: the report needs 'test'; add it")
+    for name in plan.conditions:
+        if RESERVED & set(name):
+            raise ModelError(
+                f"{path}: conditions: {name!r} may have none of {' '.join(sorted(RESERVED))}; rename it"
+            )
 
 
 def _existing(where: Path, plan: Path, name: str) -> Path:
@@ -133,6 +141,9 @@ def _condition(values: dict[str, Any], where: str) -> Condition:
 
 def _sweep(values: dict[str, Any], path: Path, name: str) -> Sweep:
     check_keys(values, Sweep, f"{path}: sweeps.{name}")
+    for key in ("x", "values"):
+        if key not in values:
+            raise ModelError(f"{path}: sweeps.{name}: lacks {key!r}; see benchmarks/compare.toml")
     settings: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
     if "recipe" in values:
         settings["recipe"] = _existing(path.parent / values["recipe"], path, name)

@@ -19,6 +19,7 @@ from phonanim.face import FaceModel
 from phonanim.files import atomic_path
 from phonanim.inventory import INVENTORY
 from phonanim.phones import PhoneTrack, silence
+from phonanim.typed import check_types
 
 Tensors = dict[str, NDArray[Any]]
 Progress = Callable[[float], None]
@@ -136,7 +137,7 @@ def regressor_class(kind: str) -> type[Regressor]:
 
 
 def make_config(kind: str, values: dict[str, Any], where: str) -> Any:
-    """The Config of a kind from a table of values. Raises ModelError naming an unknown key's nearest."""
+    """The Config of a kind from a table of values. Raises ModelError naming a key that is amiss."""
     config = regressor_class(kind).config_class
     known = [field.name for field in fields(config)]
     for key in values:
@@ -144,6 +145,7 @@ def make_config(kind: str, values: dict[str, Any], where: str) -> Any:
             near = get_close_matches(key, known, n=1)
             hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(known)}"
             raise ModelError(f"{where}: {kind} has no setting {key!r}; {hint}")
+    check_types(values, config, where)
     return config(**{key: tuple(v) if isinstance(v, list) else v for key, v in values.items()})
 
 

@@ -1,0 +1,68 @@
+"""Values of a TOML or JSON table against the types of the dataclass that they are for."""
+
+from __future__ import annotations
+
+from dataclasses import is_dataclass
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from phonanim.errors import ModelError
+
+NAMES = {
+    int: "a whole number",
+    float: "a number",
+    str: "a text in quotes",
+    bool: "true or false",
+    Path: "a path in quotes",
+    dict: "a table",
+}
+WRITTEN: dict[Any, tuple[type, ...]] = {float: (float, int), Path: (str, Path)}  # what stands for a type
+
+
+def check_types(values: dict[str, Any], kind: type, where: str) -> None:
+    """Raise ModelError naming the key where a value is none that its field takes; lists stand for tuples."""
+    types = get_type_hints(kind)
+    for key, value in values.items():
+        if not _fits(value, types[key]):
+            raise ModelError(f"{where}: {key} is {value!r}; take {_name(types[key])}")
+
+
+def _fits(value: Any, wanted: Any) -> bool:
+    origin, inner = get_origin(wanted), get_args(wanted)
+    if wanted is Any:
+        return True
+    if origin is Literal:
+        return value in inner
+    if origin in (Union, UnionType):
+        return any(_fits(value, choice) for choice in inner)
+    if origin is tuple:
+        return isinstance(value, list | tuple) and _all_fit(value, inner)
+    if origin is dict:
+        return isinstance(value, dict) and all(_fits(one, inner[1]) for one in value.values())
+    if is_dataclass(wanted):
+        return isinstance(value, dict)
+    if isinstance(value, bool):
+        return wanted is bool
+    return isinstance(value, WRITTEN.get(wanted, wanted))
+
+
+def _all_fit(values: Any, types: tuple[Any, ...]) -> bool:
+    if types[-1] is ...:
+        return all(_fits(value, types[0]) for value in values)
+    return len(values) == len(types) and all(map(_fits, values, types))
+
+
+def _name(wanted: Any) -> str:
+    """What a field takes, for people."""
+    origin, inner = get_origin(wanted), get_args(wanted)
+    if origin is Literal:
+        return ", ".join(map(repr, inner))
+    if origin in (Union, UnionType):
+        return " or ".join(_name(choice) for choice in inner if choice is not NoneType)
+    if origin is tuple:
+        count = "" if inner[-1] is ... else f" of {len(inner)}"
+        return f"a list{count}, each {_name(inner[0])}"
+    if origin is dict:
+        return "a table" if inner[1] is Any else f"a table, each value {_name(inner[1])}"
+    return NAMES.get(wanted, "a table")
