@@ -19,6 +19,17 @@ from phonanim.files import atomic_path
 from phonanim.statistics import bootstrap_interval
 
 Document = dict[str, Any]
+OTHERS = (
+    "tab:blue",
+    "tab:green",
+    "tab:red",
+    "tab:purple",
+    "tab:brown",
+    "tab:pink",
+    "tab:olive",
+    "tab:cyan",
+    "grey",
+)
 DOTS = 110  # per inch
 DRIVERS = {"phones": "tab:blue", "audio": "tab:green", "both": "tab:red"}
 
@@ -82,35 +93,53 @@ def _bars(figure: Any, document: Document, variant: str) -> None:
 
 def _sentences(figure: Any, document: Document, variant: str) -> None:
     """Error of every test sentence, sorted by the reference's (Taylor 2017, supplement, figure 2)."""
-    axes = figure.subplots()
     reference = rows_of(document, document["reference"], variant, "test/all")
     if reference is None:
         return
     sums = reference["parameter_mse"]
     order = np.argsort(-(sums[:, 0] / sums[:, 1]), kind="stable")
+    curves = {}
     for name in document["models"]:
         rows = rows_of(document, name, variant, "test/all")
         if rows is not None:
-            per_clip = rows["parameter_mse"][:, 0] / rows["parameter_mse"][:, 1]
-            width = 2.5 if name == document["reference"] else 1.0
-            axes.plot(per_clip[order], label=name, linewidth=width)
+            curves[name] = (rows["parameter_mse"][:, 0] / rows["parameter_mse"][:, 1])[order]
+    for axes in _panels(figure, document, np.arange(len(order)), curves):
+        axes.set_ylabel(heading("parameter_mse"))
     axes.set_xlabel(f"test sentences, sorted by the error of {document['reference']}")
-    axes.set_ylabel(heading("parameter_mse"))
-    axes.legend(fontsize="small", ncols=2)
 
 
 def _first_mode(figure: Any, document: Document, captured: Any, fps: float) -> None:
     """The first shape mode over one test clip."""
-    axes = figure.subplots()
     seconds = (np.arange(len(captured)) + 0.5) / fps
-    axes.plot(seconds, captured, color="black", linewidth=2.5, label="captured")
-    for name, found in document["models"].items():
-        if len(found["first_mode"]) == len(seconds):
-            axes.plot(seconds, found["first_mode"], label=name, linewidth=1)
-    axes.set_xlabel("seconds")
-    axes.set_ylabel("first shape mode, mm")
-    axes.set_title(f"clip {document['folds']['test']['clips'][0]}", fontsize="medium")
-    axes.legend(fontsize="small", ncols=2)
+    curves = {
+        name: found["first_mode"]
+        for name, found in document["models"].items()
+        if len(found["first_mode"]) == len(seconds)
+    }
+    for axes in _panels(figure, document, seconds, curves, captured):
+        axes.set_ylabel("first shape mode, mm")
+    axes.set_xlabel(f"seconds of clip {document['folds']['test']['clips'][0]}")
+
+
+def _panels(figure: Any, document: Document, x: Any, curves: dict[str, Any], captured: Any = None) -> Any:
+    """Curves of models that read above those that hear, the reference in both: one panel has too many."""
+    first = document["reference"]
+    hears = {name for name, found in document["models"].items() if found["driven_by"] != "phones"}
+    others = [name for name in curves if name != first]
+    groups = [
+        names for names in ([n for n in others if n not in hears], [n for n in others if n in hears]) if names
+    ]
+    figure.set_size_inches(9, 3.4 * max(len(groups), 1))
+    panels = figure.subplots(max(len(groups), 1), 1, sharex=True, squeeze=False).ravel()
+    for axes, names in zip(panels, groups or [[]], strict=True):
+        if captured is not None:
+            axes.plot(x, captured, color="black", linewidth=2.5, label="captured")
+        if first in curves:
+            axes.plot(x, curves[first], color="tab:orange", linewidth=2.5, label=first)
+        for number, name in enumerate(names):
+            axes.plot(x, curves[name], color=OTHERS[number % len(OTHERS)], linewidth=1, label=name)
+        axes.legend(fontsize="small", frameon=False, loc="center left", bbox_to_anchor=(1, 0.5))
+    return panels
 
 
 def _heat(figure: Any, document: Document, face: FaceModel) -> None:
