@@ -60,7 +60,10 @@ def bootstrap_interval(
         counts = np.apply_along_axis(np.bincount, 1, drawn, minlength=len(rows))
         found.append(statistic(counts @ rows))
     tail = 100 * (1 - level) / 2
-    low, high = np.nanpercentile(np.concatenate(found), [tail, 100 - tail])
+    values = np.concatenate(found)
+    if np.isnan(values).all():  # a statistic of curves that never move
+        return float("nan"), float("nan")
+    low, high = np.nanpercentile(values, [tail, 100 - tail])
     return float(low), float(high)
 
 
