@@ -88,3 +88,9 @@ def test_binomial_test_by_hand() -> None:
     assert st.binomial_test(560, 1200) == pytest.approx(st.sign_test(560, 640))
     with pytest.raises(ValueError, match="6 successes in 5 trials"):
         st.binomial_test(6, 5)
+
+
+@pytest.mark.filterwarnings("error")
+def test_curves_that_never_move_have_no_interval() -> None:
+    rows = np.array([st.pearson_sums(np.zeros(5), np.arange(5.0))] * 3)
+    assert np.isnan(st.bootstrap_interval(rows, RNG(0), st.pearson)).all()
