@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from phonanim.animation import Animation
 from phonanim.errors import EvaluationError, MissingExtraError
-from phonanim.exporters import load, suffixes
+from phonanim.exporters import load, readable, suffixes
 
 Array = NDArray[np.float64]
 # Meshes whose frames are stored flat, by their number of vertices.
@@ -25,6 +25,7 @@ FLAT_MESHES = {
     6172: "Multiface: FaceDiffuser",
 }
 MOST_CONTROLS = 1000  # a flat frame of more values that is no known mesh is not taken for a rig's controls
+REPORT = "report.json"  # of `phonanim batch`
 NPY_FPS = 30.0  # a .npy does not say; VOCASET at FaceFormer's rate, and FaceDiffuser's rigs
 
 
@@ -149,9 +150,12 @@ def stem(path: Path) -> str:
 
 
 def _motions(folder: Path) -> list[Path]:
-    known = (".npy", *suffixes())
+    """What may be motion in a folder: no pages or films, nor what `batch` says of its lines."""
+    known = (".npy", *readable())
     return sorted(
-        p for p in folder.iterdir() if p.name.lower().endswith(known) and not p.name.startswith(".")
+        path
+        for path in folder.iterdir()
+        if path.name.lower().endswith(known) and not path.name.startswith(".") and path.name != REPORT
     )
 
 

@@ -1,4 +1,5 @@
 import sys
+from itertools import product
 
 import numpy as np
 import pytest
@@ -145,8 +146,10 @@ def test_files_of_folders_pair_by_stem(tmp_path):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
     (tmp_path / "theirs").mkdir()
-    for name in ("a.csv", "c.npy", "notes.txt"):
+    for name in ("a.csv", "a.html", "c.npy", "notes.txt"):
         (tmp_path / "theirs" / name).touch()
+    for folder, name in product(("ours", "theirs"), ("report.html", "report.json")):
+        (tmp_path / folder / name).touch()
     pairs = pair_files(tmp_path / "ours", tmp_path / "theirs")
     found = [(mine.name, other.name) for mine, other in pairs]
     assert found == [

@@ -27,6 +27,11 @@ def suffixes() -> tuple[str, ...]:
     return tuple(sorted("." + stem.replace("_", ".") for stem in stems))
 
 
+def readable() -> tuple[str, ...]:
+    """The suffixes of formats that can be read back."""
+    return tuple(suffix for suffix in suffixes() if hasattr(_module(suffix), "read"))
+
+
 def find_exporter(path: Path) -> ModuleType:
     """The module for the longest suffix that a name ends with. Raises OutputError when none fits."""
     name = path.name.lower()
@@ -77,8 +82,8 @@ def load(path: Path) -> Animation:
     """
     exporter = find_exporter(path)
     if not hasattr(exporter, "read"):
-        readable = " ".join(suffix for suffix in suffixes() if hasattr(_module(suffix), "read"))
-        raise OutputError(f"{path}: this format can only be written; those that can be read are {readable}")
+        known = " ".join(readable())
+        raise OutputError(f"{path}: this format can only be written; those that can be read are {known}")
     animation: Animation = exporter.read(path)
     _check_finite(animation, path)
     return animation
