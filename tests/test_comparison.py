@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 from click.testing import CliRunner
 from speech import made_up_corpus, sound_of, write_wav
 
+from phonanim.__main__ import run as main
 from phonanim.aligner import SpeechAlignment
 from phonanim.alignment import Interval
 from phonanim.audio import Sound
@@ -287,3 +289,12 @@ def test_a_report_of_nothing(tmp_path: Path) -> None:
     (tmp_path / "benchmark/benchmark.json").write_text('{"models": {}}')
     with pytest.raises(ModelError, match=r"was written by an older version; run the comparison again"):
         read_document(tmp_path)
+
+
+def test_without_matplotlib_nothing_is_trained(
+    house: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert main(["compare", str(house / "plan.toml"), "-o", str(tmp_path / "out")]) == 2
+    assert capsys.readouterr().err.endswith("install it with pip install 'phonanim[plots]'\n")
+    assert not (tmp_path / "out").exists()

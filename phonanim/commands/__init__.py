@@ -41,8 +41,11 @@ class Talk:
             click.echo(json.dumps({"event": name, **facts}, ensure_ascii=False, default=str))
 
     @contextmanager
-    def progress(self, label: str) -> Iterator[Callable[[float], None]]:
-        """A function to call with the part done, 0 to 1; slow work draws a bar on stderr."""
+    def progress(self, label: str) -> Iterator[Callable[..., None]]:
+        """A function to call with the part done, 0 to 1; slow work draws a bar on stderr.
+
+        A second argument is what is being done, where that changes; the bar then begins anew.
+        """
         bar = _Bar(label, shown=not (self.quiet or self.json) and sys.stderr.isatty())
         try:
             yield bar.update
@@ -59,7 +62,11 @@ class _Bar:
         self.started = time.monotonic()
         self.progress: Any = None
 
-    def update(self, done: float) -> None:
+    def update(self, done: float, label: str | None = None) -> None:
+        if label not in (None, self.label):
+            self.label = label or ""
+            if self.progress is not None:
+                self.progress.reset(self.task, description=self.label)
         if self.progress is None and self.shown and time.monotonic() - self.started > PATIENCE:
             self._open()
         if self.progress is not None:

@@ -42,18 +42,20 @@ def command(
     from phonanim.threads import one_thread
 
     one_thread()
+    from phonanim.comparison.figures import check_drawable
     from phonanim.comparison.plan import read_plan
     from phonanim.comparison.report import read_document, write_document, write_report
     from phonanim.comparison.run import compare
     from phonanim.dubbing.processes import cores
 
+    check_drawable()
     found = read_plan(plan)
     if report_only:
         document = read_document(output)
     else:
         with talk.progress(plan.stem) as bar:
             document = compare(
-                found, work or output / "models", workers or cores(), lambda what, done: bar(done)
+                found, work or output / "models", workers or cores(), lambda what, done: bar(done, what)
             )
         write_document(document, output)
     written = write_report(document, found, output)

@@ -55,14 +55,21 @@ def draw_all(
     return [f"{name}.png" for name in plots]
 
 
-def _draw(plot: Callable[[Any], None], path: Path) -> None:
+def check_drawable() -> None:
+    """Raise MissingExtraError without matplotlib: better before all trainings than after."""
     try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
+        import matplotlib  # noqa: F401
     except ImportError as error:
         raise MissingExtraError(
             "figures need matplotlib; install it with pip install 'phonanim[plots]'"
         ) from error
+
+
+def _draw(plot: Callable[[Any], None], path: Path) -> None:
+    check_drawable()
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(8, 4.5), layout="constrained")
     FigureCanvasAgg(figure)
     plot(figure)
