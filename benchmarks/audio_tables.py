@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -23,37 +24,43 @@ def print_rows(title: str, rows: list[dict[str, str]]) -> None:
 
 def ablation(names: list[str], known: Known) -> list[dict[str, str]]:
     """A row for each variant; the first one is what the others are held against."""
-    changes = against(names[0], names, known)
     return [
         {
-            "variant": name,
-            "vertex error, mm": error_of(known[name]),
-            "seeds": seeds_of(known[name]),
-            "95 % interval over clips": interval_of(known[name]),
-            f"against {names[0]}": changes[name],
+            **errors,
             "aperture r": f"{mean_of(known[name], 'aperture_r'):.3f}",
             "width r": f"{mean_of(known[name], 'width_r'):.3f}",
         }
-        for name in names
+        for name, errors in errors_of("variant", names[0], names, known)
     ]
 
 
 def decoders(base: str, names: list[str], known: Known) -> list[dict[str, str]]:
     """A row for each decoder as Medina (2023) sets Table 3.1, and how far it is from one of them."""
-    changes = against(base, names, known)
     return [
         {
-            "decoder": name,
-            "vertex error, mm": error_of(known[name]),
-            "seeds": seeds_of(known[name]),
-            "95 % interval over clips": interval_of(known[name]),
-            f"against {base}": changes[name],
+            **errors,
             "parameters": f"{one_of(known[name])['parameters']:,}",
             "inference, ms": f"{min(row['decoding_ms'] for row in known[name].values()):.1f}",
             "latency, ms": one_of(known[name])["latency_ms"],
         }
-        for name in names
+        for name, errors in errors_of("decoder", base, names, known)
     ]
+
+
+def errors_of(title: str, base: str, names: list[str], known: Known) -> Iterator[tuple[str, dict[str, str]]]:
+    """Every name with its error, what seeds and clips make of it, and how far it is from `base`."""
+    changes = against(base, names, known)
+    for name in names:
+        yield (
+            name,
+            {
+                title: name,
+                "vertex error, mm": error_of(known[name]),
+                "seeds": seeds_of(known[name]),
+                "95 % interval over clips": interval_of(known[name]),
+                f"against {base}": changes[name],
+            },
+        )
 
 
 def against(base: str, names: list[str], known: Known) -> dict[str, str]:

@@ -79,7 +79,10 @@ def around(track: PhoneTrack, times: Array) -> PhoneTrack:
 
 
 def with_silence_beyond(track: PhoneTrack) -> PhoneTrack:
-    """A track whose silence at either end goes on for FAR seconds, or begins there if it has none."""
+    """A track whose silence at either end goes on for FAR seconds, or begins there if it has none.
+
+    Its `bounds` begin before 0 s and end after the duration of the track that was given.
+    """
     before, after = (int(code != SILENT) for code in track.codes[[0, -1]])
     silence = np.array([SILENT], np.uint8)
     inner = track.bounds[1 - before : len(track.codes) + after]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -55,3 +56,12 @@ def bucket(s3: Any) -> Iterator[Any]:
     s3.mkdir("show")
     yield s3
     s3.rm("show", recursive=True)
+
+
+@pytest.fixture
+def line(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The example line with its recording, as a.TextGrid and a.wav in the current folder."""
+    for suffix in (".TextGrid", ".wav"):
+        shutil.copy(root / "examples" / f"line{suffix}", tmp_path / f"a{suffix}")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -52,14 +51,6 @@ def model(data: Examples, tmp_path_factory: pytest.TempPathFactory) -> str:
     folder = tmp_path_factory.mktemp("models") / "both"
     save(Model(trained(known), face, {"fps": 25.0}), folder)
     return str(folder)
-
-
-@pytest.fixture
-def line(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    for suffix in (".TextGrid", ".wav"):
-        shutil.copy(root / "examples" / f"line{suffix}", tmp_path / f"a{suffix}")
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 def test_both_move_the_face(regressor: Hybrid, data: Examples) -> None:

@@ -35,14 +35,6 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> str:
     return str(folder)
 
 
-@pytest.fixture
-def line(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    for suffix in (".TextGrid", ".wav"):
-        shutil.copy(root / "examples" / f"line{suffix}", tmp_path / f"a{suffix}")
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def test_a_recording_alone(line: Path, model: str, capsys: pytest.CaptureFixture[str]) -> None:
     (line / "a.TextGrid").unlink()
     assert run(["animate", "a.wav", "--model", model, "-o", "a.csv", "--rig", "arkit"]) == 0
