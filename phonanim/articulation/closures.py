@@ -1,0 +1,47 @@
+"""Contacts that are kept whatever is blended: lips that close on p b m, a lower lip that meets the teeth.
+
+A blend of targets leaves a closure of 30 ms between open vowels half open. Here a channel is bounded from
+above while such a gesture lasts, and the bound is released along half a cosine: lips do not jump.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.articulation.channels import CHANNELS
+from phonanim.gestures import GESTURES
+
+Array = NDArray[np.float64]
+
+CORE = 0.4  # share of the gesture that has the contact whole
+LEAST = 0.042  # seconds that the contact lasts at least: a frame of film
+RAMP = 0.06  # seconds before and after it
+RISE = 16.0  # mm, more than a channel ever exceeds its limit by, so that the bound ends with its ramp
+# Column of lexicon/gestures.csv, channel, limit in mm. Lips press on each other (Löfqvist and Gracco 1996).
+LIMITS = (("lip_closure", "lip_gap", -0.5), ("lip_to_teeth", "lower_lip_to_teeth", 0.3))
+
+
+def enforce_contacts(values: Array, gestures: NDArray[np.int64], bounds: Array, times: Array) -> None:
+    """Bound channels at instants in place, (frames, channels) mm.
+
+    `gestures` (segments,) last from `bounds[i]` to `bounds[i + 1]` seconds; `times` (frames,) rise.
+    """
+    for column, channel, limit in LIMITS:
+        named = GESTURES.articulation[:, GESTURES.columns.index(column)] > 0
+        bound = _bound(np.flatnonzero(named[gestures]), bounds, times, limit)
+        place = CHANNELS.index(channel)
+        values[:, place] = np.minimum(values[:, place], bound)
+
+
+def _bound(segments: NDArray[np.int64], bounds: Array, times: Array, limit: float) -> Array:
+    """The largest value allowed, (frames,) mm; inf where free."""
+    bound = np.full(len(times), np.inf)
+    begin, end = bounds[segments], bounds[segments + 1]
+    middles, halves = (begin + end) / 2, np.maximum(CORE * (end - begin), LEAST) / 2
+    first = np.searchsorted(times, middles - halves - RAMP)
+    last = np.searchsorted(times, middles + halves + RAMP)
+    for middle, half, a, b in zip(middles, halves, first, last, strict=True):
+        away = np.clip((np.abs(times[a:b] - middle) - half) / RAMP, 0, 1)
+        bound[a:b] = np.minimum(bound[a:b], limit + RISE * (1 - np.cos(np.pi * away)) / 2)
+    return bound

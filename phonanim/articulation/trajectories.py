@@ -1,0 +1,92 @@
+"""Phones -> what the mouth does, in millimetres: targets, blended over time by their weights.
+
+Each gesture (lexicon/gestures.csv; diphthongs and affricates have two) draws a channel to its target for as
+long as it lasts, more firmly the greater its weight, with a soft beginning and end:
+
+    y(t) = sum_i w_i T_i K_i(t) / sum_i w_i K_i(t),    K_i = the box of gesture i, convolved with a Gaussian
+
+(after Cohen and Massaro 1993, with another kernel). All that decides an instant lies within `reach` of it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.articulation.channels import CHANNELS, Articulation
+from phonanim.articulation.closures import enforce_contacts
+from phonanim.articulation.table import Targets, read_targets
+from phonanim.gestures import GESTURES, split_parts
+from phonanim.phones import PhoneTrack
+
+Array = NDArray[np.float64]
+
+CUT = 4.0  # standard deviations after which a Gaussian has ended
+_AT = np.linspace(-CUT, CUT, 4097)
+_CDF = np.array([0.5 * (1 + math.erf(x / math.sqrt(2)) / math.erf(CUT / math.sqrt(2))) for x in _AT])
+BLOCK = 8192  # instants at a time, so that what they need stays in the cache
+ROUNDED = (
+    GESTURES.articulation[:, [GESTURES.columns.index(c) for c in ("rounding", "protrusion")]].max(axis=1) > 0
+)
+
+
+def articulate(
+    track: PhoneTrack, times: Array, targets: Targets | None = None, contacts: bool = True
+) -> Articulation:
+    """What the mouth does at instants, (frames,) seconds in rising order -> (frames, channels) mm.
+
+    Before and after the track is silence: a closed, relaxed mouth. Lips close on p b m and meet the teeth on
+    f v wholly, unless `contacts` is off.
+    """
+    targets = targets or read_targets()
+    gestures, bounds = _gestures(track)
+    values = np.empty((len(times), len(CHANNELS)))
+    for start in range(0, len(times), BLOCK):
+        block = slice(start, start + BLOCK)
+        for channel in range(len(CHANNELS)):
+            values[block, channel] = _blend(gestures, bounds, times[block], targets, channel)
+    if contacts:
+        enforce_contacts(values, gestures, bounds, times)
+    return Articulation(values)
+
+
+def reach(targets: Targets) -> float:
+    """Seconds to either side of an instant within which all lies that decides it."""
+    return float((CUT * targets.sigma + targets.lead).max())
+
+
+def _gestures(track: PhoneTrack) -> tuple[NDArray[np.int64], Array]:
+    """Gestures (segments,) and their bounds (segments + 1,) seconds, from -inf to inf."""
+    parts = split_parts(track)
+    silent = GESTURES.names.index("sil")
+    gestures = np.concatenate([[silent], GESTURES.part_gesture[parts.parts], [silent]])
+    return gestures, np.concatenate([[-np.inf], parts.bounds, [np.inf]])
+
+
+def _blend(gestures: NDArray[np.int64], bounds: Array, times: Array, targets: Targets, channel: int) -> Array:
+    """One channel at instants, (frames,).
+
+    The sums go over the gestures near an instant, in the order of time, so that they come out the same
+    whichever instants are asked for at once.
+    """
+    sigma, lead = targets.sigma[channel], targets.lead[channel]
+    begins, ends = bounds[:-1] - lead * ROUNDED[gestures], bounds[1:]
+    weight = targets.weight[gestures, channel]
+    pull = weight * targets.target[gestures, channel]
+    first = np.searchsorted(ends, times - CUT * sigma, side="left")
+    last = np.searchsorted(bounds[:-1], times + CUT * sigma + lead, side="right")
+    above, below = np.zeros(len(times)), np.zeros(len(times))
+    for step in range(int((last - first).max(initial=0))):
+        at = np.minimum(first + step, len(gestures) - 1)
+        kernel = _cumulative((times - begins[at]) / sigma) - _cumulative((times - ends[at]) / sigma)
+        kernel[first + step >= last] = 0.0
+        above += pull[at] * kernel
+        below += weight[at] * kernel
+    return np.asarray(above / below)
+
+
+def _cumulative(x: Array) -> Array:
+    """The Gaussian's integral, cut off at CUT standard deviations so that it is 0 and 1 beyond."""
+    return np.interp(x, _AT, _CDF)
