@@ -19,12 +19,12 @@ from pathlib import Path
 
 import numpy as np
 
-from phonanim.aligner import SpeechAlignment, align, words_of
-from phonanim.alignment import Alignment, Interval, read_alignment
-from phonanim.audio import duration
+from phonanim.aligners.pocketsphinx import SpeechAlignment, align, words_of
 from phonanim.errors import PhonanimError
-from phonanim.labels import is_silent
-from phonanim.language import to_phones
+from phonanim.media.audio import duration
+from phonanim.speech.alignment import Alignment, Interval, read_alignment
+from phonanim.speech.labels import is_silent
+from phonanim.speech.language import to_phones
 
 NAMES = (
     "059_en_mary",

@@ -18,14 +18,14 @@ from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from phonanim import contacts
-from phonanim.alignment import Interval, read_alignment
-from phonanim.animate import load_cached_rig, load_model
-from phonanim.language import to_phones
+from phonanim.animation.rates import frame_count
+from phonanim.face import contacts
 from phonanim.options import DEFAULTS
-from phonanim.rates import frame_count
+from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.rig.retarget import retarget
-from phonanim.textgrid import write_textgrid
+from phonanim.speech.alignment import Interval, read_alignment
+from phonanim.speech.language import to_phones
+from phonanim.speech.textgrid import write_textgrid
 
 ROOT = Path(__file__).resolve().parent.parent
 LINE = ROOT / "examples" / "line.TextGrid"

@@ -16,12 +16,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.aam import Fitter, Options, build_fitter, track
-from phonanim.corpus import Corpus, load_corpus
-from phonanim.face import FaceModel, lip_aperture, lip_width
+from phonanim.corpus.corpus import Corpus, load_corpus
+from phonanim.corpus.pictures import Captured, Recordings, load_captured, open_recordings, pixel_mse
+from phonanim.face.aam import Fitter, Options, build_fitter, track
+from phonanim.face.model import FaceModel, lip_aperture, lip_width
 from phonanim.metrics import correlation
-from phonanim.mouth import load_mouth
-from phonanim.pictures import Captured, Recordings, load_captured, open_recordings, pixel_mse
+from phonanim.training.mouth import load_mouth
 
 Array = NDArray[np.float64]
 

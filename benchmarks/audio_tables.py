@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.statistics import bootstrap_interval, holm, mean_rows, paired_test
+from phonanim.evaluation.statistics import bootstrap_interval, holm, mean_rows, paired_test
 
 Row = dict[str, Any]  # what one seed of a variant reaches
 Seeds = dict[str, Row]  # by seed

@@ -24,16 +24,16 @@ import time
 from itertools import pairwise
 from pathlib import Path, PurePosixPath
 
-from phonanim.threads import one_thread
+from phonanim.core.threads import one_thread
 
 one_thread()  # before NumPy is imported, as in a worker
 
-from phonanim.alignment import Interval, read_alignment  # noqa: E402
 from phonanim.dubbing.job import Job  # noqa: E402
 from phonanim.dubbing.line import Line  # noqa: E402
 from phonanim.dubbing.make import make  # noqa: E402
 from phonanim.options import DEFAULTS  # noqa: E402
-from phonanim.textgrid import write_textgrid  # noqa: E402
+from phonanim.speech.alignment import Interval, read_alignment  # noqa: E402
+from phonanim.speech.textgrid import write_textgrid  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
 FEW = 300

@@ -19,13 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import regressors
-from phonanim.animate import load_model
 from phonanim.comparison.ema import ema_modes
+from phonanim.core.files import write_text
 from phonanim.ema import Utterance, load_utterances
-from phonanim.files import write_text
-from phonanim.head import Head, load_head
 from phonanim.metrics import correlation, lag
+from phonanim.pipeline import load_model
 from phonanim.rig import load_rig
+from phonanim.rig.head import Head, load_head
 from phonanim.rig.retarget import retarget
 
 Array = NDArray[np.float64]

@@ -21,14 +21,15 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim import contacts, metrics, regressors
-from phonanim.audio import read_sound
+from phonanim import metrics, regressors
 from phonanim.comparison.ema import ema_modes
-from phonanim.corpus import Corpus, load_corpus
+from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.ema import Utterance, load_utterances
-from phonanim.face import FaceModel, fit_face, lip_aperture, lip_protrusion, lip_width
-from phonanim.inventory import INVENTORY
-from phonanim.training import fit_recipe, read_recipe
+from phonanim.face import contacts
+from phonanim.face.model import FaceModel, fit_face, lip_aperture, lip_protrusion, lip_width
+from phonanim.media.audio import read_sound
+from phonanim.speech.inventory import INVENTORY
+from phonanim.training.recipes import fit_recipe, read_recipe
 
 ROOT = Path(__file__).parent.parent
 # Each fold withholds a sentence word, three letters and a digit.

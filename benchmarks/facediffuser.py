@@ -26,14 +26,14 @@ from numpy.typing import NDArray
 from takes import MEASURES, Judge, measure_mouth
 
 from phonanim import regressors
-from phonanim.audio import Sound, read_sound
-from phonanim.corpus import load_corpus
+from phonanim.core.threads import one_thread
+from phonanim.corpus.corpus import load_corpus
 from phonanim.encoders import encode
+from phonanim.media.audio import Sound, read_sound
 from phonanim.regressors import make_config
 from phonanim.regressors._diffusion import diffused, guided, kept, strided
 from phonanim.regressors._heard import at_steps, cached_encoder, step_times
 from phonanim.regressors.facediffuser import FaceDiffuser, onward
-from phonanim.threads import one_thread
 
 if sys.version_info >= (3, 11):
     import tomllib

@@ -32,9 +32,9 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from alignment_samples import SAMPLES, WORD_LISTS  # noqa: E402 - the folder of tests is no package
 
-from phonanim.alignment import read_alignment  # noqa: E402
 from phonanim.errors import PhonanimError  # noqa: E402
-from phonanim.language import to_phones  # noqa: E402
+from phonanim.speech.alignment import read_alignment  # noqa: E402
+from phonanim.speech.language import to_phones  # noqa: E402
 
 HANG = 10  # seconds
 MEMORY = 1000  # megabytes

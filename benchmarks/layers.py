@@ -15,15 +15,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animate import Performance, perform
-from phonanim.contacts import functionals
-from phonanim.face import INNER_LIP_PAIRS
-from phonanim.head import load_head
-from phonanim.inventory import INVENTORY
+from phonanim.animation.smooth import CLOSED
+from phonanim.face.contacts import functionals
+from phonanim.face.model import INNER_LIP_PAIRS
 from phonanim.options import Options, Overlay
+from phonanim.pipeline import Performance, perform
+from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.puppet import Puppet, make_puppet
-from phonanim.smooth import CLOSED
+from phonanim.speech.inventory import INVENTORY
 
 Array = NDArray[np.float64]
 PAIRS = len(INNER_LIP_PAIRS)

@@ -19,9 +19,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from animate import lengthened
 
-from phonanim.animate import animate
 from phonanim.exporters import save
 from phonanim.exporters.mp4 import FASTEST
+from phonanim.pipeline import animate
 
 ROOT = Path(__file__).resolve().parent.parent
 SECONDS, TRIES = 60.0, 5

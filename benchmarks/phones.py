@@ -10,10 +10,10 @@ from pathlib import Path
 import click
 import numpy as np
 
-from phonanim.corpus import load_corpus
-from phonanim.face import fit_face, lip_aperture, lip_width
-from phonanim.inventory import INVENTORY
+from phonanim.corpus.corpus import load_corpus
+from phonanim.face.model import fit_face, lip_aperture, lip_width
 from phonanim.metrics import phone_middles, vertex_error
+from phonanim.speech.inventory import INVENTORY
 
 
 @click.command(help=__doc__)

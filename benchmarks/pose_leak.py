@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import regressors
-from phonanim.corpus import load_corpus, read_clips, read_landmarks, remove_pose_leak, stabilize
-from phonanim.face import SUBNASALE
+from phonanim.corpus.corpus import load_corpus, read_clips, read_landmarks, remove_pose_leak, stabilize
+from phonanim.face.model import SUBNASALE
 from phonanim.metrics import vertex_error
 
 

@@ -22,20 +22,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim import contacts
-from phonanim.animate import load_model
-from phonanim.corpus import Corpus, load_corpus
-from phonanim.face import FaceModel, fit_face, lip_aperture, lip_protrusion, lip_width
-from phonanim.head import load_head
+from phonanim.corpus.corpus import Corpus, load_corpus
+from phonanim.face import contacts
+from phonanim.face.model import FaceModel, fit_face, lip_aperture, lip_protrusion, lip_width
 from phonanim.metrics import correlation, jerk, phone_middles, spoken
-from phonanim.phones import PhoneTrack
+from phonanim.pipeline import load_model
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.fit import closed_face
+from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import read_landmarks
 from phonanim.rig.motion import read_motion
 from phonanim.rig.puppet import Puppet, make_puppet
 from phonanim.rig.retarget import retarget
 from phonanim.rig.solve import solve
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 

@@ -29,19 +29,19 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.alignment import Interval, read_alignment
-from phonanim.animate import load_cached_rig, load_model, move
-from phonanim.corpus import load_corpus
+from phonanim.animation.rates import frame_count
+from phonanim.corpus.corpus import load_corpus
 from phonanim.encoders import RATE
-from phonanim.language import to_phones
 from phonanim.options import Options
-from phonanim.rates import frame_count
+from phonanim.pipeline import load_cached_rig, load_model, move
 from phonanim.regressors._streamed import Streamed
+from phonanim.speech.alignment import Interval, read_alignment
+from phonanim.speech.language import to_phones
 from phonanim.stream.engine import PhoneStream
 from phonanim.stream.events import Samples
 from phonanim.stream.sinks import Stage, open_named
 from phonanim.stream.sound import SoundStream, streamable
-from phonanim.training import fit_recipe, read_recipe
+from phonanim.training.recipes import fit_recipe, read_recipe
 
 ROOT = Path(__file__).resolve().parent.parent
 LINE = ROOT / "examples" / "line.TextGrid"

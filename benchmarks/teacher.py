@@ -19,9 +19,9 @@ from phonanim.comparison.fit import corpus_at, face_of
 from phonanim.comparison.folds import Fold, everywhere, folds, speech
 from phonanim.comparison.plan import Plan, read_plan
 from phonanim.comparison.scores import clip_scores, value
-from phonanim.corpus import Corpus
-from phonanim.threads import one_thread
-from phonanim.training import examples, read_recipe
+from phonanim.core.threads import one_thread
+from phonanim.corpus.corpus import Corpus
+from phonanim.training.recipes import examples, read_recipe
 
 CONFIGS = Path(__file__).parent / "configs"
 RECURRENT = {"features": "gestures", "rate": 4e-3, "epochs": 12}

@@ -26,13 +26,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animate import animate, load_model
-from phonanim.animation import Animation
-from phonanim.corpus import Corpus, load_corpus
+from phonanim.animation.animation import Animation
+from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.exporters import track_json
-from phonanim.face import FaceModel, lip_aperture, lip_protrusion, lip_width
-from phonanim.head import Head, load_head
-from phonanim.masks import head_masks
+from phonanim.face.masks import head_masks
+from phonanim.face.model import FaceModel, lip_aperture, lip_protrusion, lip_width
 from phonanim.metrics import (
     correlation,
     derivative_error,
@@ -45,8 +43,10 @@ from phonanim.metrics import (
     spoken,
 )
 from phonanim.options import Options
+from phonanim.pipeline import animate, load_model
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.fit import closed_face
+from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmarks import read_landmarks
 from phonanim.rig.motion import read_motion
 from phonanim.rig.puppet import Puppet, make_puppet, straightened

@@ -12,9 +12,9 @@ import sys
 import time
 from pathlib import Path
 
+from phonanim.corpus.tracking import Tracker, mediapipe_tracker, quality, shipped_indices, track_film
 from phonanim.errors import CorpusError
-from phonanim.tracking import Tracker, mediapipe_tracker, quality, shipped_indices, track_film
-from phonanim.video import open_film
+from phonanim.media.video import open_film
 
 
 def main(films: list[Path]) -> None:

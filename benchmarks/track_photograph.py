@@ -22,11 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageFilter
 
-from phonanim.corpus import PUPIL_DISTANCE_MM, PUPILS, stabilize
+from phonanim.corpus.corpus import PUPIL_DISTANCE_MM, PUPILS, stabilize
+from phonanim.corpus.tracking import Tracker, mediapipe_tracker, quality, shipped_indices, track_film
 from phonanim.errors import CorpusError
-from phonanim.tracking import Tracker, mediapipe_tracker, quality, shipped_indices, track_film
-from phonanim.video import Frame, open_film, write_film
-from phonanim.warp import Mesh, build_mesh
+from phonanim.face.warp import Mesh, build_mesh
+from phonanim.media.video import Frame, open_film, write_film
 
 Array = NDArray[np.float64]
 

@@ -15,15 +15,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animate import animate
-from phonanim.catalog import DEFAULT_MODEL, SHIPPED
-from phonanim.corpus import load_corpus
-from phonanim.face import lip_aperture, lip_width
-from phonanim.head import load_head
+from phonanim.core.catalog import DEFAULT_MODEL, SHIPPED
+from phonanim.corpus.corpus import load_corpus
+from phonanim.face.model import lip_aperture, lip_width
 from phonanim.metrics import correlation
 from phonanim.options import Options
+from phonanim.pipeline import animate
 from phonanim.regressors import load_face
 from phonanim.rig import load_rig
+from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import read_landmarks
 
 

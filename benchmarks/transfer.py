@@ -28,12 +28,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from phonanim.face import INNER_LIP_PAIRS
-from phonanim.head import Head, load_head
-from phonanim.morphs import plain
+from phonanim.face.model import INNER_LIP_PAIRS
 from phonanim.rig import load_rig
 from phonanim.rig.deform import face_normals
+from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
+from phonanim.rig.morphs import plain
 from phonanim.rig.transfer import transfer
 
 Array = NDArray[np.float64]

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from phonanim.aligner import align
-from phonanim.audio import resample
-from phonanim.textgrid import write_textgrid
+from phonanim.aligners.pocketsphinx import align
+from phonanim.media.audio import resample
+from phonanim.speech.textgrid import write_textgrid
 
 HERE = Path(__file__).resolve().parent
 TEXT = "My father watched Bob move a cheap blue lamp from the wash room."

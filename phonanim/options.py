@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import PurePath
 from typing import Any, Literal
 
-from phonanim.catalog import DEFAULT_MODEL
+from phonanim.core.catalog import DEFAULT_MODEL
 
 
 @dataclass(frozen=True, slots=True)

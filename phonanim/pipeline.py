@@ -10,23 +10,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim import __version__, contacts, regressors
-from phonanim.animation import Animation
-from phonanim.audio import Sound
-from phonanim.catalog import find_model
-from phonanim.edit_file import read_edits
-from phonanim.edits import apply
-from phonanim.face import FaceModel
-from phonanim.files import content_hash
+from phonanim import __version__, regressors
+from phonanim.animation.animation import Animation
+from phonanim.animation.edit_file import read_edits
+from phonanim.animation.edits import apply
+from phonanim.animation.overlay import hashes, lay
+from phonanim.animation.rates import frame_count
+from phonanim.animation.smooth import firmness, smoothed
+from phonanim.animation.style import dial, drawn, idle
+from phonanim.core.catalog import find_model
+from phonanim.core.files import content_hash
+from phonanim.face import contacts
+from phonanim.face.model import FaceModel
+from phonanim.inputs.speech_input import Source, read_source
+from phonanim.media.audio import Sound
 from phonanim.options import DEFAULTS, Options
-from phonanim.overlay import hashes, lay
-from phonanim.phones import PhoneTrack
-from phonanim.rates import frame_count
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.retarget import retarget
-from phonanim.smooth import firmness, smoothed
-from phonanim.sources import Source, read_source
-from phonanim.style import dial, drawn, idle
+from phonanim.speech.phones import PhoneTrack
 
 
 @dataclass(frozen=True, slots=True)

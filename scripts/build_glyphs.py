@@ -19,8 +19,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
+from phonanim.core.lexicon import LEXICON
 from phonanim.exporters.npz import save_arrays
-from phonanim.inventory import LEXICON
 
 FACES = {"small": ("DejaVuSans.ttf", 12), "large": ("DejaVuSans-Bold.ttf", 17)}
 # ASCII, Latin with accents, IPA and its modifiers, marks that combine, Greek, ties and punctuation.

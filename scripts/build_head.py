@@ -31,9 +31,9 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 
 from tongue_shapes import tongue_shapes
 
-from phonanim.files import atomic_path
-from phonanim.glb import glb_bytes
-from phonanim.head import SHIPPED
+from phonanim.core.files import atomic_path
+from phonanim.media.glb import glb_bytes
+from phonanim.rig.head import SHIPPED
 
 Array = NDArray[Any]
 

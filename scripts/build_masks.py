@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.face import OUTER_LIPS, SUBNASALE
-from phonanim.head import load_head
-from phonanim.inventory import LEXICON
+from phonanim.core.lexicon import LEXICON
+from phonanim.face.model import OUTER_LIPS, SUBNASALE
+from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import shipped_landmarks
 
 MOUTH_MARGIN = 12.0  # mm around the red of the lips that move with it

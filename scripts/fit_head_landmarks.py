@@ -18,10 +18,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.face import INNER_LIP_PAIRS, INNER_LIPS, MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT, OUTER_LIPS
-from phonanim.head import Head, load_head
-from phonanim.inventory import LEXICON
+from phonanim.core.lexicon import LEXICON
+from phonanim.face.model import INNER_LIP_PAIRS, INNER_LIPS, MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT, OUTER_LIPS
 from phonanim.rig.align import normals
+from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmarks import MeshLandmarks, write_landmarks
 from phonanim.rig.rims import View, hit, put_on_rims
 

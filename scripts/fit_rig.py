@@ -19,15 +19,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animate import load_model
-from phonanim.corpus import Corpus, load_corpus
+from phonanim.core.files import write_text
+from phonanim.core.lexicon import LEXICON
+from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.exporters.csv import N_ARKIT, columns
-from phonanim.face import FaceModel, fit_face
-from phonanim.files import write_text
-from phonanim.head import load_head
-from phonanim.inventory import LEXICON
+from phonanim.face.model import FaceModel, fit_face
+from phonanim.pipeline import load_model
 from phonanim.rig import HingeMap, Rig
 from phonanim.rig.fit import closed_face, fit_rig
+from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.motion import SHIPPED, sample_motion, write_motion
 from phonanim.rig.puppet import Puppet, make_puppet

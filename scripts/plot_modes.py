@@ -11,7 +11,7 @@ import click
 import matplotlib
 import numpy as np
 
-from phonanim.face import INNER_LIPS, OUTER_LIPS, FaceModel
+from phonanim.face.model import INNER_LIPS, OUTER_LIPS, FaceModel
 from phonanim.metrics import lip_gap
 from phonanim.regressors import load_face
 

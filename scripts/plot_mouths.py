@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.corpus import Corpus, load_corpus
-from phonanim.labels import is_silent
-from phonanim.mouth import labelled, load_mouth
-from phonanim.pictures import load_captured, open_recordings
-from phonanim.pixels import write_png
+from phonanim.corpus.corpus import Corpus, load_corpus
+from phonanim.corpus.pictures import load_captured, open_recordings
+from phonanim.media.pixels import write_png
+from phonanim.speech.labels import is_silent
+from phonanim.training.mouth import labelled, load_mouth
 
 WIDTH = 8  # pictures
 

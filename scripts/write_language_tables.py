@@ -12,10 +12,10 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from phonanim.inventory import LEXICON  # noqa: E402
-from phonanim.ipa import Articulation, symbols  # noqa: E402
-from phonanim.labels import language_names, load_language  # noqa: E402
-from phonanim.looks import contact, lips, seen, spread  # noqa: E402
+from phonanim.speech.inventory import LEXICON  # noqa: E402
+from phonanim.speech.ipa import Articulation, symbols  # noqa: E402
+from phonanim.speech.labels import language_names, load_language  # noqa: E402
+from phonanim.speech.looks import contact, lips, seen, spread  # noqa: E402
 
 PAGE = ROOT / "docs" / "languages.md"
 START = "<!-- tables: written by scripts/write_language_tables.py -->"

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from phonanim.alignment import Interval
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
 from phonanim.rig import load_rig
+from phonanim.speech.alignment import Interval
 
 PHONES = (
     ("sil", 0.0, 0.1),

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from phonanim.threads import one_thread
+from phonanim.core.threads import one_thread
 
 os.environ.setdefault("PHONANIM_CACHE", "")  # features of sound are kept nowhere
 one_thread()  # before NumPy is imported, as the commands do it

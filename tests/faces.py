@@ -6,9 +6,9 @@ from functools import cache
 
 import numpy as np
 
-from phonanim.face import FaceModel
-from phonanim.head import TONGUE, load_head
+from phonanim.face.model import FaceModel
 from phonanim.rig import Rig, load_rig
+from phonanim.rig.head import TONGUE, load_head
 from phonanim.rig.landmarks import read_landmarks
 from phonanim.rig.puppet import Puppet, landmark_partners, mirrored
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from faces import head_face
 
-from phonanim.alignment import Interval
-from phonanim.textgrid import write_textgrid
-from phonanim.tracking import Tracker
-from phonanim.video import write_film
+from phonanim.corpus.tracking import Tracker
+from phonanim.media.video import write_film
+from phonanim.speech.alignment import Interval
+from phonanim.speech.textgrid import write_textgrid
 
 FRAMES, ROWS, COLUMNS, RATE = 20, 96, 128, 25
 PHONES = (("sil", 0.0, 0.2), ("M", 0.2, 0.4), ("AA", 0.4, 0.6), ("sil", 0.6, 0.8))

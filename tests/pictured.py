@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 from faces import head_face
 
-from phonanim.appearance import AppearanceModel, appearance_mesh, reference_shape
-from phonanim.pictures import Settings, fit_model
+from phonanim.corpus.pictures import Settings, fit_model
+from phonanim.face.appearance import AppearanceModel, appearance_mesh, reference_shape
 
 PIXEL = 2.5  # mm
 

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from phonanim.alignment import Interval
-from phonanim.audio import Sound
-from phonanim.corpus import Corpus
-from phonanim.face import INNER_LIPS, OUTER_LIPS, FaceModel, fit_face
-from phonanim.inventory import INVENTORY
-from phonanim.phones import PhoneTrack
+from phonanim.corpus.corpus import Corpus
+from phonanim.face.model import INNER_LIPS, OUTER_LIPS, FaceModel, fit_face
+from phonanim.media.audio import Sound
 from phonanim.regressors import Examples
+from phonanim.speech.alignment import Interval
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.phones import PhoneTrack
 
 NUMBERS = (2, 13, 14, 61, 291, 0, 17, 80, 88, 81, 178, 82, 87, 312, 317, 311, 402, 310, 318, 6, 168)
 

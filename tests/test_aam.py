@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from pictured import pictured_face, skin
 
-from phonanim.aam import Fitter, Pose, build_fitter, search, track
-from phonanim.appearance import LUMA
-from phonanim.search import correlation_map, first_guesses, shrunk
-from phonanim.warp import sample
+from phonanim.core.search import correlation_map, first_guesses, shrunk
+from phonanim.face.aam import Fitter, Pose, build_fitter, search, track
+from phonanim.face.appearance import LUMA
+from phonanim.face.warp import sample
 
 
 @pytest.fixture(scope="module")

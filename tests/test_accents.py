@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from speech import track_of
 
-from phonanim.animate import load_model
 from phonanim.errors import RigError
-from phonanim.inventory import INVENTORY
+from phonanim.pipeline import load_model
 from phonanim.rig import load_rig
 from phonanim.rig.accents import accented, read_accents
 from phonanim.rig.retarget import retarget
+from phonanim.speech.inventory import INVENTORY
 
 TRACK = track_of("sil 0.5 f 0.1 aa 0.3 uw 0.1 sil 0.5")
 TIMES = np.arange(90) / 60

@@ -4,7 +4,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from phonanim.aligner import align, spelled, words_of
+from phonanim.aligners.pocketsphinx import align, spelled, words_of
 from phonanim.errors import AlignmentError, AudioError, MissingExtraError, OptionError
 
 TEXT = "My father watched Bob move a cheap blue lamp from the wash room."
@@ -30,7 +30,7 @@ def test_pronunciation_numbers_are_taken_off():
 
 
 def test_the_example_is_what_the_aligner_finds(line, pocketsphinx):
-    from phonanim.alignment import read_alignment
+    from phonanim.speech.alignment import read_alignment
 
     found = align(line, TEXT)
     kept = read_alignment(line.with_suffix(".TextGrid"))

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from phonanim.__main__ import run
-from phonanim.alignment import Interval
-from phonanim.textgrid import write_textgrid
+from phonanim.speech.alignment import Interval
+from phonanim.speech.textgrid import write_textgrid
 
 HEADER = 'File type = "ooTextFile"\nObject class = "TextGrid"\n\n'
 

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from pictured import pictured_face
 
-from phonanim.appearance import (
+from phonanim.corpus.pictures import pixel_mse
+from phonanim.errors import ModelError
+from phonanim.face.appearance import (
     LUMA,
     AppearanceModel,
     inner_mouth,
@@ -17,9 +19,7 @@ from phonanim.appearance import (
     principal,
     save_appearance,
 )
-from phonanim.errors import ModelError
-from phonanim.face import INNER_LIPS
-from phonanim.pictures import pixel_mse
+from phonanim.face.model import INNER_LIPS
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ import wave
 import numpy as np
 import pytest
 
-from phonanim.audio import Sound, cut_short, duration, find_audio, read_audio, remarks, resample
 from phonanim.errors import AudioError, MissingExtraError
+from phonanim.media.audio import Sound, cut_short, duration, find_audio, read_audio, remarks, resample
 
 
 def write(path, samples, rate=16000, channels=1):
@@ -136,7 +136,7 @@ def test_long_recordings_lie_in_a_file(channels, tmp_path, monkeypatch):
     stereo = np.repeat(tone(8000, 25)[:, None], channels, axis=1)
     write(tmp_path / "a.wav", stereo, 8000, channels)
     short = read_audio(tmp_path / "a.wav")[0]
-    monkeypatch.setattr("phonanim.files.LARGE", 1000)
+    monkeypatch.setattr("phonanim.core.files.LARGE", 1000)
     long = read_audio(tmp_path / "a.wav")[0]
     assert (isinstance(short, np.memmap), isinstance(long, np.memmap)) == (False, True)
     assert np.array_equal(short, long)
@@ -154,5 +154,5 @@ ODD = [
 @pytest.mark.parametrize(("samples", "said"), ODD)
 def test_what_is_odd_about_a_recording(samples, said, monkeypatch):
     assert remarks(Sound(samples.astype(np.float32), 16000)) == said
-    monkeypatch.setattr("phonanim.audio.BLOCK", 1000)
+    monkeypatch.setattr("phonanim.media.audio.BLOCK", 1000)
     assert remarks(Sound(samples.astype(np.float32), 16000)) == said

@@ -11,11 +11,11 @@ import pytest
 from speech import made_up_examples, random_track, track_of
 
 from phonanim.errors import MissingExtraError
-from phonanim.inventory import INVENTORY
 from phonanim.regressors import Examples, Regressor, hmm, lstm, regressor_class
 from phonanim.regressors import dynamic_visemes as dv
 from phonanim.regressors._gestures import boundaries, likeness, medians
 from phonanim.regressors._hmm import Frames, Statistics, align, even_states, grow, with_differences
+from phonanim.speech.inventory import INVENTORY
 
 
 def fitted(kind: str, **settings: object) -> Regressor:

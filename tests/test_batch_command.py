@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from phonanim.__main__ import run
-from phonanim.alignment import Interval
+from phonanim.core.files import PARTIAL
 from phonanim.dubbing.ledger import NAME, read_ledger
-from phonanim.files import PARTIAL
-from phonanim.textgrid import write_textgrid
+from phonanim.speech.alignment import Interval
+from phonanim.speech.textgrid import write_textgrid
 
 FAST = ["--fps", "25", "--workers", "1"]
 

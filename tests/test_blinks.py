@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from phonanim.animate import animate
-from phonanim.blinks import RATE, blinking, lids
+from phonanim.animation.blinks import RATE, blinking, lids
 from phonanim.options import Options
+from phonanim.pipeline import animate
 from phonanim.rig import load_rig
 
 

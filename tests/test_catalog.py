@@ -4,7 +4,7 @@ import shutil
 import pytest
 
 from phonanim.__main__ import run
-from phonanim.catalog import DEFAULT_MODEL, SHIPPED, find_model, list_models, read_card
+from phonanim.core.catalog import DEFAULT_MODEL, SHIPPED, find_model, list_models, read_card
 from phonanim.errors import ModelError
 
 

@@ -9,7 +9,7 @@ from animations import line, only
 
 from phonanim.errors import OutputError, RigError
 from phonanim.exporters import load, save
-from phonanim.glb import Glb, glb_bytes, read_glb
+from phonanim.media.glb import Glb, glb_bytes, read_glb
 
 
 def character(names=("browUp", "JawOpen"), teeth=("Teeth.jaw_open",)):

@@ -15,9 +15,7 @@ from click.testing import CliRunner
 from speech import made_up_corpus, sound_of, write_wav
 
 from phonanim.__main__ import run as main
-from phonanim.aligner import SpeechAlignment
-from phonanim.alignment import Interval
-from phonanim.audio import Sound
+from phonanim.aligners.pocketsphinx import SpeechAlignment
 from phonanim.comparison import tables, tools
 from phonanim.comparison.fit import at_hand
 from phonanim.comparison.folds import folds
@@ -25,9 +23,11 @@ from phonanim.comparison.plan import read_plan
 from phonanim.comparison.report import _generalization, read_document
 from phonanim.comparison.run import _jobs, compare, rows_of
 from phonanim.comparison.scores import MEASURES, clip_scores, value
-from phonanim.corpus import load_corpus, save_corpus
+from phonanim.corpus.corpus import load_corpus, save_corpus
 from phonanim.errors import AlignmentError, ModelError
-from phonanim.face import fit_face
+from phonanim.face.model import fit_face
+from phonanim.media.audio import Sound
+from phonanim.speech.alignment import Interval
 
 PLAN = """
 corpus = "corpus"
@@ -84,7 +84,7 @@ def house(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     (folder / "mean.toml").write_text('kind = "phone_mean"\ncorpus = "corpus"\n')
     (folder / "plan.toml").write_text(PLAN)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("phonanim.aligner.align_sound", made_up_alignment)
+        patch.setattr("phonanim.aligners.pocketsphinx.align_sound", made_up_alignment)
         yield folder
 
 

@@ -11,20 +11,20 @@ import numpy as np
 import pytest
 from speech import made_up_corpus, random_track, sound_of, write_wav
 
-from phonanim.audio import Sound, read_sound
 from phonanim.comparison import sounds
 from phonanim.comparison.conditions import Take, aligned, changed, describe_conditions
 from phonanim.comparison.cost import line_cost, look_ahead, trainings
 from phonanim.comparison.figures import _beside, _inside, spread
 from phonanim.comparison.fit import Job
 from phonanim.comparison.plan import Condition, Plan
-from phonanim.corpus import Corpus
-from phonanim.features import NO_CLUSTERS, n_features
-from phonanim.indicators import WIDTH
-from phonanim.phones import PhoneTrack
+from phonanim.corpus.corpus import Corpus
+from phonanim.features.indicators import WIDTH
+from phonanim.features.inputs import NO_CLUSTERS, n_features
+from phonanim.media.audio import Sound, read_sound
 from phonanim.regressors import Regressor, dnn
 from phonanim.regressors.phone_mean import Config as MeanConfig
 from phonanim.regressors.phone_mean import PhoneMean
+from phonanim.speech.phones import PhoneTrack
 
 RATE = 16000
 
@@ -102,7 +102,7 @@ def test_alignments_are_kept(root: Path, tmp_path: Path, monkeypatch: pytest.Mon
     found = aligned(sound, text, "line", tmp_path)
     assert found is not None
     assert len(found.codes) > 30
-    monkeypatch.setattr("phonanim.aligner.align_sound", None)
+    monkeypatch.setattr("phonanim.aligners.pocketsphinx.align_sound", None)
     again = aligned(sound, text, "line", tmp_path)
     assert again is not None
     assert (again.bounds == found.bounds).all()

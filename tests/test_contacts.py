@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from speech import made_up_face, track_of
 
-from phonanim.contacts import CONTACTS, bound, close, functionals
-from phonanim.face import lip_width
+from phonanim.face.contacts import CONTACTS, bound, close, functionals
+from phonanim.face.model import lip_width
 from phonanim.metrics import lip_gap
 
 FACE = made_up_face(np.random.default_rng(0))

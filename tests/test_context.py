@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from speech import random_track, track_of
 
-from phonanim.context import EDGES, N_BOXES, context_features, part_table
-from phonanim.features import FEATURES, inputs, n_features
-from phonanim.gestures import GESTURES, split_parts
-from phonanim.inventory import INVENTORY
+from phonanim.features.context import EDGES, N_BOXES, context_features, part_table
+from phonanim.features.inputs import FEATURES, inputs, n_features
+from phonanim.speech.gestures import GESTURES, split_parts
+from phonanim.speech.inventory import INVENTORY
 
 
 @pytest.mark.parametrize("kind", FEATURES)

@@ -9,8 +9,8 @@ from animations import line, only
 
 from phonanim.__main__ import run
 from phonanim.exporters import load, save
-from phonanim.glb import read_glb
-from phonanim.head import SHIPPED
+from phonanim.media.glb import read_glb
+from phonanim.rig.head import SHIPPED
 
 
 @pytest.fixture

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from animations import line
 
-from phonanim.alignment import Interval
 from phonanim.errors import OutputError
 from phonanim.exporters import load, save
 from phonanim.exporters._cues import SHORTEST, mouth_cues, visemes
-from phonanim.inventory import INVENTORY
+from phonanim.speech.alignment import Interval
+from phonanim.speech.inventory import INVENTORY
 
 SHAPES = set("ABCDEFGHX")
 # "bob" with a burst too short to draw, and a closure as short that must stay.

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from phonanim.__main__ import run
-from phonanim.alignment import Interval
-from phonanim.audio import read_sound
+from phonanim.corpus.importing import import_dataset
 from phonanim.datasets import KINDS, SPLITS, Frames, Recording, dataset_names, load_dataset
 from phonanim.datasets import _splits as splits
 from phonanim.datasets._est import read_est, sensors
@@ -18,7 +17,8 @@ from phonanim.datasets._mat import read_signals
 from phonanim.datasets._pickles import read_pickle
 from phonanim.datasets._splits import EIGHTY_TEN_TEN, drawn, pieces
 from phonanim.errors import CorpusError, MissingExtraError, OptionError
-from phonanim.importing import import_dataset
+from phonanim.media.audio import read_sound
+from phonanim.speech.alignment import Interval
 
 NAMES = dataset_names()
 

@@ -10,10 +10,10 @@ import time
 import pytest
 
 from phonanim.__main__ import run
-from phonanim.alignment import Interval
 from phonanim.dubbing.cluster import run_jobs
 from phonanim.errors import MissingExtraError, OptionError
-from phonanim.textgrid import write_textgrid
+from phonanim.speech.alignment import Interval
+from phonanim.speech.textgrid import write_textgrid
 
 LINES = 60
 

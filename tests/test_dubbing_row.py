@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from phonanim.__main__ import run
-from phonanim.alignment import Interval
 from phonanim.dubbing.lines import read_lines
 from phonanim.dubbing.row import Common
 from phonanim.exporters import load
 from phonanim.exporters.npz import write as write_npz
-from phonanim.glb import read_glb
-from phonanim.head import SHIPPED
+from phonanim.media.glb import read_glb
 from phonanim.options import Options, Overlay
-from phonanim.textgrid import write_textgrid
+from phonanim.rig.head import SHIPPED
+from phonanim.speech.alignment import Interval
+from phonanim.speech.textgrid import write_textgrid
 
 FAST = ["--fps", "25", "--workers", "1"]
 PHONES = [Interval("AA", 0.5, 0.8), Interval("B", 0.8, 0.9), Interval("IY", 0.9, 1.2)]
@@ -110,7 +110,7 @@ def test_a_character_speaks(folder, capsys):
 
 
 def remade(glb):
-    from phonanim.glb import glb_bytes
+    from phonanim.media.glb import glb_bytes
 
     return glb_bytes({**glb.tree, "asset": {**glb.tree["asset"], "copyright": "nobody"}}, glb.binary)
 
@@ -193,7 +193,7 @@ def test_a_language_that_nobody_wrote(folder):
 
 
 def test_rigs_and_models_of_ones_own(folder, tmp_path):
-    from phonanim.catalog import find_model
+    from phonanim.core.catalog import find_model
     from phonanim.rig.read import find_rig
 
     (folder / "show").mkdir()

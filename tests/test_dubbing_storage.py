@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from phonanim.__main__ import run as phonanim
-from phonanim.alignment import Interval
 from phonanim.dubbing import parts
 from phonanim.dubbing.audit import audit
 from phonanim.dubbing.ledger import NAME, read_ledger, recording
@@ -23,10 +22,11 @@ from phonanim.dubbing.row import Common
 from phonanim.dubbing.run import needed, run
 from phonanim.dubbing.storage import Remote, hash_of, place
 from phonanim.errors import MissingExtraError, OptionError, OutputError
-from phonanim.glb import glb_bytes, read_glb
-from phonanim.head import SHIPPED
+from phonanim.media.glb import glb_bytes, read_glb
 from phonanim.options import Options
-from phonanim.textgrid import write_textgrid
+from phonanim.rig.head import SHIPPED
+from phonanim.speech.alignment import Interval
+from phonanim.speech.textgrid import write_textgrid
 
 COMMON = Common(Options(fps=25.0))
 REPORTS = {NAME, "report.html", "report.json", "summary.txt"}

@@ -9,11 +9,11 @@ import animations
 import numpy as np
 import pytest
 
-from phonanim.alignment import Interval
-from phonanim.edit_file import read_edits, write_edits
-from phonanim.edits import apply, diff
+from phonanim.animation.edit_file import read_edits, write_edits
+from phonanim.animation.edits import apply, diff
 from phonanim.errors import OptionError
 from phonanim.rig import load_rig
+from phonanim.speech.alignment import Interval
 
 ERROR = 1e-3
 

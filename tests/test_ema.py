@@ -24,7 +24,7 @@ from phonanim.ema.measures import (
 from phonanim.ema.posture import bitten, head_corrected, rest_of, rigid_fit
 from phonanim.ema.preparation import fill_gaps, resampled
 from phonanim.errors import CorpusError
-from phonanim.statistics import pearson
+from phonanim.evaluation.statistics import pearson
 
 Array = NDArray[np.float64]
 

@@ -14,13 +14,13 @@ import pytest
 from safetensors.numpy import load_file, save_file
 from speech import sound_of, track_of
 
-from phonanim.audio import Sound, read_sound
 from phonanim.encoders import HOP, RATE, Encoder, Features, encode, load_encoder, names
 from phonanim.encoders._cache import cache_folder, fingerprint
 from phonanim.encoders._weights import encoder_folder, read_ctranslate2
 from phonanim.encoders.phones import of_track
 from phonanim.errors import AudioError, MissingExtraError, ModelError, OutputError
-from phonanim.inventory import INVENTORY
+from phonanim.media.audio import Sound, read_sound
+from phonanim.speech.inventory import INVENTORY
 
 HIDDEN = {"wav2vec2": "Wav2Vec2", "hubert": "Hubert", "wavlm": "WavLM"}
 

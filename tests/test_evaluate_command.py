@@ -6,7 +6,7 @@ import pytest
 from test_scoring import speaking
 
 from phonanim.__main__ import run as run_phonanim
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
 from phonanim.exporters import save
 
 TEXTGRID = """File type = "ooTextFile"

@@ -14,7 +14,7 @@ from phonanim import exporters
 from phonanim.errors import MissingExtraError, OutputError
 from phonanim.exporters import find_exporter, formats, load, options_of, save, suffixes
 from phonanim.exporters.npz import save_arrays
-from phonanim.head import SHIPPED
+from phonanim.rig.head import SHIPPED
 
 # What a format cannot do without, or does faster with.
 OPTIONS = {".vrm": {"character": SHIPPED}, ".mp4": {"size": 64}}

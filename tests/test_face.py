@@ -7,7 +7,7 @@ import pytest
 from speech import made_up_face
 
 from phonanim.errors import ModelError
-from phonanim.face import FaceModel, lip_aperture, lip_protrusion, lip_width
+from phonanim.face.model import FaceModel, lip_aperture, lip_protrusion, lip_width
 
 
 @pytest.fixture

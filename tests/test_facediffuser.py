@@ -11,9 +11,9 @@ import pytest
 from safetensors.numpy import load_file, save_file
 from speech import made_up_examples, made_up_face, sound_of
 
-from phonanim.audio import Sound
 from phonanim.encoders import HOP, RATE
 from phonanim.errors import ModelError
+from phonanim.media.audio import Sound
 from phonanim.regressors import CHECKPOINT, Examples, Model, load, make_config, save
 from phonanim.regressors import _diffusion as diffusion
 from phonanim.regressors import _heard as heard

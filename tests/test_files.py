@@ -4,8 +4,8 @@ import os
 import numpy as np
 import pytest
 
+from phonanim.core.files import atomic_path, content_hash, gathered, write_text
 from phonanim.errors import OutputError
-from phonanim.files import atomic_path, content_hash, gathered, write_text
 
 
 def test_the_file_appears_whole_and_alone(tmp_path):
@@ -66,7 +66,7 @@ def test_the_hash_of_a_folder_sees_names_and_contents(tmp_path):
 def test_arrays_are_gathered_in_memory_or_in_a_file(monkeypatch):
     pieces = [np.full((count, 2, 3), count, np.float16) for count in (3, 0, 5)]
     assert np.array_equal(gathered(iter(pieces)), np.concatenate(pieces))
-    monkeypatch.setattr("phonanim.files.LARGE", 50)
+    monkeypatch.setattr("phonanim.core.files.LARGE", 50)
     found = gathered(iter(pieces))
     assert isinstance(found, np.memmap)
     assert np.array_equal(found, np.concatenate(pieces))
@@ -77,7 +77,7 @@ def test_no_room_for_large_arrays_is_one_line(monkeypatch):
     def full(*given):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("phonanim.files.tempfile.SpooledTemporaryFile", full)
+    monkeypatch.setattr("phonanim.core.files.tempfile.SpooledTemporaryFile", full)
     with pytest.raises(
         OutputError, match=r"has no room for 0 MB or more \(No space left .*; set TMPDIR to a larger folder"
     ):

@@ -7,9 +7,9 @@ from animations import line
 
 from phonanim.errors import RigError
 from phonanim.exporters import load, save
-from phonanim.glb import Glb, glb_bytes, parse_glb, read_glb
-from phonanim.head import SHIPPED, load_head
+from phonanim.media.glb import Glb, glb_bytes, parse_glb, read_glb
 from phonanim.rig.character import load_character
+from phonanim.rig.head import SHIPPED, load_head
 
 
 def glb_of(accessor, views, binary):

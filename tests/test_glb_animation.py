@@ -11,8 +11,8 @@ from animations import line, only
 from phonanim.errors import OutputError, RigError
 from phonanim.exporters import load, save
 from phonanim.exporters.glb import write
-from phonanim.glb import glb_bytes, read_glb
-from phonanim.head import SHIPPED, load_head
+from phonanim.media.glb import glb_bytes, read_glb
+from phonanim.rig.head import SHIPPED, load_head
 
 
 @pytest.fixture

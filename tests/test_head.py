@@ -9,8 +9,8 @@ import pytest
 
 from phonanim.errors import RigError
 from phonanim.exporters.csv import N_ARKIT, columns
-from phonanim.glb import glb_bytes, read_glb
-from phonanim.head import PARTS, SHIPPED, TONGUE, load_head
+from phonanim.media.glb import glb_bytes, read_glb
+from phonanim.rig.head import PARTS, SHIPPED, TONGUE, load_head
 
 
 @pytest.fixture(scope="module")

@@ -10,11 +10,11 @@ from animations import line, only
 
 from phonanim.exporters import save
 from phonanim.exporters._head import head_of
-from phonanim.glb import glb_bytes, read_glb
-from phonanim.head import SHIPPED, load_head
-from phonanim.render import render, whole_head
+from phonanim.media.glb import glb_bytes, read_glb
 from phonanim.rig.character import GREY
+from phonanim.rig.head import SHIPPED, load_head
 from phonanim.rig.meshes import write_head
+from phonanim.rig.render import render, whole_head
 
 
 @pytest.fixture

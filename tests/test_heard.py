@@ -12,8 +12,8 @@ import pytest
 from safetensors.numpy import load_file, save_file
 from speech import made_up_examples, made_up_face, random_track, sound_of, track_of
 
-from phonanim.audio import Sound
 from phonanim.errors import ModelError
+from phonanim.media.audio import Sound
 from phonanim.regressors import CHECKPOINT, Examples, Model, load, make_config, regressor_class, save
 from phonanim.regressors import _heard as heard
 from phonanim.regressors._decoders import decode, gru

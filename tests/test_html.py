@@ -12,7 +12,7 @@ from animations import line, only
 from phonanim.errors import OutputError, RigError
 from phonanim.exporters import save
 from phonanim.exporters.html import SCRIPTS
-from phonanim.head import SHIPPED
+from phonanim.rig.head import SHIPPED
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 browser = pytest.mark.skipif(CHROMIUM is None, reason="needs chromium or google-chrome")

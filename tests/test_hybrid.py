@@ -11,11 +11,11 @@ import pytest
 from speech import made_up_examples, made_up_face, random_track, sound_of, track_of
 
 from phonanim.__main__ import run
-from phonanim.animate import animate, load_model
-from phonanim.audio import Sound, read_sound
 from phonanim.errors import ModelError, OptionError
-from phonanim.features import n_features
+from phonanim.features.inputs import n_features
+from phonanim.media.audio import Sound, read_sound
 from phonanim.options import DEFAULTS
+from phonanim.pipeline import animate, load_model
 from phonanim.regressors import Examples, Model, load, make_config, save
 from phonanim.regressors.hybrid import Hybrid
 from phonanim.stream.engine import PhoneStream

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from speech import random_track
 
-from phonanim.features import NO_CLUSTERS, frame_codes
-from phonanim.indicators import GROUPS, N_FEATURES, OFFSETS, indicators, raw_indicators
-from phonanim.inventory import INVENTORY
+from phonanim.features.indicators import GROUPS, N_FEATURES, OFFSETS, indicators, raw_indicators
+from phonanim.features.inputs import NO_CLUSTERS, frame_codes
+from phonanim.speech.inventory import INVENTORY
 
 NONE = np.full((41, 41), -1, np.int8)
 

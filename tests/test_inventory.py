@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from phonanim.inventory import INVENTORY, LEXICON, load_inventory
+from phonanim.core.lexicon import LEXICON
+from phonanim.speech.inventory import INVENTORY, load_inventory
 
 SUPPLEMENT = """
 sil dh ih s z uh p r aa b l m th ae d g ow k n er iy y w eh ch v t sh f ah sp hh aw oy uw ey ao zh ay jh ng

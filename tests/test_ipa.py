@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from phonanim.inventory import INVENTORY
-from phonanim.ipa import marks, parse, spellings, symbols
-from phonanim.looks import seen
-from phonanim.sampa import to_ipa
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.ipa import marks, parse, spellings, symbols
+from phonanim.speech.looks import seen
+from phonanim.speech.sampa import to_ipa
 
 # What every symbol becomes, to be read by a phonetician.
 GOLDEN = """

@@ -4,7 +4,7 @@ from animations import line, only
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from phonanim.keys import describe, describe_shared, reduce_channels, reduce_curve, reduce_curves
+from phonanim.animation.keys import describe, describe_shared, reduce_channels, reduce_curve, reduce_curves
 
 
 @settings(max_examples=60, deadline=None)

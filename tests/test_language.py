@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from phonanim.alignment import Alignment, Interval
 from phonanim.errors import LabelError
-from phonanim.inventory import INVENTORY
-from phonanim.labels import Language
-from phonanim.language import choose_language, language_names, load_language, to_phones
+from phonanim.speech.alignment import Alignment, Interval
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.labels import Language
+from phonanim.speech.language import choose_language, language_names, load_language, to_phones
 
 STEP = 0.125
 

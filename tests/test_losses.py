@@ -13,8 +13,8 @@ from speech import made_up_examples
 from phonanim.__main__ import run
 from phonanim.commands.train import command
 from phonanim.errors import MissingExtraError
-from phonanim.losses import check_drawable, draw_losses
 from phonanim.regressors import make_config, regressor_class
+from phonanim.training.losses import check_drawable, draw_losses
 
 CURVE = "epoch,training_loss,validation_mm2\n1,0.9,19.4\n2,0.5,17.3\n3,0.4,17.9\n"
 
@@ -65,7 +65,7 @@ def test_the_command_draws_what_was_trained(tmp_path: Path, monkeypatch: pytest.
     recipe.write_text('kind = "phisanet"\ncorpus = "nowhere"\n')
     folder.mkdir()
     (folder / "loss.csv").write_text(CURVE)
-    monkeypatch.setattr("phonanim.training.train", lambda config, **more: folder)
+    monkeypatch.setattr("phonanim.training.recipes.train", lambda config, **more: folder)
     done = CliRunner().invoke(command, [str(recipe), "--plot"])
     assert done.exit_code == 0, done.output
     assert (folder / "loss.png").is_file()

@@ -6,9 +6,16 @@ import pytest
 from faces import head_face
 
 from phonanim.errors import EvaluationError
-from phonanim.face import INNER_LIPS, OUTER_LIPS
-from phonanim.head import load_head
-from phonanim.masks import check_masks, head_masks, landmark_masks, landmark_numbers, parse_masks, read_mask
+from phonanim.face.masks import (
+    check_masks,
+    head_masks,
+    landmark_masks,
+    landmark_numbers,
+    parse_masks,
+    read_mask,
+)
+from phonanim.face.model import INNER_LIPS, OUTER_LIPS
+from phonanim.rig.head import load_head
 
 
 def test_the_red_of_the_lips_is_a_region():

@@ -4,8 +4,8 @@ from faces import head_face
 
 from phonanim import metrics
 from phonanim.errors import EvaluationError
-from phonanim.inventory import INVENTORY
-from phonanim.phones import PhoneTrack
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.phones import PhoneTrack
 
 FPS = 50.0
 TIMES = np.arange(100) / FPS
@@ -207,6 +207,6 @@ def test_lip_gap_and_vertex_error_of_the_reference_face():
 
 
 def _pairs():
-    from phonanim.face import INNER_LIP_PAIRS
+    from phonanim.face.model import INNER_LIP_PAIRS
 
     return INNER_LIP_PAIRS

@@ -3,8 +3,8 @@ import pytest
 from animations import line
 
 from phonanim.errors import RigError
-from phonanim.glb import Glb
-from phonanim.morphs import Morphs, find_morphs, plain
+from phonanim.media.glb import Glb
+from phonanim.rig.morphs import Morphs, find_morphs, plain
 
 
 @pytest.mark.parametrize(

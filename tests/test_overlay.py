@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from phonanim.animate import animate, load_model, perform
+from phonanim.animation.overlay import POSES, SHARE, find_overlay, freedom, hashes
 from phonanim.errors import OptionError
 from phonanim.exporters import save
-from phonanim.face import INNER_LIP_PAIRS
-from phonanim.head import load_head
-from phonanim.inventory import INVENTORY
+from phonanim.face.model import INNER_LIP_PAIRS
 from phonanim.options import Options, Overlay
-from phonanim.overlay import POSES, SHARE, find_overlay, freedom, hashes
+from phonanim.pipeline import animate, load_model, perform
 from phonanim.rig import load_rig
+from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.puppet import make_puppet
+from phonanim.speech.inventory import INVENTORY
 
 GRIN = Overlay("smile", 1.5)
 SILENT = ("sad", "angry", "surprised", "smile")

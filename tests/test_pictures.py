@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from phonanim.__main__ import run
-from phonanim.aam import build_fitter, track
 from phonanim.comparison.plan import read_plan
-from phonanim.corpus import build_corpus, load_corpus, read_clips
+from phonanim.corpus.corpus import build_corpus, load_corpus, read_clips
+from phonanim.corpus.pictures import joint_examples, load_captured, open_recordings, pixel_mse
 from phonanim.errors import CorpusError, ModelError
-from phonanim.mouth import fit_mouth, load_mouth, save_mouth
-from phonanim.pictures import joint_examples, load_captured, open_recordings, pixel_mse
-from phonanim.training import Recipe
+from phonanim.face.aam import build_fitter, track
+from phonanim.training.mouth import fit_mouth, load_mouth, save_mouth
+from phonanim.training.recipes import Recipe
 
 pytest.importorskip("av")
 N_TRAIN, N_TEST = 5, 1

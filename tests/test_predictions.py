@@ -4,10 +4,18 @@ from itertools import product
 import numpy as np
 import pytest
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
 from phonanim.errors import EvaluationError, MissingExtraError, OutputError
+from phonanim.evaluation.predictions import (
+    Vertices,
+    at_times,
+    from_array,
+    pair_files,
+    read_motion,
+    read_template,
+    stem,
+)
 from phonanim.exporters import save
-from phonanim.predictions import Vertices, at_times, from_array, pair_files, read_motion, read_template, stem
 
 PLY = """ply
 format ascii 1.0

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from textgrid_text import BEAM, WORDS, long_text, save
 
-from phonanim.alignment import read_alignment
 from phonanim.errors import AlignmentError
-from phonanim.pronunciations import NOTE, load_pronunciations
+from phonanim.speech.alignment import read_alignment
+from phonanim.speech.pronunciations import NOTE, load_pronunciations
 
 CMU = ";;; comment\nBEAM  B IY1 M\nBEAM(2)  B IH1 M\nME  M IY1\n"
 MFA = "beam\t0.99\t0.05\t1.0\t1.0\tb iː m\nme\tm i\n"

@@ -2,8 +2,8 @@ from fractions import Fraction
 
 import pytest
 
+from phonanim.animation.rates import NTSC, frame_count, parse_rate
 from phonanim.errors import OptionError
-from phonanim.rates import NTSC, frame_count, parse_rate
 
 
 @pytest.mark.parametrize(("text", "rate"), [("25", 25.0), (" 60 ", 60.0), ("12.5", 12.5), ("120", 120.0)])

@@ -11,11 +11,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from phonanim import readers
-from phonanim.alignment import Interval, read_alignment
 from phonanim.errors import AlignmentError, PhonanimError
-from phonanim.inventory import INVENTORY
-from phonanim.language import to_phones
 from phonanim.readers import Source, find_reader, load_reader, reader_names
+from phonanim.speech.alignment import Interval, read_alignment
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.language import to_phones
 
 ALL = SAMPLES | {"words_json": WORD_LISTS}
 EACH = [

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from praatio import textgrid
 
-from phonanim.alignment import read_alignment
 from phonanim.errors import PhonanimError
-from phonanim.language import choose_language, to_phones
 from phonanim.readers import load_reader, open_source
+from phonanim.speech.alignment import read_alignment
+from phonanim.speech.language import choose_language, to_phones
 
 # Every 30th of 4000: the whole archives take about five seconds.
 EACH = 30

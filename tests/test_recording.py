@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from films import FRAMES, fake_tracker, head_shape, make_film, put_alignment
 
-from phonanim import tracking
 from phonanim.__main__ import run
-from phonanim.corpus import build_corpus, load_corpus, read_clips, read_landmarks
+from phonanim.corpus import tracking
+from phonanim.corpus.corpus import build_corpus, load_corpus, read_clips, read_landmarks
+from phonanim.corpus.recordings import record, split
 from phonanim.errors import CorpusError
-from phonanim.recording import record, split
-from phonanim.video import open_film
+from phonanim.media.video import open_film
 
 pytest.importorskip("av")
 

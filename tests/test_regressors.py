@@ -12,10 +12,10 @@ import pytest
 from safetensors.numpy import load_file, save_file
 from speech import made_up_examples, made_up_face, random_track, sound_of, track_of
 
-from phonanim.audio import Sound
 from phonanim.errors import ModelError
-from phonanim.inventory import INVENTORY
+from phonanim.media.audio import Sound
 from phonanim.regressors import Driver, Model, kinds, load, make_config, regressor_class, save
+from phonanim.speech.inventory import INVENTORY
 
 HEARD = {"encoder": "mfcc", "hidden": 8, "depth": 1, "epochs": 2, "window": 20, "learning_rate": 0.01}
 SMALL: dict[str, dict[str, Any]] = {

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from animations import line, only
 
-from phonanim.head import load_head
-from phonanim.pixels import draw_text, png_bytes, shortened, text_width
-from phonanim.raster import EMPTY, rasterize
-from phonanim.render import averaged, blurred, lower_face, render, srgb, whole_head
+from phonanim.media.pixels import draw_text, png_bytes, shortened, text_width
+from phonanim.media.raster import EMPTY, rasterize
+from phonanim.rig.head import load_head
+from phonanim.rig.render import averaged, blurred, lower_face, render, srgb, whole_head
 
 SQUARE = np.array([[2, 2, 0], [10, 2, 0], [10, 10, 0], [2, 10, 0]], np.float32)
 HALVES = np.array([[0, 2, 1], [0, 3, 2]])  # anticlockwise as seen, with rows that count down

@@ -9,7 +9,7 @@ import pytest
 from faces import blank_rig, head_face, head_puppet
 
 from phonanim.errors import RigError
-from phonanim.face import FaceModel
+from phonanim.face.model import FaceModel
 from phonanim.rig import HingeMap, Rig, load_rig, rig_names
 from phonanim.rig.retarget import retarget
 from phonanim.rig.rig import POSES, Through

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from phonanim.__main__ import run
-from phonanim.animate import load_model
 from phonanim.errors import MissingExtraError, RigError
-from phonanim.face import INNER_LIP_PAIRS, MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT
-from phonanim.head import Head, load_head
+from phonanim.face.model import INNER_LIP_PAIRS, MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT
+from phonanim.pipeline import load_model
 from phonanim.rig import load_rig
 from phonanim.rig.align import with_visemes
 from phonanim.rig.character import fit_character, load_character, quality, speech_controls
+from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.meshes import read_obj, write_head, write_obj
 from phonanim.rig.puppet import make_puppet
@@ -122,7 +122,7 @@ def test_positions_that_are_not_finite(tmp_path: Path) -> None:
 
 
 def test_nodes_are_placed_in_the_world(tmp_path: Path) -> None:
-    from phonanim.glb import glb_bytes, read_glb
+    from phonanim.media.glb import glb_bytes, read_glb
 
     path = tmp_path / "a.glb"
     write_head(path, vrm_head())

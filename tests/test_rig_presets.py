@@ -8,14 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from phonanim.core.lexicon import LEXICON
 from phonanim.errors import RigError
-from phonanim.face import FaceModel
-from phonanim.inventory import INVENTORY, LEXICON
-from phonanim.phones import PhoneTrack
+from phonanim.face.model import FaceModel
 from phonanim.rig import load_rig, rig_names
 from phonanim.rig.retarget import retarget
 from phonanim.rig.tables import read_visemes
 from phonanim.rig.visemes import URGENT, spoken_shapes, vowel_shapes
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.phones import PhoneTrack
 
 STEPPED = ("azure22", "preston_blair", "rhubarb")
 

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from faces import blank_rig, head_face, head_puppet
 
-from phonanim.animate import load_model
 from phonanim.errors import RigError
-from phonanim.face import lip_aperture, lip_width
-from phonanim.head import load_head
+from phonanim.face.model import lip_aperture, lip_width
+from phonanim.pipeline import load_model
 from phonanim.rig import load_rig
 from phonanim.rig.descent import Problem, descend
 from phonanim.rig.fit import closed_face, fit_rig, hinges_of
+from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import read_landmarks, shipped_landmarks
 from phonanim.rig.motion import read_motion
 from phonanim.rig.puppet import control_partners, landmark_partners, make_puppet, mirrored

@@ -12,10 +12,10 @@ import pytest
 
 from phonanim.__main__ import run
 from phonanim.errors import RigError
-from phonanim.face import INNER_LIP_PAIRS
-from phonanim.head import TONGUE, Head, load_head
+from phonanim.face.model import INNER_LIP_PAIRS
 from phonanim.rig.character import load_character, load_mesh
 from phonanim.rig.deform import face_normals
+from phonanim.rig.head import TONGUE, Head, load_head
 from phonanim.rig.inside import outer_rows
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
 from phonanim.rig.meshes import write_obj
@@ -182,7 +182,7 @@ def test_what_is_no_head_is_said() -> None:
 
 
 def test_a_file_without_meshes_is_said(tmp_path: Path) -> None:
-    from phonanim.glb import glb_bytes
+    from phonanim.media.glb import glb_bytes
 
     path = tmp_path / "empty.glb"
     path.write_bytes(glb_bytes({"asset": {"version": "2.0"}, "nodes": [{"name": "nothing"}]}, b""))
@@ -191,7 +191,7 @@ def test_a_file_without_meshes_is_said(tmp_path: Path) -> None:
 
 
 def test_a_glb_without_shapes_can_be_a_target() -> None:
-    from phonanim.head import SHIPPED
+    from phonanim.rig.head import SHIPPED
 
     mesh = load_mesh(SHIPPED)
     assert mesh.targets == ()

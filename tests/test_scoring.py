@@ -3,16 +3,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
 from phonanim.errors import EvaluationError
-from phonanim.head import load_head
-from phonanim.inventory import INVENTORY
+from phonanim.evaluation.predictions import Vertices
+from phonanim.evaluation.scoring import score, spread
+from phonanim.evaluation.surfaces import Settings, surface
 from phonanim.metrics import correlation
-from phonanim.phones import PhoneTrack
-from phonanim.predictions import Vertices
+from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import shipped_landmarks
-from phonanim.scoring import score, spread
-from phonanim.surfaces import Settings, surface
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.phones import PhoneTrack
 
 SAID = PhoneTrack(
     INVENTORY.codes(("sil", "aa", "p", "aa", "f")), np.array([0, 0.2, 0.8, 1, 1.5, 2]), ("",) * 5

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from animations import line
 
-from phonanim.alignment import Interval
 from phonanim.errors import OutputError, RigError
-from phonanim.sheet import choose_shots, save_sheet
+from phonanim.speech.alignment import Interval
+from phonanim.viewer.sheet import choose_shots, save_sheet
 
 
 def test_one_shot_per_phone_at_its_middle():

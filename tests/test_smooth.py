@@ -7,17 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from phonanim.animate import load_model, perform
-from phonanim.contacts import functionals
-from phonanim.face import INNER_LIP_PAIRS
-from phonanim.head import load_head
-from phonanim.inventory import INVENTORY
+from phonanim.animation.smooth import CLOSED, firmness, smoothed, width_of
+from phonanim.face.contacts import functionals
+from phonanim.face.model import INNER_LIP_PAIRS
 from phonanim.options import Options
-from phonanim.phones import PhoneTrack
+from phonanim.pipeline import load_model, perform
 from phonanim.rig import load_rig
+from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.puppet import make_puppet
-from phonanim.smooth import CLOSED, firmness, smoothed, width_of
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.phones import PhoneTrack
 
 PAIRS = len(INNER_LIP_PAIRS)
 

@@ -13,12 +13,12 @@ import pytest
 from speech import made_up_examples
 
 from phonanim.__main__ import run
-from phonanim.animate import animate, load_model
-from phonanim.audio import Sound, find_audio, read_sound
 from phonanim.errors import AlignmentError, AudioError
+from phonanim.inputs.speech_input import is_recording, read_source
+from phonanim.media.audio import Sound, find_audio, read_sound
 from phonanim.options import DEFAULTS
+from phonanim.pipeline import animate, load_model
 from phonanim.regressors import Model, make_config, regressor_class, save
-from phonanim.sources import is_recording, read_source
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +125,7 @@ def test_what_is_odd_about_the_sound_is_said(
 def test_an_alignment_cut_out_of_a_longer_recording(
     line: Path, model: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import phonanim.sources as sources
+    import phonanim.inputs.speech_input as sources
 
     real = sources.read_alignment
     monkeypatch.setattr(sources, "read_alignment", lambda *given: replace(real(*given), offset=0.5))

@@ -11,7 +11,7 @@ from animations import line
 from phonanim.__main__ import run
 from phonanim.errors import RigError
 from phonanim.exporters import save
-from phonanim.head import load_head
+from phonanim.rig.head import load_head
 from phonanim.rig.meshes import write_head
 from phonanim.rig.stance import doubts
 

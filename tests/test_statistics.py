@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from phonanim import statistics as st
+from phonanim.evaluation import statistics as st
 
 RNG = np.random.default_rng
 

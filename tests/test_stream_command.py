@@ -18,9 +18,9 @@ import pytest
 from test_stream_sound import made_up_model, speech
 
 from phonanim.__main__ import run
-from phonanim.animate import animate
 from phonanim.errors import AudioError, MissingExtraError, StreamError
 from phonanim.options import Options
+from phonanim.pipeline import animate
 from phonanim.stream import inputs
 from phonanim.stream.engine import PhoneStream
 from phonanim.stream.events import End, Event, Phone, Problem, Samples, Tick, parse_event

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from speech import random_track
 
-from phonanim.alignment import Alignment, Interval
-from phonanim.animate import load_cached_rig, load_model, move
+from phonanim.animation.rates import frame_count
 from phonanim.errors import OptionError, StreamError
-from phonanim.inventory import INVENTORY
-from phonanim.language import to_phones
 from phonanim.options import Options, Overlay
-from phonanim.rates import frame_count
+from phonanim.pipeline import load_cached_rig, load_model, move
+from phonanim.speech.alignment import Alignment, Interval
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.language import to_phones
 from phonanim.stream.engine import PhoneStream
 
 ENGLISH = Options(language="english")

@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from phonanim.animate import load_cached_rig
 from phonanim.errors import MissingExtraError, OptionError, OutputError
+from phonanim.pipeline import load_cached_rig
 from phonanim.stream.sinks import Stage, find_sink, names, open_named, parse_address
 
 ARKIT = Stage("arkit", load_cached_rig("arkit").controls, 60.0)

@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from phonanim.animate import load_cached_rig, load_model
-from phonanim.audio import Sound
+from phonanim.animation.rates import frame_count
+from phonanim.animation.style import dial
 from phonanim.encoders import RATE
 from phonanim.errors import MissingExtraError, OptionError, StreamError
+from phonanim.media.audio import Sound
 from phonanim.options import Options
-from phonanim.rates import frame_count
+from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.regressors import Model, regressor_class, save
 from phonanim.regressors._convolution import convolution_shapes
 from phonanim.rig.retarget import retarget
 from phonanim.stream.events import Phone, Samples
 from phonanim.stream.sound import SoundStream
-from phonanim.style import dial
 
 
 def made_up_model(folder: Path, kind: str, **more: Any) -> Path:

@@ -5,7 +5,7 @@ import pytest
 
 from phonanim.__main__ import run
 from phonanim.errors import StudyError
-from phonanim.statistics import sign_test
+from phonanim.evaluation.statistics import sign_test
 from phonanim.study.analysis import compare, rate
 from phonanim.study.results import FORMAT, read_results, screen
 from phonanim.study.tally import Tally, count, read_counts

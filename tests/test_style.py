@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from phonanim.animation.style import dial
 from phonanim.errors import OptionError
 from phonanim.rig import load_rig
-from phonanim.style import dial
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from textgrid_text import BEAM, WORDS, Entry, long_text, save, short_text
 
-from phonanim.alignment import Alignment, Interval, read_alignment
 from phonanim.errors import AlignmentError
+from phonanim.speech.alignment import Alignment, Interval, read_alignment
 
 TIERS = [("words", WORDS), ("phones", BEAM)]
 PHONES = tuple(Interval(label, float(start), float(end)) for start, end, label in BEAM)

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from textgrid_text import BEAM, WORDS, Tiers, long_text, save
 
-from phonanim.alignment import read_alignment
 from phonanim.errors import AlignmentError
+from phonanim.speech.alignment import read_alignment
 
 NAMES = [
     "phones",

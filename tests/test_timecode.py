@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from phonanim.animation.timecode import Timecode, clock_for
 from phonanim.errors import OptionError
-from phonanim.timecode import Timecode, clock_for
 
 DROP = Timecode(60, drop=True)
 

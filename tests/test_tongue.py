@@ -9,13 +9,13 @@ import pytest
 from numpy.typing import NDArray
 from speech import track_of
 
-from phonanim.animate import load_model
 from phonanim.errors import RigError
-from phonanim.head import TONGUE, Head, load_head
-from phonanim.phones import PhoneTrack
+from phonanim.pipeline import load_model
 from phonanim.rig import load_rig
+from phonanim.rig.head import TONGUE, Head, load_head
 from phonanim.rig.retarget import retarget
 from phonanim.rig.tongue import place_tongue, read_places
+from phonanim.speech.phones import PhoneTrack
 
 LINE = (
     "sil 0.3 dh 0.08 ae 0.12 t 0.07 th 0.1 ih 0.08 l 0.08 ay 0.15 k 0.08 uw 0.14 s 0.1 aa 0.15 "

@@ -12,11 +12,8 @@ from films import COLUMNS, ROWS, fake_tracker, head_shape, make_film
 from pictured import pictured_face
 from test_aam import a_pose, photograph
 
-from phonanim.aam import build_fitter
-from phonanim.appearance import save_appearance
-from phonanim.corpus import PUPILS, RIGID
-from phonanim.errors import CorpusError, MissingExtraError, ModelError
-from phonanim.tracking import (
+from phonanim.corpus.corpus import PUPILS, RIGID
+from phonanim.corpus.tracking import (
     Tracker,
     aam_tracker,
     bridged,
@@ -28,7 +25,10 @@ from phonanim.tracking import (
     shipped_indices,
     track_film,
 )
-from phonanim.video import open_film
+from phonanim.errors import CorpusError, MissingExtraError, ModelError
+from phonanim.face.aam import build_fitter
+from phonanim.face.appearance import save_appearance
+from phonanim.media.video import open_film
 
 pytest.importorskip("av")
 INDICES = head_face().indices

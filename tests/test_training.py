@@ -10,11 +10,11 @@ import pytest
 from click.testing import CliRunner
 from speech import made_up_face
 
-from phonanim.corpus import PUPILS, RIGID, build_corpus, load_corpus, remove_pose_leak, stabilize
+from phonanim.corpus.corpus import PUPILS, RIGID, build_corpus, load_corpus, remove_pose_leak, stabilize
 from phonanim.errors import CorpusError, ModelError
-from phonanim.face import fit_face
+from phonanim.face.model import fit_face
 from phonanim.regressors import load
-from phonanim.training import read_recipe, train
+from phonanim.training.recipes import read_recipe, train
 
 FACE = made_up_face(np.random.default_rng(0))
 NUMBERS = np.array(sorted({*RIGID, *PUPILS, *FACE.indices.tolist()}))

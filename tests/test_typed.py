@@ -8,9 +8,9 @@ from typing import Any, Literal
 
 import pytest
 
+from phonanim.core.typed import check_types
 from phonanim.errors import ModelError
 from phonanim.regressors import kinds, make_config, regressor_class
-from phonanim.typed import check_types
 
 
 @dataclass(frozen=True)

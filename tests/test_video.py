@@ -11,7 +11,15 @@ import numpy as np
 import pytest
 
 from phonanim.errors import CorpusError, MissingExtraError
-from phonanim.video import frame_rate, open_film, read_clip, read_frames, read_sound, write_film, write_sound
+from phonanim.media.video import (
+    frame_rate,
+    open_film,
+    read_clip,
+    read_frames,
+    read_sound,
+    write_film,
+    write_sound,
+)
 
 av = pytest.importorskip("av")
 TONE = 0.3 * np.sin(2 * np.pi * 440 * np.arange(8000) / 16000).astype(np.float32)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from phonanim.errors import MissingExtraError
-from phonanim.warp import Mesh, build_mesh, sample
+from phonanim.face.warp import Mesh, build_mesh, sample
 
 SQUARE = np.array([[0.0, 0.0], [20.0, 0.0], [20.0, 16.0], [0.0, 16.0], [9.0, 7.0]])
 

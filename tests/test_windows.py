@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from speech import made_up_examples, random_track
 
-from phonanim.phones import PhoneTrack
+from phonanim.features.windows import overlap_mean, predict_at, slide
 from phonanim.regressors.phone_mean import Config as MeanConfig
 from phonanim.regressors.phone_mean import PhoneMean
 from phonanim.regressors.tree import Config as TreeConfig
 from phonanim.regressors.tree import Forest
-from phonanim.windows import overlap_mean, predict_at, slide
+from phonanim.speech.phones import PhoneTrack
 
 RATES = (24, 25, 30000 / 1001, 30, 48, 50, 60, 120)
 

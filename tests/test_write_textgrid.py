@@ -3,9 +3,9 @@ from pathlib import Path
 import pytest
 from praatio import textgrid
 
-from phonanim.alignment import Interval, read_alignment
 from phonanim.errors import OutputError
-from phonanim.textgrid import fill_gaps, write_textgrid
+from phonanim.speech.alignment import Interval, read_alignment
+from phonanim.speech.textgrid import fill_gaps, write_textgrid
 
 WORDS = (Interval('say "ah"', 0.25, 1.5),)
 PHONES = (Interval("AA", 0.25, 0.5), Interval("ʃ", 0.5, 1.5))

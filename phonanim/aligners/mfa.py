@@ -13,11 +13,11 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from phonanim.aligner import SpeechAlignment, words_of
-from phonanim.alignment import Interval, read_alignment
-from phonanim.audio import duration
+from phonanim.aligners.pocketsphinx import SpeechAlignment, words_of
 from phonanim.errors import AlignmentError, MissingExtraError, OptionError
-from phonanim.labels import is_silent
+from phonanim.media.audio import duration
+from phonanim.speech.alignment import Interval, read_alignment
+from phonanim.speech.labels import is_silent
 
 MODEL = "english_us_arpa"
 UNKNOWN = ("spn", "<unk>")  # phone and word that stand for what the dictionary lacks

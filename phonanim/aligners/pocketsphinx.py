@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.alignment import Interval
-from phonanim.audio import Sound, read_sound, resample
+from phonanim.core.stderr import silent_stderr
 from phonanim.errors import AlignmentError, MissingExtraError, OptionError
-from phonanim.stderr import silent_stderr
+from phonanim.media.audio import Sound, read_sound, resample
+from phonanim.speech.alignment import Interval
 
 RATE = 16000  # hertz, what the acoustic model was trained on
 FRAME = 0.01  # seconds, the step of the acoustic model

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.alignment import Interval
+from phonanim.speech.alignment import Interval
 
 ROUNDING = 1e-6  # frames: an instant this little beyond the end is at the end
 

@@ -7,10 +7,10 @@ import math
 from pathlib import Path
 from typing import Any
 
-from phonanim.edits import Edit, Edits
+from phonanim.animation.edits import Edit, Edits
+from phonanim.core.files import write_text
 from phonanim.errors import OptionError
 from phonanim.exporters.json import intervals, spans
-from phonanim.files import write_text
 
 FORMAT = "phonanim edits 1"
 DIGITS = 9  # of a second, or of full weight: far below any error that is asked for

@@ -14,12 +14,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.alignment import Interval
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
+from phonanim.animation.keys import reduce_curves
 from phonanim.errors import OptionError
-from phonanim.keys import reduce_curves
-from phonanim.labels import is_silent
 from phonanim.rig import Rig
+from phonanim.speech.alignment import Interval
+from phonanim.speech.labels import is_silent
 
 Array = NDArray[np.float64]
 Kind = Literal["offset", "replace"]

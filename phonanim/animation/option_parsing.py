@@ -50,7 +50,7 @@ def parse_smoothing(text: str) -> float:
 
     Raises OptionError.
     """
-    from phonanim.smooth import LONGEST, width_of
+    from phonanim.animation.smooth import LONGEST, width_of
 
     number = text.strip().lower().removesuffix("hz")
     try:

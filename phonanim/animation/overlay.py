@@ -17,17 +17,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animation import Animation
-from phonanim.blinks import blinking, lids
-from phonanim.contacts import CONTACTS
+from phonanim.animation.animation import Animation
+from phonanim.animation.blinks import blinking, lids
+from phonanim.animation.style import drawn
+from phonanim.core.files import content_hash
+from phonanim.core.lexicon import LEXICON
 from phonanim.errors import OptionError
 from phonanim.exporters import load
-from phonanim.files import content_hash
-from phonanim.inventory import INVENTORY, LEXICON
+from phonanim.face.contacts import CONTACTS
 from phonanim.options import Overlay
-from phonanim.phones import PhoneTrack
 from phonanim.rig import Rig
-from phonanim.style import drawn
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.phones import PhoneTrack
 
 if sys.version_info >= (3, 11):
     import tomllib

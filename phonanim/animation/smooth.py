@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.contacts import CONTACTS, functionals
-from phonanim.face import INNER_LIP_PAIRS, FaceModel
-from phonanim.inventory import INVENTORY
-from phonanim.phones import PhoneTrack
+from phonanim.face.contacts import CONTACTS, functionals
+from phonanim.face.model import INNER_LIP_PAIRS, FaceModel
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 
@@ -18,7 +18,7 @@ LONGEST = 1.0  # seconds
 REACH = 3.0  # standard deviations at which the window ends
 SHORTEST = 0.1  # frames; a narrower window is the frame itself
 CLOSED = 0.6  # mm between the inner lips: closed, as a tracker sees it
-RAMP = 0.06  # seconds from a closure to the smoothed curve; as long as lips take to close (phonanim.contacts)
+RAMP = 0.06  # seconds from a closure to the smoothed curve; as in phonanim.face.contacts
 PER_WIDTH = 1 / math.sqrt(8 * math.log(2))  # standard deviations in the full width at half height
 HALF_POWER = math.sqrt(math.log(2)) / (2 * math.pi)  # frequency times standard deviation
 

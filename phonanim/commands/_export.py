@@ -12,7 +12,7 @@ import click
 from phonanim.errors import OptionError
 
 if TYPE_CHECKING:
-    from phonanim.animation import Animation
+    from phonanim.animation.animation import Animation
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 SHARED_KEYS = (".glb", ".vrm")
@@ -60,8 +60,8 @@ def save_each(animation: Animation, outputs: Sequence[Path], exports: dict[str, 
 
 def key_notes(animation: Animation, outputs: Sequence[Path], exports: dict[str, object]) -> Iterator[str]:
     """A line per output that was reduced to keys: how many, and how far they miss."""
+    from phonanim.animation.keys import describe, describe_shared, reduce_channels, reduce_curves
     from phonanim.exporters import options_of
-    from phonanim.keys import describe, describe_shared, reduce_channels, reduce_curves
 
     error = exports.get("keys")
     if not isinstance(error, float):

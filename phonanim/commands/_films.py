@@ -35,8 +35,8 @@ def track(films: tuple[Path, ...], output: Path, model: Path | None, test: float
       phonanim corpus track films/*.mp4 -o recordings && phonanim corpus build recordings -o corpus
       phonanim corpus track films/*.mp4 -o recordings --model corpus/appearance
     """
-    from phonanim.recording import record, summary
-    from phonanim.tracking import aam_tracker, mediapipe_tracker, shipped_indices
+    from phonanim.corpus.recordings import record, summary
+    from phonanim.corpus.tracking import aam_tracker, mediapipe_tracker, shipped_indices
 
     tracker = aam_tracker(model) if model else mediapipe_tracker(shipped_indices())
     with talk.progress("films") as progress:
@@ -74,7 +74,7 @@ def appearance(recordings: Path, corpus_folder: Path, talk: Talk) -> None:
     Example:
       phonanim corpus appearance recordings/grid_s1 --corpus work/corpus
     """
-    from phonanim.pictures import bound, build_appearance
+    from phonanim.corpus.pictures import bound, build_appearance
 
     with talk.progress("appearance") as progress:
         captured = build_appearance(recordings, corpus_folder, progress=progress)

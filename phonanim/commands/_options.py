@@ -10,11 +10,11 @@ from typing import Any
 
 import click
 
+from phonanim.animation.option_parsing import LARGEST, parse_gains, parse_overlay, parse_smoothing
+from phonanim.animation.rates import parse_rate
+from phonanim.core.threads import one_thread
 from phonanim.errors import OptionError
 from phonanim.options import DEFAULTS, Options, Overlay
-from phonanim.rates import parse_rate
-from phonanim.spelling import LARGEST, parse_gains, parse_overlay, parse_smoothing
-from phonanim.threads import one_thread
 
 
 def read_by(parse: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:

@@ -10,7 +10,7 @@ import click
 from phonanim.commands import Talk, talk_options
 
 if TYPE_CHECKING:
-    from phonanim.aligner import SpeechAlignment
+    from phonanim.aligners.pocketsphinx import SpeechAlignment
 
 
 @click.command()
@@ -55,7 +55,7 @@ def command(
       phonanim align rede.wav --text "Guten Morgen." --aligner mfa --mfa-model german_mfa
     """
     from phonanim.errors import OptionError
-    from phonanim.textgrid import write_textgrid
+    from phonanim.speech.textgrid import write_textgrid
 
     if text is not None and text_file is not None:
         raise OptionError("--text and --text-file both say what is said; give one")
@@ -80,14 +80,14 @@ def command(
 
 def with_pocketsphinx(audio: Path, text: str | None) -> SpeechAlignment:
     """Align by pocketsphinx, which has one model."""
-    from phonanim.aligner import align
+    from phonanim.aligners.pocketsphinx import align
 
     return align(audio, text)
 
 
 def with_mfa(audio: Path, text: str | None, model: str | None, dictionary: str | None) -> SpeechAlignment:
     """Align by an installed Montreal Forced Aligner."""
-    from phonanim import mfa
+    from phonanim.aligners import mfa
 
     return mfa.align(audio, text, model or mfa.MODEL, dictionary)
 

@@ -15,7 +15,7 @@ from phonanim.commands._export import export_options, key_notes, save_each
 from phonanim.commands._options import animation_options
 
 if TYPE_CHECKING:
-    from phonanim.animation import Animation
+    from phonanim.animation.animation import Animation
     from phonanim.options import Options
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
@@ -61,8 +61,8 @@ def command(
       phonanim animate speech.wav --text "What is said."
       phonanim animate speech.wav --model models/phisanet
     """
-    from phonanim.animate import animate, with_edits
-    from phonanim.audio import find_audio
+    from phonanim.media.audio import find_audio
+    from phonanim.pipeline import animate, with_edits
 
     if text is not None:
         audio, alignment = audio or alignment, heard(alignment, text)
@@ -83,9 +83,9 @@ def command(
 
 def heard(recording: Path, text: str) -> Path:
     """Align a recording with its text, into a TextGrid beside it. Raises OptionError if one is there."""
-    from phonanim.aligner import align
+    from phonanim.aligners.pocketsphinx import align
     from phonanim.errors import OptionError
-    from phonanim.textgrid import write_textgrid
+    from phonanim.speech.textgrid import write_textgrid
 
     path = recording.with_suffix(".TextGrid")
     if path.exists():
@@ -115,7 +115,7 @@ def write(
     for path in outputs:
         find_exporter(path)
     if sheet:
-        from phonanim.sheet import save_sheet
+        from phonanim.viewer.sheet import save_sheet
 
         save_sheet(animation, sheet)
     save_each(animation, outputs, exports)
@@ -124,7 +124,7 @@ def write(
 
 def describe(animation: Animation, alignment: Path, options: Options, written: list[Path]) -> dict[str, Any]:
     """What was done, for scripts."""
-    from phonanim.labels import is_silent
+    from phonanim.speech.labels import is_silent
 
     frames, channels = animation.values.shape
     return {

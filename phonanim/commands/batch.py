@@ -116,8 +116,8 @@ def command(
 
 def anchored(common: Common) -> Common:
     """The same with absolute paths, for workers elsewhere. Raises OptionError where there is no overlay."""
+    from phonanim.animation.overlay import find_overlay, is_pose
     from phonanim.dubbing.row import files_beside
-    from phonanim.overlay import find_overlay, is_pose
 
     options = common.options
     overlays = (
@@ -135,9 +135,9 @@ def anchored(common: Common) -> Common:
 
 def check(formats: tuple[str, ...], options: Options, exports: dict[str, object]) -> None:
     """Raise at once what would fail every line: an unknown format, model or rig, an option of no use."""
-    from phonanim.animate import load_cached_rig, load_model
     from phonanim.errors import OptionError
     from phonanim.exporters import allotted
+    from phonanim.pipeline import load_cached_rig, load_model
 
     _, idle = allotted(exports, [Path(f"line.{name}") for name in formats])
     if idle:

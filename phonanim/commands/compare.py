@@ -39,7 +39,7 @@ def command(
       phonanim compare benchmarks/compare.toml -o docs --work work/compare
       phonanim compare benchmarks/compare.toml -o docs --report-only
     """
-    from phonanim.threads import one_thread
+    from phonanim.core.threads import one_thread
 
     one_thread()
     from phonanim.comparison.figures import check_drawable

@@ -13,7 +13,7 @@ from phonanim.commands._export import FILE, export_options, key_notes, save_each
 from phonanim.commands.animate import OUTPUT, check_outputs, size
 
 if TYPE_CHECKING:
-    from phonanim.animation import Animation
+    from phonanim.animation.animation import Animation
 
 
 @click.command()
@@ -66,7 +66,7 @@ def command(
     second = {"beside": load(beside)} if beside else {}
     save_each(animation, outputs, exports | second)
     if sheet:
-        from phonanim.sheet import save_sheet
+        from phonanim.viewer.sheet import save_sheet
 
         save_sheet(animation, sheet)
     facts = describe(animation, source, [*outputs, *filter(None, [sheet])])
@@ -85,11 +85,11 @@ def adapted(
 ) -> Animation:
     """The animation with what was given in place of what the file says."""
     if fps is not None:
-        from phonanim.rates import parse_rate
+        from phonanim.animation.rates import parse_rate
 
         animation = animation.at_rate(parse_rate(fps))
     if alignment is not None:
-        from phonanim.alignment import read_alignment
+        from phonanim.speech.alignment import read_alignment
 
         read = read_alignment(alignment)
         animation = replace(animation, phones=read.intervals, words=read.words)

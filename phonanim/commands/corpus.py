@@ -39,7 +39,7 @@ def build(recordings: Path, output: Path, talk: Talk) -> None:
     Example:
       phonanim corpus build recordings/grid_s1 -o work/corpus
     """
-    from phonanim.corpus import build_corpus
+    from phonanim.corpus.corpus import build_corpus
 
     with talk.progress("corpus") as progress:
         corpus = build_corpus(recordings, output, progress)
@@ -108,7 +108,7 @@ def import_(name: str, folder: Path, output: Path, every: int, splits: tuple[str
     """
     from collections import Counter
 
-    from phonanim.importing import import_dataset
+    from phonanim.corpus.importing import import_dataset
 
     with talk.progress(name) as progress:
         rows = import_dataset(name, folder, output, every, splits, progress)

@@ -50,9 +50,9 @@ def diff(base: Path, edited: Path, output: Path, replace: bool, error: float, ta
       phonanim edit diff line.json edited.json -o line.edits.json
       phonanim edit diff line.json edited.csv -o line.edits.json --replace
     """
+    from phonanim.animation.edit_file import write_edits
+    from phonanim.animation.edits import diff as find
     from phonanim.commands.animate import check_outputs
-    from phonanim.edit_file import write_edits
-    from phonanim.edits import diff as find
     from phonanim.exporters import load
 
     check_outputs([output], [base, edited])

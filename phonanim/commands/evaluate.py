@@ -11,9 +11,9 @@ import click
 from phonanim.commands import Talk, talk_options
 
 if TYPE_CHECKING:
-    from phonanim.phones import PhoneTrack
-    from phonanim.scoring import Scores
-    from phonanim.surfaces import Settings
+    from phonanim.evaluation.scoring import Scores
+    from phonanim.evaluation.surfaces import Settings
+    from phonanim.speech.phones import PhoneTrack
 
 PATH = click.Path(exists=True, path_type=Path)
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
@@ -70,10 +70,10 @@ def command(
       phonanim evaluate ofx.track.json --reference capture.glb --json
       phonanim evaluate out/ --reference vertices_npy/ --mask lips=lve.txt --mask upper=fdd.txt --fps 25
     """
-    from phonanim.masks import parse_masks
-    from phonanim.predictions import pair_files, read_template
-    from phonanim.rates import parse_rate
-    from phonanim.surfaces import Settings
+    from phonanim.animation.rates import parse_rate
+    from phonanim.evaluation.predictions import pair_files, read_template
+    from phonanim.evaluation.surfaces import Settings
+    from phonanim.face.masks import parse_masks
 
     own = parse_rate(fps) if fps else None
     rates = own, parse_rate(reference_fps) if reference_fps else own
@@ -105,8 +105,8 @@ def score_all(
     from dataclasses import replace
 
     from phonanim.errors import PhonanimError
-    from phonanim.predictions import read_motion
-    from phonanim.scoring import score, spread
+    from phonanim.evaluation.predictions import read_motion
+    from phonanim.evaluation.scoring import score, spread
 
     rows: dict[str, Scores] = {}
     takes: dict[Path, list[Any]] = {}
@@ -127,10 +127,10 @@ def score_all(
 
 def spoken_in(alignment: Path, prediction: Path, language: str) -> PhoneTrack:
     """The phones of a line, from a file or from the one of its stem in a folder. Raises EvaluationError."""
-    from phonanim.alignment import read_alignment
     from phonanim.errors import EvaluationError
-    from phonanim.language import to_phones
-    from phonanim.predictions import stem
+    from phonanim.evaluation.predictions import stem
+    from phonanim.speech.alignment import read_alignment
+    from phonanim.speech.language import to_phones
 
     if alignment.is_dir():
         named = sorted(path for path in alignment.iterdir() if path.stem == stem(prediction))
@@ -172,7 +172,7 @@ def summarized(rows: dict[str, Scores]) -> dict[str, dict[str, Any]]:
     """Mean over files of each measure, and its 95 % interval when files are drawn anew."""
     import numpy as np
 
-    from phonanim.statistics import bootstrap_interval, mean_rows
+    from phonanim.evaluation.statistics import bootstrap_interval, mean_rows
 
     found: dict[str, dict[str, Any]] = {}
     for key in dict.fromkeys(key for scores in rows.values() for key in scores.measures):

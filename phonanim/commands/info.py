@@ -12,7 +12,7 @@ import click
 from phonanim.commands import Talk, talk_options
 
 if TYPE_CHECKING:
-    from phonanim.language import Language
+    from phonanim.speech.language import Language
 
 
 @click.command()
@@ -51,12 +51,12 @@ def command(
 def known() -> dict[str, Any]:
     """Everything at hand: versions, phones, languages, alignment formats, rigs, output formats, models."""
     from phonanim import __version__
-    from phonanim.catalog import list_models
+    from phonanim.core.catalog import list_models
     from phonanim.exporters import formats
-    from phonanim.inventory import INVENTORY
-    from phonanim.language import language_names, load_language
     from phonanim.readers import load_reader, reader_names
     from phonanim.rig import rig_names
+    from phonanim.speech.inventory import INVENTORY
+    from phonanim.speech.language import language_names, load_language
 
     return {
         "version": __version__,
@@ -71,8 +71,8 @@ def known() -> dict[str, Any]:
 
 def covered(name: str) -> dict[str, Any]:
     """What each label that a language lists becomes, and the phones that none of them gives."""
-    from phonanim.inventory import INVENTORY
-    from phonanim.language import load_language
+    from phonanim.speech.inventory import INVENTORY
+    from phonanim.speech.language import load_language
 
     language = load_language(name)
     listed = [*language.phones, *language.ipa, *language.closures, *chain(*language.labels.values())]
@@ -93,9 +93,9 @@ def seen(
     path: Path, language_name: str, tier: str | None, speaker: str | None, lexicon: str | None
 ) -> dict[str, Any]:
     """What an alignment holds: its tiers, the one that is read, the language, every label's share."""
-    from phonanim.alignment import read_alignment
-    from phonanim.language import choose_language, load_language
     from phonanim.readers import find_reader, open_source
+    from phonanim.speech.alignment import read_alignment
+    from phonanim.speech.language import choose_language, load_language
 
     source = open_source(path)
     reader = find_reader(source)
@@ -134,7 +134,7 @@ def meaning(label: str, language: Language) -> dict[str, str]:
 
 def spelled(codes: Iterable[int]) -> str:
     """Phone names with blanks between them."""
-    from phonanim.inventory import INVENTORY
+    from phonanim.speech.inventory import INVENTORY
 
     return " ".join(INVENTORY.phones[code] for code in codes)
 

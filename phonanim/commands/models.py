@@ -9,7 +9,7 @@ import click
 from phonanim.commands import Talk, talk_options
 
 if TYPE_CHECKING:
-    from phonanim.catalog import ModelEntry
+    from phonanim.core.catalog import ModelEntry
 
 
 @click.command()
@@ -24,7 +24,7 @@ def command(talk: Talk) -> None:
       phonanim models
       phonanim models --json
     """
-    from phonanim.catalog import list_models
+    from phonanim.core.catalog import list_models
 
     entries = list_models()
     talk.result([facts(entry) for entry in entries], "\n".join(map(line, entries)))

@@ -34,7 +34,7 @@ def train(config: Path, output: Path, talk: Talk) -> None:
     Example:
       phonanim mouth train benchmarks/configs/mouth.toml -o models/mouth
     """
-    from phonanim.mouth import train_mouth
+    from phonanim.training.mouth import train_mouth
 
     with talk.progress(config.stem) as progress:
         folder = train_mouth(config, output, progress)
@@ -62,11 +62,11 @@ def draw(
       phonanim mouth draw line.TextGrid --model models/mouth -o line.mp4 --audio line.wav
       phonanim mouth draw line.TextGrid --model models/mouth -o line.png
     """
-    from phonanim.alignment import read_alignment
     from phonanim.errors import OutputError
-    from phonanim.language import to_phones
-    from phonanim.mouth import film, load_mouth, strip
-    from phonanim.pixels import write_png
+    from phonanim.media.pixels import write_png
+    from phonanim.speech.alignment import read_alignment
+    from phonanim.speech.language import to_phones
+    from phonanim.training.mouth import film, load_mouth, strip
 
     if output.suffix not in (".mp4", ".png"):
         raise OutputError(f"{output}: a mouth is drawn as .mp4 or .png; choose one of them")

@@ -59,7 +59,7 @@ def new_command(folder: Path, head: Path | None, model: str, talk: Talk) -> None
       phonanim rig new hero
       phonanim rig new hero --head hero.glb
     """
-    from phonanim.animate import load_model
+    from phonanim.pipeline import load_model
     from phonanim.rig.character import load_character
     from phonanim.rig.new import start_rig
 
@@ -100,8 +100,8 @@ def check_command(rig: Path, sheet: Path | None, model: str, talk: Talk) -> int:
 
 def draw(path: Path, sheet: Path, model: str) -> None:
     """Draw a rig's poses on its own head. Raises RigError when its file names no head."""
-    from phonanim.animate import load_model
     from phonanim.errors import RigError
+    from phonanim.pipeline import load_model
     from phonanim.rig import load_rig
     from phonanim.rig.character import load_character
     from phonanim.rig.landmarks import read_landmarks
@@ -138,7 +138,7 @@ def fit_command(
     """
     from dataclasses import replace
 
-    from phonanim.animate import load_model
+    from phonanim.pipeline import load_model
     from phonanim.rig.character import fit_character, load_character, quality
     from phonanim.rig.landmarks import read_landmarks, write_landmarks
     from phonanim.rig.stance import doubts
@@ -185,8 +185,8 @@ def transfer_command(source: str, mesh: Path, output: Path | None, talk: Talk) -
     """
     from dataclasses import asdict
 
-    from phonanim.head import load_head
     from phonanim.rig.character import load_mesh
+    from phonanim.rig.head import load_head
     from phonanim.rig.landmarks import shipped_landmarks, write_landmarks
     from phonanim.rig.meshes import write_head
     from phonanim.rig.transfer import transfer

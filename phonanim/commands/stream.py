@@ -116,9 +116,9 @@ def prepared(
     source: str, microphone: bool, rate: int, channels: int, options: Options, look_ahead: float | None
 ) -> tuple[Engine, Iterator[Event], float | None]:
     """What makes frames, what comes in, and how far ahead frames look."""
-    from phonanim.animate import load_model
     from phonanim.errors import OptionError
-    from phonanim.sources import is_recording
+    from phonanim.inputs.speech_input import is_recording
+    from phonanim.pipeline import load_model
     from phonanim.stream import inputs
     from phonanim.stream.engine import PhoneStream
     from phonanim.stream.sound import SoundStream

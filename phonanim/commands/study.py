@@ -118,7 +118,7 @@ def analyse(results: tuple[Path, ...], ours: str | None, allow: int, output: Pat
     """
     import numpy as np
 
-    from phonanim.files import write_text
+    from phonanim.core.files import write_text
     from phonanim.study.analysis import compare, rate
     from phonanim.study.report import markdown
     from phonanim.study.tally import count, read_counts

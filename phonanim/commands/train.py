@@ -26,8 +26,8 @@ def command(config: Path, output: Path | None, seed: int | None, plot: bool, tal
       phonanim train default.toml -o models/mine --seed 3
       phonanim train phisanet.toml --plot
     """
-    from phonanim.losses import check_drawable, draw_losses
-    from phonanim.training import read_recipe, train
+    from phonanim.training.losses import check_drawable, draw_losses
+    from phonanim.training.recipes import read_recipe, train
 
     if plot:
         check_drawable(read_recipe(config).kind, config)

@@ -16,20 +16,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim import contacts, metrics, regressors
-from phonanim.alignment import Alignment, Interval
-from phonanim.audio import Sound, read_sound
+from phonanim import metrics, regressors
 from phonanim.comparison.folds import everywhere, speech
 from phonanim.comparison.plan import Condition, Plan
 from phonanim.comparison.scores import scores_by_frames
 from phonanim.comparison.sounds import babble, mixed, moved, white
-from phonanim.corpus import Corpus
+from phonanim.core.files import write_text
+from phonanim.corpus.corpus import Corpus
 from phonanim.encoders._cache import fingerprint
 from phonanim.errors import AlignmentError
-from phonanim.face import FaceModel
-from phonanim.files import write_text
-from phonanim.language import to_phones
-from phonanim.phones import PhoneTrack, silence
+from phonanim.face import contacts
+from phonanim.face.model import FaceModel
+from phonanim.media.audio import Sound, read_sound
+from phonanim.speech.alignment import Alignment, Interval
+from phonanim.speech.language import to_phones
+from phonanim.speech.phones import PhoneTrack, silence
 
 VOICES = 6  # training clips that babble at once
 WHERE = {"all": everywhere, "speech": speech}
@@ -98,7 +99,7 @@ def aligned(sound: Sound, text: str | None, name: str, folder: Path) -> PhoneTra
 
 
 def _phones(sound: Sound, text: str | None, name: str) -> list[tuple[str, float, float]]:
-    from phonanim import aligner
+    from phonanim.aligners import pocketsphinx as aligner
 
     try:
         found = aligner.align_sound(sound, text, name)

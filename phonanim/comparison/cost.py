@@ -14,17 +14,17 @@ from pathlib import Path
 from typing import Any
 
 from phonanim import regressors
-from phonanim.audio import Sound, read_sound
 from phonanim.comparison.fit import Job
-from phonanim.context import EDGES
-from phonanim.corpus import Corpus
+from phonanim.corpus.corpus import Corpus
 from phonanim.encoders._cache import FOLDER
 from phonanim.errors import ModelError
-from phonanim.features import CONTEXT, STEP
-from phonanim.indicators import WIDTH
-from phonanim.phones import PhoneTrack
+from phonanim.features.context import EDGES
+from phonanim.features.indicators import WIDTH
+from phonanim.features.inputs import CONTEXT, STEP
+from phonanim.media.audio import Sound, read_sound
 from phonanim.regressors.procedural import REACH
-from phonanim.training import predict_clip
+from phonanim.speech.phones import PhoneTrack
+from phonanim.training.recipes import predict_clip
 
 SPEED_FRAMES = 4000  # frames that the speed of a model is measured on
 RUNS = 5  # of a line, of which the median counts

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim import contacts, regressors
-from phonanim.audio import read_sound
+from phonanim import regressors
 from phonanim.ema import Utterance, load_utterances
-from phonanim.face import lip_aperture
-from phonanim.statistics import pearson, pearson_sums
+from phonanim.evaluation.statistics import pearson, pearson_sums
+from phonanim.face import contacts
+from phonanim.face.model import lip_aperture
+from phonanim.media.audio import read_sound
 
 LAGS = np.arange(-10, 11)  # samples of 5 ms at 200 Hz: a tenth of a second either way
 

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from phonanim.comparison.run import rows_of
 from phonanim.comparison.scores import MEASURES, value
 from phonanim.comparison.tables import heading
+from phonanim.core.files import atomic_path
 from phonanim.errors import MissingExtraError
-from phonanim.face import INNER_LIPS, OUTER_LIPS, FaceModel
-from phonanim.files import atomic_path
-from phonanim.statistics import bootstrap_interval
+from phonanim.evaluation.statistics import bootstrap_interval
+from phonanim.face.model import INNER_LIPS, OUTER_LIPS, FaceModel
 
 Document = dict[str, Any]
 OTHERS = (

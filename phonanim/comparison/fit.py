@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 from phonanim import __version__, regressors
-from phonanim.corpus import Corpus, load_corpus
-from phonanim.face import FaceModel, fit_face
-from phonanim.files import content_hash, write_text
-from phonanim.threads import one_thread
+from phonanim.core.files import content_hash, write_text
+from phonanim.core.threads import one_thread
+from phonanim.corpus.corpus import Corpus, load_corpus
+from phonanim.face.model import FaceModel, fit_face
 
 CLIPS = "clips"  # the sweep setting that is the share of the training clips
 
@@ -106,9 +106,9 @@ def at_hand(job: Job) -> bool:
 
 def fit(job: Job) -> None:
     """Train one job and write its model folder, job.json last."""
-    from phonanim.mouth import fit_mouth, save_mouth
-    from phonanim.pictures import load_captured
-    from phonanim.training import fit_recipe, read_recipe
+    from phonanim.corpus.pictures import load_captured
+    from phonanim.training.mouth import fit_mouth, save_mouth
+    from phonanim.training.recipes import fit_recipe, read_recipe
 
     recipe = read_recipe(job.recipe)
     recipe = replace(recipe, settings={**(recipe.settings or {}), **job.settings})

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from phonanim import metrics
 from phonanim.comparison.plan import Plan
-from phonanim.corpus import Corpus
-from phonanim.inventory import INVENTORY
+from phonanim.corpus.corpus import Corpus
+from phonanim.speech.inventory import INVENTORY
 
 Where = Callable[[Corpus, int], NDArray[np.bool_]]  # corpus, clip -> (frames,)
 

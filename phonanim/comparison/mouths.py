@@ -9,9 +9,9 @@ import numpy as np
 
 from phonanim.comparison.fit import Job, corpus_at, safe
 from phonanim.comparison.plan import Plan
-from phonanim.corpus import Corpus
-from phonanim.mouth import load_mouth
-from phonanim.pictures import Captured, load_captured, pixel_mse
+from phonanim.corpus.corpus import Corpus
+from phonanim.corpus.pictures import Captured, load_captured, pixel_mse
+from phonanim.training.mouth import load_mouth
 
 WHERE = "pixels/all"  # as what the scores of mouths stand among the others
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from phonanim.errors import ModelError
-from phonanim.training import check_keys
+from phonanim.training.recipes import check_keys
 
 if sys.version_info >= (3, 11):
     import tomllib

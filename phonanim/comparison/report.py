@@ -14,8 +14,8 @@ from phonanim.comparison.plan import Plan
 from phonanim.comparison.run import rows_of
 from phonanim.comparison.scores import value
 from phonanim.comparison.tables import markdown
+from phonanim.core.files import write_text
 from phonanim.errors import ModelError
-from phonanim.files import write_text
 
 Document = dict[str, Any]
 DATA = "benchmark"

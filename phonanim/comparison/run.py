@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim import contacts, regressors
+from phonanim import regressors
 from phonanim.comparison.conditions import Take, condition_scores, describe_conditions, takes
 from phonanim.comparison.cost import frames_per_second, line_cost, look_ahead, trainings
 from phonanim.comparison.ema import ema_scores
@@ -21,9 +21,10 @@ from phonanim.comparison.plan import Plan
 from phonanim.comparison.scores import Scores, scores_by_frames
 from phonanim.comparison.sweeps import run_sweeps, sweep_jobs
 from phonanim.comparison.tools import read_tools
-from phonanim.corpus import Corpus
-from phonanim.face import FaceModel
-from phonanim.training import predict_clip
+from phonanim.corpus.corpus import Corpus
+from phonanim.face import contacts
+from phonanim.face.model import FaceModel
+from phonanim.training.recipes import predict_clip
 
 VARIANTS = ("raw", "contacts")
 Document = dict[str, Any]

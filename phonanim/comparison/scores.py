@@ -1,4 +1,4 @@
-"""What is measured of a clip, as sums that pool over clips: the rows that phonanim.statistics works on."""
+"""Measures of a clip as sums that pool over clips: the rows of phonanim.evaluation.statistics."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from phonanim import metrics
 from phonanim.comparison.folds import Where
-from phonanim.corpus import Corpus
-from phonanim.face import INNER_LIPS, OUTER_LIPS, FaceModel, lip_aperture, lip_width
-from phonanim.phones import PhoneTrack
-from phonanim.statistics import Statistic, pearson, pearson_sums, ratio
+from phonanim.corpus.corpus import Corpus
+from phonanim.evaluation.statistics import Statistic, pearson, pearson_sums, ratio
+from phonanim.face.model import INNER_LIPS, OUTER_LIPS, FaceModel, lip_aperture, lip_width
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 Scores = dict[str, Array]  # measure -> (clips, sums)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.audio import Sound, resample
+from phonanim.media.audio import Sound, resample
 
 Samples = NDArray[np.float32]
 HOP = 0.015  # seconds from one piece of a stretched voice to the next, half a piece: a period or two of it

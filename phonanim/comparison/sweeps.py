@@ -12,9 +12,9 @@ from phonanim.comparison.fit import CLIPS, Job, load_trained
 from phonanim.comparison.folds import everywhere
 from phonanim.comparison.plan import Plan, Sweep
 from phonanim.comparison.scores import clip_scores, value
-from phonanim.corpus import Corpus
-from phonanim.face import FaceModel
-from phonanim.training import predict_clip
+from phonanim.corpus.corpus import Corpus
+from phonanim.face.model import FaceModel
+from phonanim.training.recipes import predict_clip
 
 MODEL = "model"  # the series that is a recipe of the plan
 HELD_OUT = 0.1  # of the training clips: sweeps are choices, and choices do not look at the test clips

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from phonanim.comparison.run import rows_of
 from phonanim.comparison.scores import MEASURES, value
-from phonanim.statistics import bootstrap_interval, holm, paired_test, pearson
+from phonanim.evaluation.statistics import bootstrap_interval, holm, paired_test, pearson
 
 Table = list[list[str]]
 Document = dict[str, Any]

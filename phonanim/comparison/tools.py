@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import ModelError
-from phonanim.statistics import bootstrap_interval, holm, mean_rows, paired_test
+from phonanim.evaluation.statistics import bootstrap_interval, holm, mean_rows, paired_test
 
 Array = NDArray[np.float64]
 OURS = "phonanim default"

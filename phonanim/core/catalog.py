@@ -11,7 +11,7 @@ from typing import Any
 
 from phonanim.errors import ModelError
 
-SHIPPED = Path(__file__).parent / "models"
+SHIPPED = Path(__file__).parent.parent / "models"
 DEFAULT_MODEL = "default"
 CARD = "model.json"  # what a model folder says of itself
 

@@ -15,11 +15,11 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.alignment import Interval, read_alignment
+from phonanim.core.files import atomic_path
 from phonanim.errors import CorpusError
-from phonanim.files import atomic_path
-from phonanim.language import to_phones
-from phonanim.phones import PhoneTrack
+from phonanim.speech.alignment import Interval, read_alignment
+from phonanim.speech.language import to_phones
+from phonanim.speech.phones import PhoneTrack
 
 PUPIL_DISTANCE_MM = 63.0
 PUPILS = (468, 473)

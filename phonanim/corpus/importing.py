@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from phonanim.audio import Sound
+from phonanim.core.files import atomic_path, write_text
 from phonanim.datasets import Frames, Recording, load_dataset
 from phonanim.errors import CorpusError
-from phonanim.files import atomic_path, write_text
-from phonanim.textgrid import write_textgrid
+from phonanim.media.audio import Sound
+from phonanim.speech.textgrid import write_textgrid
 
 COLUMNS = ("name", "speaker", "split", "frames", "fps", "seconds", "text")
 

@@ -9,7 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.appearance import (
+from phonanim.core.files import atomic_path
+from phonanim.corpus.corpus import Corpus, load_corpus, read_clips, read_landmarks
+from phonanim.errors import CorpusError
+from phonanim.face.appearance import (
     LUMA,
     AppearanceModel,
     Texture,
@@ -22,14 +25,11 @@ from phonanim.appearance import (
     save_appearance,
     without_light,
 )
-from phonanim.corpus import Corpus, load_corpus, read_clips, read_landmarks
-from phonanim.errors import CorpusError
-from phonanim.face import FaceModel, fit_face
-from phonanim.files import atomic_path
+from phonanim.face.model import FaceModel, fit_face
+from phonanim.face.warp import Mesh
+from phonanim.media.video import read_clip
 from phonanim.regressors import Examples
-from phonanim.training import examples
-from phonanim.video import read_clip
-from phonanim.warp import Mesh
+from phonanim.training.recipes import examples
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]

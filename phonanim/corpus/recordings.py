@@ -14,14 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.aligner import align
-from phonanim.alignment import Interval, read_alignment
+from phonanim.aligners.pocketsphinx import align
+from phonanim.core.files import atomic_path, write_text
+from phonanim.corpus.tracking import Quality, Track, Tracker, quality, track_film
 from phonanim.errors import AlignmentError, CorpusError, OptionError, PhonanimError
-from phonanim.face import OUTER_LIPS, SUBNASALE
-from phonanim.files import atomic_path, write_text
-from phonanim.textgrid import write_textgrid
-from phonanim.tracking import Quality, Track, Tracker, quality, track_film
-from phonanim.video import (
+from phonanim.face.model import OUTER_LIPS, SUBNASALE
+from phonanim.media.video import (
     SOUND_RATE,
     Film,
     conversion,
@@ -31,6 +29,8 @@ from phonanim.video import (
     write_film,
     write_sound,
 )
+from phonanim.speech.alignment import Interval, read_alignment
+from phonanim.speech.textgrid import write_textgrid
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]

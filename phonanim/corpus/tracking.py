@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.corpus import PUPIL_DISTANCE_MM, PUPILS, RIGID
+from phonanim.core.stderr import silent_stderr
+from phonanim.corpus.corpus import PUPIL_DISTANCE_MM, PUPILS, RIGID
 from phonanim.errors import CorpusError, MissingExtraError
-from phonanim.face import OUTER_LIPS
-from phonanim.stderr import silent_stderr
-from phonanim.video import Film, Frame, read_frames
+from phonanim.face.model import OUTER_LIPS
+from phonanim.media.video import Film, Frame, read_frames
 
 Array = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ class Quality:
 
 def shipped_indices() -> NDArray[np.int64]:
     """The landmarks of the shipped reference face, so that corpora can be compared."""
-    from phonanim.catalog import DEFAULT_MODEL, SHIPPED
+    from phonanim.core.catalog import DEFAULT_MODEL, SHIPPED
     from phonanim.regressors import load_face
 
     return load_face(SHIPPED / DEFAULT_MODEL / "face.safetensors").indices
@@ -108,8 +108,8 @@ def _pixels(face: Any, frame: Frame, indices: NDArray[np.int64]) -> Array:
 
 def aam_tracker(folder: Path) -> Tracker:
     """A search for the face of an appearance model. Raises ModelError."""
-    from phonanim.aam import build_fitter, track
-    from phonanim.appearance import load_appearance
+    from phonanim.face.aam import build_fitter, track
+    from phonanim.face.appearance import load_appearance
 
     model = load_appearance(folder)
     fitter = build_fitter(model)

@@ -16,9 +16,9 @@ from typing import Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.alignment import Interval, read_alignment
-from phonanim.audio import Sound
 from phonanim.errors import CorpusError, OptionError
+from phonanim.media.audio import Sound
+from phonanim.speech.alignment import Interval, read_alignment
 
 SPLITS = ("train", "validation", "test", "test_b", "")
 """`test_b` is of speakers that training lacks; recordings without a split take no part in the paper."""

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.audio import Sound, read_sound
 from phonanim.datasets import Frames, Recording
 from phonanim.errors import CorpusError
+from phonanim.media.audio import Sound, read_sound
 
 Split = Callable[[str, str], str]  # speaker, sentence -> split
 

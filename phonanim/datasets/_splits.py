@@ -9,9 +9,9 @@ from functools import partial
 
 import numpy as np
 
-from phonanim.alignment import Interval
-from phonanim.audio import Sound
 from phonanim.datasets import Frames, Recording
+from phonanim.media.audio import Sound
+from phonanim.speech.alignment import Interval
 
 Cuts = Sequence[tuple[str, float]]  # a split, and the part of all that ends where it does
 EIGHTY_TEN_TEN: Cuts = (("train", 0.8), ("validation", 0.9), ("test", 1.0))

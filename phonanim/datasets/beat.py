@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from phonanim.audio import duration
 from phonanim.datasets import Card, Frames, Recording, intervals, not_found
 from phonanim.datasets._files import sound_of
 from phonanim.datasets._splits import EIGHTY_TEN_TEN, drawn, pieces
 from phonanim.errors import CorpusError
+from phonanim.media.audio import duration
 
 CARD = Card(
     title="BEAT",

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from phonanim.alignment import Interval
-from phonanim.audio import Sound
 from phonanim.datasets import Card, Frames, Recording, not_found
 from phonanim.datasets._mat import DAMAGE, read_signals
 from phonanim.errors import CorpusError
+from phonanim.media.audio import Sound
+from phonanim.speech.alignment import Interval
 
 CARD = Card(
     title="Haskins Production Rate Comparison (HPRC)",

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from phonanim.audio import Sound
 from phonanim.datasets import Card, Frames, Recording, not_found
 from phonanim.datasets._files import prepared
 from phonanim.datasets._pickles import read_pickle
 from phonanim.errors import CorpusError
+from phonanim.media.audio import Sound
 
 CARD = Card(
     title="VOCASET",

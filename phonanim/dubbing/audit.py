@@ -10,10 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from phonanim.alignment import read_alignment
-from phonanim.animate import model_hash
-from phonanim.animation import Animation
-from phonanim.audio import duration
+from phonanim.animation.animation import Animation
 from phonanim.dubbing.ledger import read_ledger
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.lines import Lines, below, files_below
@@ -24,7 +21,10 @@ from phonanim.dubbing.staging import Copies
 from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError, PhonanimError
 from phonanim.exporters import find_exporter, load, suffixes
-from phonanim.labels import is_silent
+from phonanim.media.audio import duration
+from phonanim.pipeline import model_hash
+from phonanim.speech.alignment import read_alignment
+from phonanim.speech.labels import is_silent
 
 OWN = ("report.json", "report.html", "summary.txt", "ledger.jsonl")
 STILL = 0.01  # of a control's range: less motion is not seen

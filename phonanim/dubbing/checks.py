@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animate import Performance
-from phonanim.audio import duration, read_audio
 from phonanim.errors import AudioError, MissingExtraError
-from phonanim.face import lip_aperture
-from phonanim.inventory import INVENTORY
-from phonanim.phones import PhoneTrack
+from phonanim.face.model import lip_aperture
+from phonanim.media.audio import duration, read_audio
+from phonanim.pipeline import Performance
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.phones import PhoneTrack
 
 OPEN_MM = 1.0  # a gap between the lips that is seen as open
 FASTEST = 22.0  # phones in a second; fluent speech has 10 to 16

@@ -9,11 +9,11 @@ from functools import partial
 from pathlib import Path
 from typing import IO
 
+from phonanim.core.files import atomic_path
 from phonanim.dubbing import parts
 from phonanim.dubbing.outcome import Outcome, decode, encode
 from phonanim.dubbing.storage import Place, Remote
 from phonanim.errors import OutputError
-from phonanim.files import atomic_path
 
 NAME = "ledger.jsonl"
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import cast
 
-from phonanim.animate import Performance, load_cached_rig, load_model, model_hash, perform, with_edits
+from phonanim.core.files import content_hash
 from phonanim.dubbing.checks import facts_of
 from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.line import Line
@@ -18,8 +18,8 @@ from phonanim.dubbing.staging import Copies, at_hand, copies, deliver, forget_co
 from phonanim.dubbing.storage import forget_listings
 from phonanim.errors import OptionError, PhonanimError
 from phonanim.exporters import allotted, save
-from phonanim.files import content_hash
-from phonanim.pronunciations import load_pronunciations
+from phonanim.pipeline import Performance, load_cached_rig, load_model, model_hash, perform, with_edits
+from phonanim.speech.pronunciations import load_pronunciations
 
 
 def make(job: Job) -> Result:

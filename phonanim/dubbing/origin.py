@@ -9,14 +9,14 @@ from functools import cache, lru_cache
 from typing import Any
 
 from phonanim import __version__
-from phonanim.animate import model_hash
+from phonanim.animation.overlay import find_overlay
+from phonanim.core.files import content_hash
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.storage import Place, Remote, hash_of, is_url, place
 from phonanim.errors import OptionError
-from phonanim.files import content_hash
 from phonanim.options import Options, Overlay
-from phonanim.overlay import find_overlay
+from phonanim.pipeline import model_hash
 from phonanim.rig.read import find_rig, read_document
 
 # The keys of a rig that name files beside it.

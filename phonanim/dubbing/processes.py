@@ -12,9 +12,9 @@ from itertools import islice
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
+from phonanim.core.threads import one_thread
 from phonanim.dubbing.job import Job, Result, Task
 from phonanim.dubbing.outcome import Outcome
-from phonanim.threads import one_thread
 
 TRIES = 2  # a job whose worker dies goes to a second one: the first may have been killed from outside
 

@@ -7,18 +7,18 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from phonanim.audio import SUFFIXES as RECORDINGS
-from phonanim.catalog import CARD
+from phonanim.animation.option_parsing import parse_gain, parse_gains, parse_overlay, parse_smoothing
+from phonanim.animation.overlay import is_pose
+from phonanim.animation.rates import parse_rate
+from phonanim.core.catalog import CARD
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.names import safe_name
 from phonanim.dubbing.storage import Place, place
 from phonanim.dubbing.styles import DIALS, Styles, find_style, read_styles
 from phonanim.dubbing.table import Row
 from phonanim.errors import OptionError
+from phonanim.media.audio import SUFFIXES as RECORDINGS
 from phonanim.options import DEFAULTS, Options, Overlay
-from phonanim.overlay import is_pose
-from phonanim.rates import parse_rate
-from phonanim.spelling import parse_gain, parse_gains, parse_overlay, parse_smoothing
 
 TEXTS = ("rig", "model", "language", "fallback", "tier", "speaker", "unknown")
 CHARACTERS = (".glb", ".vrm")

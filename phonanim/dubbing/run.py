@@ -5,6 +5,7 @@ from __future__ import annotations
 import secrets
 from collections.abc import Callable, Iterable, Iterator
 
+from phonanim.core.files import PARTIAL
 from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.ledger import locked, read_ledger, recording, write_ledger
 from phonanim.dubbing.lines import Lines
@@ -13,7 +14,6 @@ from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.report import write_reports
 from phonanim.dubbing.storage import Place, Remote
 from phonanim.errors import OutputError, PhonanimError
-from phonanim.files import PARTIAL
 
 Engine = Callable[[Iterable[Job]], Iterator[Result]]
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import cast
 
-from phonanim.aligner import align
+from phonanim.aligners.pocketsphinx import align
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError
-from phonanim.labels import load_language
-from phonanim.textgrid import write_textgrid
+from phonanim.speech.labels import load_language
+from phonanim.speech.textgrid import write_textgrid
 
 SUFFIX = ".aligned.TextGrid"
 

@@ -13,8 +13,8 @@ from typing import Any, TypeAlias
 from urllib.parse import urlsplit
 from urllib.request import url2pathname
 
+from phonanim.core.files import content_hash, write_text
 from phonanim.errors import MissingExtraError, OptionError, OutputError, PhonanimError
-from phonanim.files import content_hash, write_text
 
 SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+(://|::)")  # two characters or more: C: is a drive
 HERE = ("file", "local")  # schemes of this machine, which need no fsspec

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 from pathlib import Path
 
+from phonanim.core.lexicon import LEXICON
 from phonanim.errors import OptionError
-from phonanim.inventory import LEXICON
 
 if sys.version_info >= (3, 11):
     import tomllib

@@ -9,8 +9,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.lexicon import LEXICON
 from phonanim.errors import CorpusError, OptionError
-from phonanim.inventory import LEXICON
 
 Array = NDArray[np.float64]
 LETTERS = "xyz"

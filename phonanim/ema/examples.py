@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from phonanim.ema.articulation import LETTERS, Articulation, standard_name
 from phonanim.ema.measures import speeds, tongue_curvature, tongue_width
-from phonanim.inventory import INVENTORY
-from phonanim.phones import PhoneTrack
-from phonanim.statistics import pearson_sums
+from phonanim.evaluation.statistics import pearson_sums
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 MIDSAGITTAL, SIDES = ("TD", "TB", "TT"), ("BL", "BR")

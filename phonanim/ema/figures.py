@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from phonanim.core.files import atomic_path
 from phonanim.ema.articulation import standard_name
 from phonanim.ema.examples import MIDSAGITTAL, phones_of
 from phonanim.ema.measures import VIEWS
 from phonanim.ema.report import Report
 from phonanim.errors import MissingExtraError
-from phonanim.files import atomic_path
 
 DOTS = 100  # per inch
 MOST = 30  # bars of a chart

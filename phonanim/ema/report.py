@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.files import write_text
 from phonanim.ema.articulation import Articulation, oriented, renamed, standard_name
 from phonanim.ema.examples import (
     Row,
@@ -30,10 +31,9 @@ from phonanim.ema.posture import Posture, head_corrected
 from phonanim.ema.preparation import Gap, fill_gaps, resampled
 from phonanim.ema.utterances import Spoken
 from phonanim.errors import CorpusError
-from phonanim.files import write_text
-from phonanim.language import to_phones
-from phonanim.phones import PhoneTrack
-from phonanim.statistics import pearson
+from phonanim.evaluation.statistics import pearson
+from phonanim.speech.language import to_phones
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 JAWS = ("LI", "LJ")  # sensors of the jaw

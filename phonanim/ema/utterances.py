@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.alignment import Alignment, read_alignment
 from phonanim.ema.articulation import Articulation, oriented
 from phonanim.ema.readers import read_articulation
 from phonanim.errors import CorpusError
-from phonanim.language import to_phones
-from phonanim.phones import PhoneTrack
+from phonanim.speech.alignment import Alignment, read_alignment
+from phonanim.speech.language import to_phones
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 RUN_ON = 1.0  # seconds; a last segment longer than this runs on through the silence after the speech

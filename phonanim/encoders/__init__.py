@@ -12,9 +12,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.audio import Sound, resample
 from phonanim.encoders._cache import kept
 from phonanim.errors import AudioError, ModelError
+from phonanim.media.audio import Sound, resample
 
 RATE = 16000  # hertz that every encoder hears
 HOP = 320  # samples from one step to the next: 20 ms, as in the papers

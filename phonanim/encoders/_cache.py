@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.audio import Sound
+from phonanim.core.files import atomic_path, gathered
 from phonanim.errors import OutputError
-from phonanim.files import atomic_path, gathered
+from phonanim.media.audio import Sound
 
 FOLDER = "PHONANIM_CACHE"
 Values = NDArray[np.float16]

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.files import content_hash
 from phonanim.encoders import HOP, RATE
 from phonanim.encoders._weights import encoder_folder
 from phonanim.errors import MissingExtraError, ModelError
-from phonanim.files import content_hash
 
 Floats = NDArray[np.float32]
 

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.alignment import Alignment
 from phonanim.encoders import HOP, RATE, STEPS, Features
 from phonanim.errors import AlignmentError
-from phonanim.inventory import N_PHONES
-from phonanim.language import to_phones
-from phonanim.phones import PhoneTrack, silence
+from phonanim.speech.alignment import Alignment
+from phonanim.speech.inventory import N_PHONES
+from phonanim.speech.language import to_phones
+from phonanim.speech.phones import PhoneTrack, silence
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def posteriors(track: PhoneTrack, times: NDArray[np.float64]) -> NDArray[np.floa
 
 def recognized(samples: NDArray[np.float32]) -> PhoneTrack:
     """The phones of (samples,) at RATE; silence where no word can be made out. Raises MissingExtraError."""
-    from phonanim.aligner import align
+    from phonanim.aligners.pocketsphinx import align
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "sound.wav"

@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.neural import gelu, layer_norm, named, transformer_block
 from phonanim.encoders._mel import filters, power
 from phonanim.encoders._weights import whisper_tensors
-from phonanim.neural import gelu, layer_norm, named, transformer_block
 
 MEL_SIZE, MEL_HOP = 400, 160  # samples of 16 kHz
 RANGE = 8.0  # powers of ten below the loudest bin, where what is heard ends

@@ -11,7 +11,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
+from phonanim.evaluation.surfaces import Surface
 from phonanim.metrics import (
     absolute_error,
     closure_error,
@@ -30,9 +31,8 @@ from phonanim.metrics import (
     temporal_mean_vertex_error,
 )
 from phonanim.metrics.lips import BILABIALS, LABIODENTALS
-from phonanim.morphs import plain
-from phonanim.phones import PhoneTrack
-from phonanim.surfaces import Surface
+from phonanim.rig.morphs import plain
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 MOUTH_CONTROLS = ("jaw", "mouth", "tongue")

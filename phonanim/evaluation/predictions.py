@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
 from phonanim.errors import EvaluationError, MissingExtraError
 from phonanim.exporters import load, readable, suffixes
 

@@ -12,9 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
 from phonanim.errors import EvaluationError
-from phonanim.measures import control_measures, lip_measures, vertex_measures
+from phonanim.evaluation.measures import control_measures, lip_measures, vertex_measures
+from phonanim.evaluation.predictions import Motion, at_times
+from phonanim.evaluation.surfaces import Settings, Surface, surface
 from phonanim.metrics import (
     PhoneError,
     by_class,
@@ -23,9 +25,7 @@ from phonanim.metrics import (
     mean_vertex_error,
     squared_error,
 )
-from phonanim.morphs import plain
-from phonanim.predictions import Motion, at_times
-from phonanim.surfaces import Settings, Surface, surface
+from phonanim.rig.morphs import plain
 
 Array = NDArray[np.float64]
 FEWEST = 4  # frames: less has no spectrum and no jerk

@@ -12,15 +12,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
 from phonanim.errors import EvaluationError
-from phonanim.face import FaceModel, lip_aperture, lip_protrusion, lip_width
-from phonanim.head import load_head
-from phonanim.masks import check_masks, head_masks, landmark_numbers
-from phonanim.morphs import plain
-from phonanim.phones import PhoneTrack
-from phonanim.predictions import Motion, Vertices
+from phonanim.evaluation.predictions import Motion, Vertices
+from phonanim.face.masks import check_masks, head_masks, landmark_numbers
+from phonanim.face.model import FaceModel, lip_aperture, lip_protrusion, lip_width
+from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
+from phonanim.rig.morphs import plain
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -117,8 +117,8 @@ def _known(vertices: int) -> tuple[Mapping[str, Rows], MeshLandmarks | None]:
     """Regions and landmarks of MediaPipe's face mesh and of the reference face, by their number of points."""
     if vertices == FACE_MESH:
         return _of_points(np.arange(FACE_MESH))
-    from phonanim.animate import load_model
-    from phonanim.catalog import DEFAULT_MODEL
+    from phonanim.core.catalog import DEFAULT_MODEL
+    from phonanim.pipeline import load_model
 
     indices = load_model(DEFAULT_MODEL).face.indices
     return _of_points(indices) if vertices == len(indices) else ({}, None)

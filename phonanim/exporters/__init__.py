@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
 from phonanim.errors import OutputError
 
 

@@ -9,11 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from phonanim.alignment import Alignment, Interval
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
+from phonanim.core.lexicon import LEXICON
 from phonanim.errors import OutputError
-from phonanim.inventory import INVENTORY, LEXICON, SILENCE
-from phonanim.language import to_phones
+from phonanim.speech.alignment import Alignment, Interval
+from phonanim.speech.inventory import INVENTORY, SILENCE
+from phonanim.speech.language import to_phones
 
 SHORTEST = 0.04  # seconds: a drawing held for less than a frame of film is not seen
 ROUNDING = 1e-9  # seconds

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from phonanim.errors import RigError
-from phonanim.head import SHIPPED, Head, load_head
+from phonanim.rig.head import SHIPPED, Head, load_head
 
 
 def head_of(character: Path = SHIPPED) -> Head:

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.files import atomic_path
 from phonanim.errors import MissingExtraError, OutputError
-from phonanim.files import atomic_path
 
 Weights = tuple[NDArray[np.float64], tuple[str, ...], float, float, dict[str, Any]]
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from phonanim.animation import Animation
-from phonanim.files import write_text
-from phonanim.keys import Keys, reduce_channels
+from phonanim.animation.animation import Animation
+from phonanim.animation.keys import Keys, reduce_channels
+from phonanim.core.files import write_text
 
 SUMMARY = "Maya .anim for a blendShape node; File > Import with the animImportExport plug-in"
 UNITS = {24: "film", 25: "pal", 30: "ntsc", 48: "show", 50: "palf", 60: "ntscf"}  # frames per second

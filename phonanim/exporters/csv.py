@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
+from phonanim.animation.timecode import Timecode, clock_for
+from phonanim.core.files import write_text
+from phonanim.core.lexicon import LEXICON
 from phonanim.errors import OptionError, OutputError
-from phonanim.files import write_text
-from phonanim.inventory import LEXICON
-from phonanim.timecode import Timecode, clock_for
 
 SUMMARY = "Live Link Face: a row per frame, ARKit controls by name (rigs with ARKit controls)"
 LEAD = ("Timecode", "BlendShapeCount")

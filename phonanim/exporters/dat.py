@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
+from phonanim.core.files import write_text
 from phonanim.exporters._cues import mouth_cues
-from phonanim.files import write_text
 
 SUMMARY = "Moho switch data: frame and Preston Blair mouth shape, 24 frames per second"
 REST = "rest"

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
+from phonanim.animation.keys import reduce_curves
+from phonanim.core.files import atomic_path
 from phonanim.errors import OutputError, RigError
 from phonanim.exporters.csv import rate_of
 from phonanim.exporters.json import intervals, spans
-from phonanim.files import atomic_path
-from phonanim.glb import Glb, glb_bytes, read_glb
-from phonanim.head import SHIPPED, TONGUE
-from phonanim.keys import reduce_curves
-from phonanim.morphs import Morphs, find_morphs, moving_morphs
+from phonanim.media.glb import Glb, glb_bytes, read_glb
+from phonanim.rig.head import SHIPPED, TONGUE
+from phonanim.rig.morphs import Morphs, find_morphs, moving_morphs
 
 SUMMARY = "glTF binary: the shipped head, or your own character, speaking"
 FLOAT = 5126

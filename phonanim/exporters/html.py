@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
+from phonanim.core.files import write_text
 from phonanim.errors import OutputError
 from phonanim.exporters.json import spans
-from phonanim.files import write_text
-from phonanim.glb import Glb, read_glb
-from phonanim.head import SHIPPED
-from phonanim.morphs import moving_morphs
+from phonanim.media.glb import Glb, read_glb
+from phonanim.rig.head import SHIPPED
+from phonanim.rig.morphs import moving_morphs
 
 SUMMARY = "viewer in one file that works offline: head, sound, timeline, curves, two takes side by side"
 PAGE = Path(__file__).parent.parent / "viewer"

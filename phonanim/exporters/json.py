@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from phonanim.alignment import Interval
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
+from phonanim.core.files import write_text
 from phonanim.errors import OutputError
-from phonanim.files import write_text
+from phonanim.speech.alignment import Interval
 
 SUMMARY = "JSON: a list of values per channel, phones, words, provenance"
 FORMAT = "phonanim animation 1"

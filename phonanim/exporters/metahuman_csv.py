@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
+from phonanim.core.files import write_text
 from phonanim.errors import OutputError
-from phonanim.files import write_text
 
 SUMMARY = "MetaHuman CTRL_expressions curves, to import into Unreal as a linear Curve Table"
 PREFIX = "CTRL_expressions_"

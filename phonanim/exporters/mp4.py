@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from phonanim.alignment import Interval
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
+from phonanim.core.files import atomic_path
 from phonanim.errors import AudioError, MissingExtraError, OutputError
 from phonanim.exporters._head import head_of
-from phonanim.files import atomic_path
-from phonanim.head import SHIPPED, Head
-from phonanim.labels import is_silent
-from phonanim.pixels import Image, draw_text
-from phonanim.render import render, whole_head
-from phonanim.video import H264
+from phonanim.media.pixels import Image, draw_text
+from phonanim.media.video import H264
+from phonanim.rig.head import SHIPPED, Head
+from phonanim.rig.render import render, whole_head
+from phonanim.speech.alignment import Interval
+from phonanim.speech.labels import is_silent
 
 SUMMARY = "film of the head speaking, H.264 with the sound (needs the extra video)"
 FASTEST = 30.0  # frames per second of the film; an animation with more is sampled

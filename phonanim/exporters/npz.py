@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
+from phonanim.core.files import atomic_path
 from phonanim.errors import OutputError
 from phonanim.exporters.json import document, from_document
-from phonanim.files import atomic_path
 
 SUMMARY = "NumPy archive: `values` (frames, channels), `channels`, `fps`, phones, words, provenance"
 EPOCH = (1980, 1, 1, 0, 0, 0)  # the same input gives the same bytes on any day

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.alignment import Interval
-from phonanim.animation import Animation
-from phonanim.audio import read_audio
-from phonanim.labels import is_silent
-from phonanim.pixels import Color, Image, draw_text, fill, shortened, text_width, write_png
+from phonanim.animation.animation import Animation
+from phonanim.media.audio import read_audio
+from phonanim.media.pixels import Color, Image, draw_text, fill, shortened, text_width, write_png
+from phonanim.speech.alignment import Interval
+from phonanim.speech.labels import is_silent
 
 SUMMARY = "plot of the liveliest curves under waveform, words and phones"
 PAPER, PANEL, GRID, INK, FAINT = (24, 26, 31), (38, 42, 50), (48, 52, 62), (236, 238, 242), (142, 150, 163)

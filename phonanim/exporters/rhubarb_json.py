@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
+from phonanim.core.files import write_text
 from phonanim.exporters._cues import mouth_cues
-from phonanim.files import write_text
 
 SUMMARY = "Rhubarb Lip Sync cues as JSON, for Godot, Spine, After Effects and web players"
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
+from phonanim.animation.keys import Keys, reduce_channels
+from phonanim.core.files import write_text
 from phonanim.errors import OutputError
-from phonanim.files import write_text
-from phonanim.keys import Keys, reduce_channels
 
 SUMMARY = "OpenFaceFX track (version 1): straight keys per channel"
 DIGITS = 4  # of times and values, as OpenFaceFX rounds its own

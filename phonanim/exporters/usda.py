@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
+from phonanim.core.files import write_text
 from phonanim.exporters._head import head_of
 from phonanim.exporters.glb import agreed
 from phonanim.exporters.json import intervals, spans
-from phonanim.files import write_text
-from phonanim.head import SHIPPED, Head, load_head
-from phonanim.render import vertex_normals
+from phonanim.rig.head import SHIPPED, Head, load_head
+from phonanim.rig.render import vertex_normals
 
 SUMMARY = "USD as text: the head with UsdSkel blend shapes and their animation"
 MOVED = 1e-6  # metres; less is not stored

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
 from phonanim.exporters.usda import read as read
 from phonanim.exporters.usda import stage_text
-from phonanim.head import SHIPPED
+from phonanim.rig.head import SHIPPED
 
 SUMMARY = "USD in binary form (needs the extra usd)"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
 from phonanim.errors import OutputError
 from phonanim.exporters import glb
 from phonanim.exporters.glb import read as read

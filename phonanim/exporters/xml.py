@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from xml.sax.saxutils import escape
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
+from phonanim.core.files import write_text
 from phonanim.exporters._cues import mouth_cues
-from phonanim.files import write_text
 
 SUMMARY = "Rhubarb Lip Sync cues as XML"
 PAGE = """<?xml version="1.0" encoding="utf-8"?>

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.appearance import LUMA, AppearanceModel, flat_points
-from phonanim.search import first_guesses
-from phonanim.warp import Mesh, sample
+from phonanim.core.search import first_guesses
+from phonanim.face.appearance import LUMA, AppearanceModel, flat_points
+from phonanim.face.warp import Mesh, sample
 
 Array = NDArray[np.float64]
 Grey = NDArray[np.float32]

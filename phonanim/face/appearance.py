@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import __version__
+from phonanim.core.files import atomic_path, write_text
 from phonanim.errors import ModelError
-from phonanim.face import INNER_LIPS, FaceModel
-from phonanim.files import atomic_path, write_text
-from phonanim.warp import Mesh, build_mesh
+from phonanim.face.model import INNER_LIPS, FaceModel
+from phonanim.face.warp import Mesh, build_mesh
 
 Array = NDArray[np.float64]
 Texture = NDArray[np.float32]

@@ -14,9 +14,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.face import INNER_LIP_PAIRS, MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT, FaceModel
-from phonanim.inventory import INVENTORY
-from phonanim.phones import PhoneTrack
+from phonanim.face.model import INNER_LIP_PAIRS, MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT, FaceModel
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 Measure = Literal["gap", "width"]

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.lexicon import LEXICON
 from phonanim.errors import EvaluationError
-from phonanim.face import FaceModel
-from phonanim.inventory import LEXICON
+from phonanim.face.model import FaceModel
 
 FOLDER = LEXICON / "masks"
 Rows = NDArray[np.int64]
@@ -27,7 +27,7 @@ PICKLES = (".pkl", ".pickle", ".p")
 
 @cache
 def head_masks() -> Masks:
-    """Vertices of the shipped head by region, rows of `phonanim.head.load_head().vertices`."""
+    """Vertices of the shipped head by region, rows of `phonanim.rig.head.load_head().vertices`."""
     return read_masks(FOLDER / "head.json")
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import MissingExtraError
-from phonanim.raster import rasterize
+from phonanim.media.raster import rasterize
 
 Array = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.gestures import GESTURES, split_parts
-from phonanim.inventory import INVENTORY, SILENCE
-from phonanim.phones import PhoneTrack
+from phonanim.speech.gestures import GESTURES, split_parts
+from phonanim.speech.inventory import INVENTORY, SILENCE
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.inventory import INVENTORY, N_ATTRIBUTES, N_PHONES
+from phonanim.speech.inventory import INVENTORY, N_ATTRIBUTES, N_PHONES
 
 WIDTH = 11  # Kx
 SPANS = 4

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.context import N_BOXES, N_TIMING, context_features, part_table
-from phonanim.indicators import N_FEATURES, WIDTH, indicators, raw_indicators
-from phonanim.inventory import N_PHONES
-from phonanim.phones import PhoneTrack
-from phonanim.windows import TICK
+from phonanim.features.context import N_BOXES, N_TIMING, context_features, part_table
+from phonanim.features.indicators import N_FEATURES, WIDTH, indicators, raw_indicators
+from phonanim.features.windows import TICK
+from phonanim.speech.inventory import N_PHONES
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 MODEL_FPS = 25.0  # the frame grid of the recordings, on which windows of frames are defined

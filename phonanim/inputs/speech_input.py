@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from phonanim.alignment import Alignment, read_alignment
-from phonanim.audio import SUFFIXES, Sound, cut_short, find_audio, read_sound, remarks
 from phonanim.errors import AlignmentError, AudioError
-from phonanim.language import to_phones
+from phonanim.media.audio import SUFFIXES, Sound, cut_short, find_audio, read_sound, remarks
 from phonanim.options import Options
-from phonanim.phones import PhoneTrack, silence
 from phonanim.regressors import Driver
+from phonanim.speech.alignment import Alignment, read_alignment
+from phonanim.speech.language import to_phones
+from phonanim.speech.phones import PhoneTrack, silence
 
 UNENFORCED = "there is no alignment: closures of the lips are as heard, none is enforced"
 APART = 0.5  # seconds between the ends of a recording and its alignment that are worth a word

@@ -13,8 +13,8 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.files import gathered
 from phonanim.errors import AudioError, MissingExtraError
-from phonanim.files import gathered
 
 SUFFIXES = (".wav", ".flac", ".ogg", ".mp3")
 READ = 10.0  # seconds of a recording at a time

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.files import atomic_path
-from phonanim.inventory import LEXICON
+from phonanim.core.files import atomic_path
+from phonanim.core.lexicon import LEXICON
 
 Image = NDArray[np.uint8]
 Color = tuple[int, int, int]

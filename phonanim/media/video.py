@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.files import atomic_path
 from phonanim.errors import CorpusError, MissingExtraError
-from phonanim.files import atomic_path
 
 Frame = NDArray[np.uint8]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from phonanim.errors import EvaluationError
-from phonanim.face import INNER_LIP_PAIRS, FaceModel
-from phonanim.inventory import INVENTORY
+from phonanim.face.model import INNER_LIP_PAIRS, FaceModel
 from phonanim.metrics.arrays import Array
 from phonanim.metrics.vertices import Shapes
-from phonanim.phones import PhoneTrack
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.phones import PhoneTrack
 
 BILABIALS = ("p", "b", "m")
 LABIODENTALS = ("f", "v")

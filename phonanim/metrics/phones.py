@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.inventory import INVENTORY, LIPS
 from phonanim.metrics.arrays import Array
-from phonanim.phones import PhoneTrack
+from phonanim.speech.inventory import INVENTORY, LIPS
+from phonanim.speech.phones import PhoneTrack
 
 PHONE_CLASSES: dict[str, NDArray[np.bool_]] = {
     "vowels": INVENTORY.where(kind="vowel"),

@@ -1,6 +1,6 @@
 """Errors of meshes and of landmarks, (frames, vertices, 3), in the unit of their coordinates (mm here).
 
-Masks are rows of vertices: phonanim/masks.py reads them. In the equations v and w are a predicted and a
+Masks are rows of vertices: phonanim/face/masks.py reads them. In the equations v and w are a predicted and a
 captured vertex, T frames and V vertices of the mask.
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import EvaluationError
-from phonanim.face import FaceModel
+from phonanim.face.model import FaceModel
 from phonanim.metrics.arrays import Array, difference
 
 Shapes = NDArray[np.floating]

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 from phonanim.errors import AlignmentError
 
 if TYPE_CHECKING:
-    from phonanim.alignment import Recording
+    from phonanim.speech.alignment import Recording
 
 MAX_BYTES = 64 << 20
 """Largest file that is read: two hours of speech are about 10 MB; more is another kind of file."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from phonanim.alignment import Interval
 from phonanim.readers import Source, brief
+from phonanim.speech.alignment import Interval
 
 ROWS_LOOKED_AT = 50
 """A file is known by its first rows; a damaged one further down is the reader's to report."""

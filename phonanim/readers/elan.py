@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import defaultdict
 from xml.etree import ElementTree
 
-from phonanim.alignment import Interval, Recording, Tier
 from phonanim.readers import DAMAGE, Source
+from phonanim.speech.alignment import Interval, Recording, Tier
 
 FORMAT = "ELAN"
 

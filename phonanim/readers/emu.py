@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from phonanim.alignment import Interval, Recording, Tier
 from phonanim.readers import DAMAGE, Source
+from phonanim.speech.alignment import Interval, Recording, Tier
 
 FORMAT = "EMU annotation JSON"
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-from phonanim.alignment import Interval, Recording, Tier
 from phonanim.readers import Source
-from phonanim.rows import FEWEST_TICKS, all_match, lines, mean_span, split
+from phonanim.readers._rows import FEWEST_TICKS, all_match, lines, mean_span, split
+from phonanim.speech.alignment import Interval, Recording, Tier
 
 FORMAT = "HTK or HTS labels"
 TICKS = 1e7  # in a second

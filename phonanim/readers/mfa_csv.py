@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import csv
 
-from phonanim.alignment import Interval, Recording, Tier
 from phonanim.readers import Source
+from phonanim.speech.alignment import Interval, Recording, Tier
 
 FORMAT = "MFA CSV"
 COLUMNS = ("begin", "end", "label", "type", "speaker")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from phonanim.alignment import Interval, Recording, Tier
 from phonanim.readers import DAMAGE, Source
-from phonanim.rows import from_starts
+from phonanim.readers._rows import from_starts
+from phonanim.speech.alignment import Interval, Recording, Tier
 
 FORMAT = "Papagayo project"
 

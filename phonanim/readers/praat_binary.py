@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import struct
 
-from phonanim.alignment import Interval, Recording, Tier
 from phonanim.readers import Source
+from phonanim.speech.alignment import Interval, Recording, Tier
 
 FORMAT = "Praat binary TextGrid"
 _MAGIC = b"ooBinaryFile"

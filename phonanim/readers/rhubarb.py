@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from xml.etree import ElementTree
 
-from phonanim.alignment import Interval, Recording, Tier
 from phonanim.readers import DAMAGE, Source
-from phonanim.rows import all_match, from_starts, split
+from phonanim.readers._rows import all_match, from_starts, split
+from phonanim.speech.alignment import Interval, Recording, Tier
 
 FORMAT = "Rhubarb mouth cues"
 

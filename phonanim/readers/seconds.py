@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-from phonanim.alignment import Interval, Recording, Tier
 from phonanim.readers import Source
-from phonanim.rows import all_match, split
+from phonanim.readers._rows import all_match, split
+from phonanim.speech.alignment import Interval, Recording, Tier
 
 FORMAT = "label track in seconds"
 

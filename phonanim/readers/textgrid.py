@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from phonanim.alignment import Interval, Recording, Tier
 from phonanim.readers import Source, brief
+from phonanim.speech.alignment import Interval, Recording, Tier
 
 FORMAT = "Praat TextGrid"
 

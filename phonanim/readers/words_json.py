@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from phonanim.alignment import Interval, Recording, Tier
 from phonanim.readers import DAMAGE, Source
+from phonanim.speech.alignment import Interval, Recording, Tier
 
 FORMAT = "word times of WhisperX, Whisper or Vosk (JSON)"
 

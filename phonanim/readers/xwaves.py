@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-from phonanim.alignment import Recording, Tier
 from phonanim.readers import Source
-from phonanim.rows import from_ends, lines, split
+from phonanim.readers._rows import from_ends, lines, split
+from phonanim.speech.alignment import Recording, Tier
 
 FORMAT = "xwaves labels"
 

@@ -13,13 +13,13 @@ from typing import Any, ClassVar, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.audio import Sound
+from phonanim.core.files import atomic_path
+from phonanim.core.typed import check_types
 from phonanim.errors import ModelError
-from phonanim.face import FaceModel
-from phonanim.files import atomic_path
-from phonanim.inventory import INVENTORY
-from phonanim.phones import PhoneTrack, silence
-from phonanim.typed import check_types
+from phonanim.face.model import FaceModel
+from phonanim.media.audio import Sound
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.phones import PhoneTrack, silence
 
 Tensors = dict[str, NDArray[Any]]
 Progress = Callable[[float], None]

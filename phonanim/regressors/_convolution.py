@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.neural import layer_norm
 from phonanim.errors import ModelError
-from phonanim.neural import layer_norm
 
 if TYPE_CHECKING:
     from phonanim.regressors._heard import Settings

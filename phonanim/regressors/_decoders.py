@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.neural import named, sigmoid, transformer_block
+from phonanim.core.neural import named, sigmoid, transformer_block
 from phonanim.regressors._convolution import convolution_shapes, convolve
 from phonanim.regressors.lstm import recur
 

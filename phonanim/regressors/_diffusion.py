@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.neural import named, sigmoid
+from phonanim.core.neural import named, sigmoid
 from phonanim.regressors._decoders import gru, recurrent_names
 
 if TYPE_CHECKING:

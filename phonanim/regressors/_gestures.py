@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import MissingExtraError
-from phonanim.inventory import INVENTORY, N_PHONES
 from phonanim.regressors import Examples, Progress
 from phonanim.regressors.dynamic_visemes import PLACES
+from phonanim.speech.inventory import INVENTORY, N_PHONES
 
 if TYPE_CHECKING:
-    from phonanim.phones import PhoneTrack
     from phonanim.regressors.dynamic_visemes import Config
+    from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 POINTS = 9  # of a gesture's path, evenly over its time

@@ -11,14 +11,14 @@ from typing import Any, ClassVar, Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.audio import Sound
+from phonanim.core.neural import named, softmax
 from phonanim.encoders import Encoder, Features, encode, load_encoder
 from phonanim.encoders.phones import of_track
 from phonanim.errors import ModelError
-from phonanim.neural import named, softmax
-from phonanim.phones import PhoneTrack
+from phonanim.media.audio import Sound
 from phonanim.regressors import Driver, Examples, Progress, Tensors
 from phonanim.regressors._decoders import Shapes, decode, decoder_shapes
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]

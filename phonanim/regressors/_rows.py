@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import MissingExtraError
-from phonanim.features import NO_CLUSTERS, inputs
-from phonanim.indicators import CC_CLUSTERS, CONSONANT, CV_CLUSTERS, VC_CLUSTERS, VOWEL, WIDTH
-from phonanim.inventory import N_PHONES
+from phonanim.features.indicators import CC_CLUSTERS, CONSONANT, CV_CLUSTERS, VC_CLUSTERS, VOWEL, WIDTH
+from phonanim.features.inputs import NO_CLUSTERS, inputs
+from phonanim.features.windows import slide
 from phonanim.regressors import Examples
-from phonanim.windows import slide
+from phonanim.speech.inventory import N_PHONES
 
 
 def training_rows(

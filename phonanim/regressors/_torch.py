@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import MissingExtraError
-from phonanim.gestures import GESTURES
 from phonanim.regressors import Examples, Progress
+from phonanim.speech.gestures import GESTURES
 
 try:
     import torch

@@ -10,9 +10,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from phonanim.inventory import N_PHONES
 from phonanim.regressors._convolution import convolution_shapes, steps_before
 from phonanim.regressors._decoders import WIDER
+from phonanim.speech.inventory import N_PHONES
 
 if TYPE_CHECKING:
     from phonanim.regressors._heard import Settings

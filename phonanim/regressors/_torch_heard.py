@@ -16,13 +16,13 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from phonanim.files import atomic_path, write_text
-from phonanim.inventory import N_PHONES
+from phonanim.core.files import atomic_path, write_text
 from phonanim.regressors import CHECKPOINT, Examples, Progress
 from phonanim.regressors._decoders import decode
 from phonanim.regressors._heard import Heard, Listener, Settings, at_steps, cached_encoder, step_times
 from phonanim.regressors._torch import seeded
 from phonanim.regressors._torch_decoders import Network, exported
+from phonanim.speech.inventory import N_PHONES
 
 Floats = NDArray[np.float32]
 Model = TypeVar("Model", bound=Heard)

@@ -8,13 +8,13 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.audio import Sound
-from phonanim.features import STEP, inputs, n_features
-from phonanim.indicators import WIDTH
-from phonanim.phones import PhoneTrack
+from phonanim.features.indicators import WIDTH
+from phonanim.features.inputs import STEP, inputs, n_features
+from phonanim.features.windows import predict_at
+from phonanim.media.audio import Sound
 from phonanim.regressors import Driver, Examples, Progress, Tensors
 from phonanim.regressors._rows import cluster_table, training_rows
-from phonanim.windows import predict_at
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 Layers = tuple[tuple[NDArray[np.float32], NDArray[np.float32]], ...]
@@ -25,8 +25,8 @@ CHUNK = 1024  # windows at once: small enough to stay in the cache, large enough
 class Config:
     """The defaults are ours; `taylor2017` in benchmarks/configs has the published values.
 
-    `features` is one of phonanim.features.FEATURES, `reach` the input window (Kx) in frames where these
-    are "raw", `width` the output window (Ky) in frames, `hidden` the units of each hidden layer.
+    `features` is one of phonanim.features.inputs.FEATURES, `reach` the input window (Kx) in frames where
+    these are "raw", `width` the output window (Ky) in frames, `hidden` the units of each hidden layer.
     `networks` of them are trained, each from another start, and their mean is taken.
     """
 

@@ -20,11 +20,11 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.audio import Sound
-from phonanim.inventory import N_PHONES
-from phonanim.phones import PhoneTrack
+from phonanim.features.windows import TICK
+from phonanim.media.audio import Sound
 from phonanim.regressors import Driver, Examples, Progress, Tensors
-from phonanim.windows import TICK
+from phonanim.speech.inventory import N_PHONES
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 # Where in a unit its phones are looked up, as shares of its time; the outer ones see its neighbours.

@@ -8,9 +8,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.audio import Sound
-from phonanim.phones import PhoneTrack
+from phonanim.media.audio import Sound
 from phonanim.regressors import Driver, Examples, Progress, Regressor, Tensors, make_config, regressor_class
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 

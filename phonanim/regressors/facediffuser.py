@@ -20,9 +20,9 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.neural import named
 from phonanim.encoders import Features
 from phonanim.errors import ModelError
-from phonanim.neural import named
 from phonanim.regressors import Examples, Progress, Tensors
 from phonanim.regressors._diffusion import EMBEDDINGS, MASKS, absent, embed, noise_of, sample, shapes_of
 from phonanim.regressors._heard import Listener, check_sounds, fitting, identity_in

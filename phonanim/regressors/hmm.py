@@ -15,11 +15,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.audio import Sound
 from phonanim.errors import MissingExtraError
-from phonanim.inventory import INVENTORY, N_PHONES
-from phonanim.phones import PhoneTrack
+from phonanim.media.audio import Sound
 from phonanim.regressors import Driver, Examples, Progress, Tensors
+from phonanim.speech.inventory import INVENTORY, N_PHONES
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 LEAF = -1  # in `question`

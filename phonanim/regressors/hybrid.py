@@ -1,8 +1,8 @@
 """Sound and phones together: the models that hear (regressors/_heard.py), told what is said as well.
 
-Beside the features of an encoder, at every step, stands the phone context of the models that read
-(phonanim/context.py). What is heard tells how a line was spoken, what is read tells of closures that make
-no sound and of what is still to come.
+At every step the features of an encoder stand beside the phone context of phone-driven models
+(phonanim/features/context.py). Sound shows how a line was spoken. Phones show closures that make no sound,
+and what comes next.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.audio import Sound
-from phonanim.context import context_features
 from phonanim.encoders import Features
 from phonanim.errors import ModelError
-from phonanim.features import CONTEXT
-from phonanim.phones import PhoneTrack
+from phonanim.features.context import context_features
+from phonanim.features.inputs import CONTEXT
+from phonanim.media.audio import Sound
 from phonanim.regressors import Driver
 from phonanim.regressors._heard import Heard, Settings
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -28,7 +28,7 @@ Floats = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Config(Settings):
-    """The settings of models that hear; `beside` is the phone context, one of phonanim.features.CONTEXT."""
+    """The settings of audio-driven models; `beside` is one of phonanim.features.inputs.CONTEXT."""
 
     beside: str = "gestures"
 

@@ -11,13 +11,13 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.audio import Sound
-from phonanim.features import STEP, inputs, n_features
-from phonanim.inventory import N_PHONES
-from phonanim.phones import PhoneTrack
+from phonanim.features.inputs import STEP, inputs, n_features
+from phonanim.features.windows import TICK
+from phonanim.media.audio import Sound
 from phonanim.regressors import Driver, Examples, Progress, Tensors
 from phonanim.regressors._rows import cluster_table
-from phonanim.windows import TICK
+from phonanim.speech.inventory import N_PHONES
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -31,7 +31,7 @@ class Config:
     """Sizes, dropout and batch are the published ones; rate and epochs were chosen on validation clips.
 
     `features` is "triphone" (the contextual labels of Fan 2015: the phone at hand, the one before, the
-    one after, and the place in it) or one of phonanim.features.FEATURES. `units` is the width of each
+    one after, and the place in it) or one of phonanim.features.inputs.FEATURES. `units` is the width of each
     layer; of a bidirectional one, half look back and half ahead. `batch` counts utterances.
     """
 

@@ -18,10 +18,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.audio import Sound
-from phonanim.gestures import GESTURES, split_parts
-from phonanim.phones import PhoneTrack
+from phonanim.media.audio import Sound
 from phonanim.regressors import Driver, Examples, Progress, Tensors
+from phonanim.speech.gestures import GESTURES, split_parts
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 REACH = 5  # gestures on either side that can be felt

@@ -8,13 +8,13 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.audio import Sound
 from phonanim.errors import MissingExtraError
-from phonanim.features import STEP, inputs
-from phonanim.phones import PhoneTrack
+from phonanim.features.inputs import STEP, inputs
+from phonanim.features.windows import predict_at
+from phonanim.media.audio import Sound
 from phonanim.regressors import Driver, Examples, Progress, Tensors
 from phonanim.regressors._rows import cluster_table, training_rows
-from phonanim.windows import predict_at
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 LEAF = -1  # in `left`

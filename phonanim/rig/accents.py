@@ -3,7 +3,7 @@
 A face tracker follows the rims of the lips. It does not see the teeth, sees little of how far lips
 stand out, and a network's answer is a mean, so f v and the rounded sounds reach a rig weaker than they
 are spoken. A rig may name a table of accents (phones, control, amount) that are added while such a
-phone lasts, rising and falling like the contacts (phonanim/contacts.py).
+phone lasts, rising and falling like the contacts (phonanim/face/contacts.py).
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import RigError
-from phonanim.inventory import INVENTORY
-from phonanim.phones import PhoneTrack
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.phones import PhoneTrack
 
 CORE = 0.3  # share of the phone that has the accent whole
 RAMP = 0.08  # seconds before and after it

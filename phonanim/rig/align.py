@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import MissingExtraError, RigError
-from phonanim.head import Head
-from phonanim.morphs import plain
+from phonanim.rig.head import Head
 from phonanim.rig.landmarks import MeshLandmarks
+from phonanim.rig.morphs import plain
 from phonanim.rig.tables import VRM, read_viseme_shapes
 
 Array = NDArray[np.float64]

@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import RigError
-from phonanim.face import OUTER_LIPS, FaceModel, lip_aperture, lip_protrusion, lip_width
-from phonanim.glb import Glb, read_glb, world
-from phonanim.head import TONGUE, Head, load_head, reflected
+from phonanim.face.model import OUTER_LIPS, FaceModel, lip_aperture, lip_protrusion, lip_width
+from phonanim.media.glb import Glb, read_glb, world
 from phonanim.metrics import correlation
-from phonanim.morphs import Morphs, find_morphs, plain
 from phonanim.rig.fit import fit_rig
+from phonanim.rig.head import TONGUE, Head, load_head, reflected
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
 from phonanim.rig.meshes import read_obj
+from phonanim.rig.morphs import Morphs, find_morphs, plain
 from phonanim.rig.motion import read_motion
 from phonanim.rig.puppet import Puppet, control_partners, make_puppet
 from phonanim.rig.read import load_rig

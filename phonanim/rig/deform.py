@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.head import Head
 from phonanim.rig.align import NORMAL_REACH, Surface, normals, scipy_parts
+from phonanim.rig.head import Head
 from phonanim.rig.landmarks import MeshLandmarks
 from phonanim.rig.register import SAMPLE_WEIGHTS, sampled
 from phonanim.rig.rims import LOWER_INNER, UPPER_INNER

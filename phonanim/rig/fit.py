@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.face import INNER_LIP_PAIRS, FaceModel, lip_aperture
+from phonanim.face.model import INNER_LIP_PAIRS, FaceModel, lip_aperture
 from phonanim.rig.descent import Problem, descend
 from phonanim.rig.puppet import Puppet
 from phonanim.rig.retarget import pose_map

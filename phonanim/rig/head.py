@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.lexicon import LEXICON
 from phonanim.errors import RigError
-from phonanim.glb import Glb, read_glb
-from phonanim.inventory import LEXICON
-from phonanim.morphs import plain
+from phonanim.media.glb import Glb, read_glb
+from phonanim.rig.morphs import plain
 
 SHIPPED = LEXICON / "rigs" / "head.glb"
 PARTS = ("skin", "tongue", "teeth_u", "teeth_l", "eye_l", "eye_r")

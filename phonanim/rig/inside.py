@@ -10,9 +10,9 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.head import Head
 from phonanim.rig.align import scipy_parts, skin_rows
 from phonanim.rig.deform import STILL, weld
+from phonanim.rig.head import Head
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.files import write_text
+from phonanim.core.lexicon import LEXICON
 from phonanim.errors import RigError
-from phonanim.files import write_text
-from phonanim.inventory import LEXICON
 
 Array = NDArray[np.float64]
 SHIPPED = LEXICON / "rigs" / "arkit.landmarks.csv"

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.files import atomic_path, write_text
 from phonanim.errors import RigError
-from phonanim.files import atomic_path, write_text
-from phonanim.glb import glb_bytes
-from phonanim.head import Head
+from phonanim.media.glb import glb_bytes
+from phonanim.rig.head import Head
 
 Array = NDArray[np.float64]
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
 from phonanim.errors import RigError
-from phonanim.glb import Glb
+from phonanim.media.glb import Glb
 
 SIDES = {"l": "left", "r": "right"}
 # VRM 0.x calls the five vowels by their letters.

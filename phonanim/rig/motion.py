@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.files import write_text
+from phonanim.core.lexicon import LEXICON
 from phonanim.errors import RigError
-from phonanim.face import FaceModel, lip_aperture
-from phonanim.files import write_text
-from phonanim.inventory import LEXICON
+from phonanim.face.model import FaceModel, lip_aperture
 from phonanim.rig.fit import CLOSED_APERTURE
 
 Array = NDArray[np.float64]

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from phonanim.animation import Animation
+from phonanim.animation.animation import Animation
+from phonanim.core.files import write_text
 from phonanim.errors import RigError
 from phonanim.exporters.glb import write as write_glb
-from phonanim.face import FaceModel
-from phonanim.files import write_text
-from phonanim.head import load_head
+from phonanim.face.model import FaceModel
+from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.meshes import write_obj
 from phonanim.rig.picture import draw_poses

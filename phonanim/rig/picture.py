@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.face import MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT, FaceModel
-from phonanim.head import Head
-from phonanim.pixels import Image, draw_text, paste, write_png
-from phonanim.render import View, render
+from phonanim.face.model import MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT, FaceModel
+from phonanim.media.pixels import Image, draw_text, paste, write_png
+from phonanim.rig.head import Head
 from phonanim.rig.landmarks import MeshLandmarks
 from phonanim.rig.puppet import straightened
+from phonanim.rig.render import View, render
 from phonanim.rig.rig import MEAN, POSES, Rig
 
 SIZE, MARGIN, CAPTION, COLUMNS = 240, 16, 44, 3  # pixels, pictures

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import RigError
-from phonanim.face import FaceModel
-from phonanim.head import TONGUE, Head
+from phonanim.face.model import FaceModel
+from phonanim.rig.head import TONGUE, Head
 from phonanim.rig.landmarks import MeshLandmarks
 
 Array = NDArray[np.float64]

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from phonanim.core.lexicon import LEXICON
 from phonanim.errors import RigError
-from phonanim.inventory import LEXICON
 from phonanim.rig.rig import MEAN, POSES, Array, Rig, Through, Visemes
 from phonanim.rig.tables import read_hinges, read_mixture, read_shapes, read_visemes
 

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.head import Head
 from phonanim.rig.align import Surface, align, face_rows, scipy_parts, surface_of
+from phonanim.rig.head import Head
 from phonanim.rig.landmarks import MeshLandmarks
 from phonanim.rig.rims import put_on_rims
 

@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.head import Head
-from phonanim.raster import Picture, rasterize
+from phonanim.media.raster import Picture, rasterize
+from phonanim.rig.head import Head
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import RigError
-from phonanim.face import FaceModel
-from phonanim.phones import PhoneTrack
+from phonanim.face.model import FaceModel
 from phonanim.rig.accents import accented, read_accents
 from phonanim.rig.rig import POSED_MODES, SIGMAS, HingeMap, Rig, Through
 from phonanim.rig.tongue import place_tongue, read_places
 from phonanim.rig.visemes import show
+from phonanim.speech.phones import PhoneTrack
 
 How = Literal["auto", "poses", "direct", "solve"]
 LEAST = 0.01  # a share of less than this of a control is a share of nothing

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.raster import EMPTY, Picture, rasterize
+from phonanim.media.raster import EMPTY, Picture, rasterize
 from phonanim.rig.landmarks import MeshLandmarks
 
 Array = NDArray[np.float64]

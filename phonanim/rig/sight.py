@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.face import INNER_LIP_PAIRS, INNER_LIPS, OUTER_LIPS, FaceModel
+from phonanim.face.model import INNER_LIP_PAIRS, INNER_LIPS, OUTER_LIPS, FaceModel
 from phonanim.rig.puppet import Puppet, landmark_partners, mirrored
 
 Array = NDArray[np.float64]

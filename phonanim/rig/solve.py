@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import RigError
-from phonanim.face import FaceModel
+from phonanim.face.model import FaceModel
 from phonanim.rig.descent import Problem, descend
 from phonanim.rig.puppet import Puppet, control_partners, landmark_partners, mirrored
 from phonanim.rig.rig import Rig

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.head import Head
-from phonanim.morphs import plain
+from phonanim.rig.head import Head
+from phonanim.rig.morphs import plain
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.files import write_text
+from phonanim.core.lexicon import LEXICON
 from phonanim.errors import RigError
-from phonanim.files import write_text
-from phonanim.inventory import INVENTORY, LEXICON
 from phonanim.rig.rig import Array, HingeMap
+from phonanim.speech.inventory import INVENTORY
 
 VISEME_SHAPES = LEXICON / "rigs" / "viseme_shapes.csv"
 VRM = {"aa": "aa", "ih": "I", "ou": "U", "ee": "E", "oh": "O"}

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import RigError
-from phonanim.gestures import GESTURES, split_parts
-from phonanim.phones import PhoneTrack
+from phonanim.speech.gestures import GESTURES, split_parts
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 

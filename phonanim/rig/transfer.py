@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.face import INNER_LIPS
-from phonanim.head import TONGUE, Head
+from phonanim.face.model import INNER_LIPS
 from phonanim.rig.align import Surface, align_bare, face_rows, surface_of
 from phonanim.rig.deform import Deformation
+from phonanim.rig.head import TONGUE, Head
 from phonanim.rig.inside import carry_parts, outer_rows
 from phonanim.rig.landmarks import MeshLandmarks
 from phonanim.rig.register import Pins, place_landmarks, warp

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import RigError
-from phonanim.face import FaceModel
-from phonanim.inventory import INVENTORY, SILENCE
-from phonanim.phones import PhoneTrack
+from phonanim.face.model import FaceModel
 from phonanim.rig.descent import Problem, descend
 from phonanim.rig.rig import Rig, Visemes
 from phonanim.rig.sight import Energy, observe
+from phonanim.speech.inventory import INVENTORY, SILENCE
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 

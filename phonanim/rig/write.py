@@ -6,7 +6,7 @@ import json
 import os
 from pathlib import Path
 
-from phonanim.files import write_text
+from phonanim.core.files import write_text
 from phonanim.rig.rig import MEAN, POSES, Array, Rig
 from phonanim.rig.tables import write_hinges
 

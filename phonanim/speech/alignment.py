@@ -88,12 +88,12 @@ def read_alignment(
     dictionary that spells them out. Raises AlignmentError with one line when the file cannot be read,
     no tier has phones, or times make no sense.
     """
-    from phonanim.tiers import phone_tier, word_tier
+    from phonanim.speech.tiers import phone_tier, word_tier
 
     source = open_source(Path(path))
     recording = find_reader(source).read(source)
     if lexicon is not None:
-        from phonanim.pronunciations import spell_out
+        from phonanim.speech.pronunciations import spell_out
 
         recording = spell_out(recording, Path(lexicon), source)
     phones = phone_tier(recording, tier, speaker, source)

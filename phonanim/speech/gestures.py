@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.inventory import INVENTORY, LEXICON
-from phonanim.phones import PhoneTrack
+from phonanim.core.lexicon import LEXICON
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.phones import PhoneTrack
 
 
 @dataclass(frozen=True)

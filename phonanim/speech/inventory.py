@@ -11,9 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-_INSTALLED = Path(__file__).parent / "lexicon"
-LEXICON = _INSTALLED if _INSTALLED.is_dir() else Path(__file__).parent.parent / "lexicon"
-"""The folder of data tables: inside the installed package, or beside it in a clone."""
+from phonanim.core.lexicon import LEXICON
 
 N_PHONES = 41
 N_ATTRIBUTES = 60

@@ -11,7 +11,7 @@ import unicodedata
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 
-from phonanim.inventory import LEXICON
+from phonanim.core.lexicon import LEXICON
 
 
 @dataclass(frozen=True, slots=True)

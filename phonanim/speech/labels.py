@@ -10,10 +10,11 @@ from functools import cache, lru_cache
 from typing import Any, Literal
 from unicodedata import normalize
 
+from phonanim.core.lexicon import LEXICON
 from phonanim.errors import LabelError
-from phonanim.inventory import INVENTORY, LEXICON
 from phonanim.readers import brief
-from phonanim.segments import SILENT
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.segments import SILENT
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -184,13 +185,13 @@ def _codes_of_ipa(sounds: str) -> tuple[int, ...]:
 
 
 def _read_ipa(label: str) -> tuple[str, ...]:
-    from phonanim.looks import seen
+    from phonanim.speech.looks import seen
 
     return seen(label)
 
 
 def _read_sampa(label: str) -> tuple[str, ...]:
-    from phonanim.sampa import to_ipa
+    from phonanim.speech.sampa import to_ipa
 
     return _read_ipa(to_ipa(label))
 

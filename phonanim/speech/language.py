@@ -8,12 +8,12 @@ from typing import Literal
 
 import numpy as np
 
-from phonanim.alignment import Alignment, Interval
 from phonanim.errors import LabelError
-from phonanim.labels import SILENCE_SOUND, Language, Sound, is_silent, language_names, load_language
-from phonanim.phones import PhoneTrack
 from phonanim.readers import brief
-from phonanim.segments import SILENT, Segment, filled, joined, to_track
+from phonanim.speech.alignment import Alignment, Interval
+from phonanim.speech.labels import SILENCE_SOUND, Language, Sound, is_silent, language_names, load_language
+from phonanim.speech.phones import PhoneTrack
+from phonanim.speech.segments import SILENT, Segment, filled, joined, to_track
 
 __all__ = [
     "Language",

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache, lru_cache
 
-from phonanim.inventory import INVENTORY, Phone
-from phonanim.ipa import Articulation, parse, symbols
+from phonanim.speech.inventory import INVENTORY, Phone
+from phonanim.speech.ipa import Articulation, parse, symbols
 
 # Costs of a difference, by how much of it is seen. Lips that shut (1) or stay open (0) outweigh all
 # else; voice is not seen at all and breaks ties alone, as between p and b.

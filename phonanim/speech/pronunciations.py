@@ -8,11 +8,11 @@ from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
-from phonanim.alignment import Interval, Recording, Tier
 from phonanim.errors import AlignmentError
-from phonanim.labels import is_silent
 from phonanim.readers import Source, brief
-from phonanim.tiers import PHONE_NAMES, WORD_NAMES, by_name, who
+from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.labels import is_silent
+from phonanim.speech.tiers import PHONE_NAMES, WORD_NAMES, by_name, who
 
 NOTE = "the phones come from a dictionary and share the time of each word equally"
 

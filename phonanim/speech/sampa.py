@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from functools import cache
 
-from phonanim.inventory import LEXICON
+from phonanim.core.lexicon import LEXICON
 
 
 def to_ipa(label: str) -> str:

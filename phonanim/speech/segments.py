@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from phonanim.alignment import ROUNDING
-from phonanim.inventory import INVENTORY, SILENCE
-from phonanim.phones import PhoneTrack
+from phonanim.speech.alignment import ROUNDING
+from phonanim.speech.inventory import INVENTORY, SILENCE
+from phonanim.speech.phones import PhoneTrack
 
 SILENT = INVENTORY.code(SILENCE)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from phonanim.alignment import Interval
-from phonanim.files import write_text
+from phonanim.core.files import write_text
+from phonanim.speech.alignment import Interval
 
 
 def write_textgrid(path: Path, tiers: Mapping[str, Sequence[Interval]], duration: float) -> None:

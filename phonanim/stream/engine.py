@@ -9,14 +9,14 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.alignment import ROUNDING, Alignment, Interval
-from phonanim.animate import load_cached_rig, load_model, move
-from phonanim.context import EDGES
 from phonanim.errors import OptionError, StreamError
-from phonanim.labels import is_silent
-from phonanim.language import to_phones
+from phonanim.features.context import EDGES
 from phonanim.options import Options
+from phonanim.pipeline import load_cached_rig, load_model, move
 from phonanim.regressors import NEEDS
+from phonanim.speech.alignment import ROUNDING, Alignment, Interval
+from phonanim.speech.labels import is_silent
+from phonanim.speech.language import to_phones
 from phonanim.stream.events import Event, Phone, Tick
 
 REACH = float(EDGES[-1])  # seconds to either side that the features look at

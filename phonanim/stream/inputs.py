@@ -8,11 +8,11 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
-from phonanim.alignment import read_alignment
-from phonanim.audio import cut_short, mono, opened_audio
 from phonanim.errors import AudioError, MissingExtraError, StreamError
-from phonanim.language import choose_language
+from phonanim.media.audio import cut_short, mono, opened_audio
 from phonanim.options import Options
+from phonanim.speech.alignment import read_alignment
+from phonanim.speech.language import choose_language
 from phonanim.stream.events import End, Event, Phone, Problem, Samples, Tick, parse_event
 
 BLOCK = 0.01  # seconds of sound at a time, as they are heard

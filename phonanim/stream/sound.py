@@ -9,19 +9,19 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animate import load_cached_rig, load_model
-from phonanim.audio import Level
+from phonanim.animation.rates import frame_count
+from phonanim.animation.style import dial
 from phonanim.encoders import HOP, RATE, STEPS
 from phonanim.encoders.mfcc import Cepstra
 from phonanim.errors import MissingExtraError, OptionError, StreamError
+from phonanim.media.audio import Level
 from phonanim.options import Options
-from phonanim.rates import frame_count
+from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.regressors._heard import step_times
 from phonanim.regressors._streamed import Streamed
 from phonanim.rig.retarget import retarget
 from phonanim.stream.engine import ABREAST, refuse_what_needs_the_whole
 from phonanim.stream.events import Event, Samples
-from phonanim.style import dial
 
 Floats = NDArray[np.float32]
 

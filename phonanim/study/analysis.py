@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.statistics import bootstrap_interval, holm, mean_rows, sign_test
+from phonanim.evaluation.statistics import bootstrap_interval, holm, mean_rows, sign_test
 from phonanim.study.results import Participant
 from phonanim.study.tally import Tally, chosen, ordered, tests
 

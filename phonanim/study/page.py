@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+from phonanim.core.files import write_text
 from phonanim.errors import StudyError
-from phonanim.files import write_text
 from phonanim.study.plan import Take, Trial
 from phonanim.study.takes import TYPES
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from phonanim.core.files import atomic_path
 from phonanim.errors import MissingExtraError, ModelError
-from phonanim.files import atomic_path
 from phonanim.regressors import regressor_class
 
 CURVE = "loss.csv"  # columns epoch, training_loss, validation_mm2

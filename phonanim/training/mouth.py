@@ -13,19 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import __version__
-from phonanim.appearance import BACKDROP, AppearanceModel, load_appearance, save_appearance
-from phonanim.audio import Sound, read_audio, resample
-from phonanim.corpus import Corpus, load_corpus
+from phonanim.core.files import atomic_path, write_text
+from phonanim.corpus.corpus import Corpus, load_corpus
+from phonanim.corpus.pictures import Captured, joint_examples, load_captured
 from phonanim.errors import ModelError
-from phonanim.files import atomic_path, write_text
-from phonanim.inventory import INVENTORY
-from phonanim.labels import is_silent
-from phonanim.phones import PhoneTrack
-from phonanim.pictures import Captured, joint_examples, load_captured
-from phonanim.pixels import Image, draw_text
+from phonanim.face.appearance import BACKDROP, AppearanceModel, load_appearance, save_appearance
+from phonanim.media.audio import Sound, read_audio, resample
+from phonanim.media.pixels import Image, draw_text
+from phonanim.media.video import SOUND_RATE, write_film
 from phonanim.regressors import Regressor, make_config, regressor_class
-from phonanim.training import Recipe, read_recipe, taught
-from phonanim.video import SOUND_RATE, write_film
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.labels import is_silent
+from phonanim.speech.phones import PhoneTrack
+from phonanim.training.recipes import Recipe, read_recipe, taught
 
 CARD = "mouth.json"
 LABEL, COLUMNS = 26, 12  # pixels beneath a picture of a strip, and pictures in a row

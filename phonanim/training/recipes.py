@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import __version__, regressors
-from phonanim.alignment import read_alignment
-from phonanim.audio import read_sound
-from phonanim.corpus import Corpus, load_corpus
+from phonanim.core.typed import check_types
+from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.errors import CorpusError, ModelError
-from phonanim.face import FaceModel, fit_face, lip_aperture, lip_width
-from phonanim.language import to_phones
+from phonanim.face.model import FaceModel, fit_face, lip_aperture, lip_width
+from phonanim.media.audio import read_sound
 from phonanim.metrics import correlation, vertex_error
 from phonanim.regressors import CHECKPOINT, Examples, Model, Regressor, make_config, regressor_class
-from phonanim.typed import check_types
+from phonanim.speech.alignment import read_alignment
+from phonanim.speech.language import to_phones
 
 if sys.version_info >= (3, 11):
     import tomllib

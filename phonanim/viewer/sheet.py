@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.alignment import Interval
-from phonanim.animation import Animation
-from phonanim.head import Head, load_head
-from phonanim.labels import is_silent
-from phonanim.pixels import Image, draw_text, fill, paste, shortened, text_width, write_png
-from phonanim.render import View, lower_face, render
+from phonanim.animation.animation import Animation
+from phonanim.media.pixels import Image, draw_text, fill, paste, shortened, text_width, write_png
+from phonanim.rig.head import Head, load_head
+from phonanim.rig.render import View, lower_face, render
+from phonanim.speech.alignment import Interval
+from phonanim.speech.labels import is_silent
 
 MARGIN, GAP, TITLE, CAPTION = 24, 10, 40, 62  # pixels
 PAPER, INK, FAINT, ACCENT = (24, 26, 31), (236, 238, 242), (142, 150, 163), (224, 137, 110)

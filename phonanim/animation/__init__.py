@@ -1,0 +1,1 @@
+"""Curves of controls: keys, smoothing, style, overlays, edits and timecode."""

@@ -1,0 +1,1 @@
+"""What every stage stands on: files, tables, typing, threads, the catalog of models."""

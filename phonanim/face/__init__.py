@@ -1,0 +1,1 @@
+"""The reference face: shape modes, appearance, masks and lip contacts."""

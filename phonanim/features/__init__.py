@@ -1,0 +1,1 @@
+"""Phones on a time grid become features for a regressor."""

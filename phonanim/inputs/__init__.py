@@ -1,0 +1,1 @@
+"""What a line is made from: alignment files and recordings, as a model needs them."""

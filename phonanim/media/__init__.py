@@ -1,0 +1,1 @@
+"""Sound, film, pictures and binary glTF."""

@@ -1,0 +1,1 @@
+"""The nouns of speech: alignments, tiers, phones, the inventory and the languages."""
