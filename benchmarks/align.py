@@ -21,8 +21,9 @@ import numpy as np
 
 from phonanim.aligners.pocketsphinx import SpeechAlignment, align, words_of
 from phonanim.errors import PhonanimError
+from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import duration
-from phonanim.speech.alignment import Alignment, Interval, read_alignment
+from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.labels import is_silent
 from phonanim.speech.language import to_phones
 

@@ -20,10 +20,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from phonanim.animation.rates import frame_count
 from phonanim.face import contacts
+from phonanim.inputs.alignment import read_alignment
 from phonanim.options import DEFAULTS
 from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.rig.retarget import retarget
-from phonanim.speech.alignment import Interval, read_alignment
+from phonanim.speech.alignment import Interval
 from phonanim.speech.language import to_phones
 from phonanim.speech.textgrid import write_textgrid
 

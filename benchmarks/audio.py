@@ -30,13 +30,14 @@ from phonanim import regressors
 from phonanim.core.files import atomic_path, write_text
 from phonanim.core.threads import one_thread
 from phonanim.corpus.corpus import load_corpus
+from phonanim.corpus.examples import examples
 from phonanim.encoders import HOP, RATE, load_encoder
 from phonanim.face.model import FaceModel, fit_face, lip_aperture, lip_width
 from phonanim.media.audio import Sound, read_sound, resample
 from phonanim.metrics import correlation, vertex_error
 from phonanim.regressors import make_config, regressor_class
 from phonanim.regressors._heard import Heard, step_times
-from phonanim.training.recipes import examples, predict_clip
+from phonanim.training.recipes import predict_clip
 
 if sys.version_info >= (3, 11):
     import tomllib

@@ -32,10 +32,11 @@ from numpy.typing import NDArray
 from phonanim.animation.rates import frame_count
 from phonanim.corpus.corpus import load_corpus
 from phonanim.encoders import RATE
+from phonanim.inputs.alignment import read_alignment
 from phonanim.options import Options
 from phonanim.pipeline import load_cached_rig, load_model, move
 from phonanim.regressors._streamed import Streamed
-from phonanim.speech.alignment import Interval, read_alignment
+from phonanim.speech.alignment import Interval
 from phonanim.speech.language import to_phones
 from phonanim.stream.engine import PhoneStream
 from phonanim.stream.events import Samples

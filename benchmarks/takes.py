@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.corpus.corpus import Corpus, load_corpus
+from phonanim.corpus.examples import examples
 from phonanim.evaluation.statistics import bootstrap_interval, mean_rows
 from phonanim.face.masks import landmark_masks
 from phonanim.face.model import FaceModel, fit_face, lip_aperture, lip_width
@@ -22,7 +23,6 @@ from phonanim.regressors import Examples
 from phonanim.regressors._diffusion import sample
 from phonanim.regressors._heard import at_steps, between, cached_encoder, listen, step_times
 from phonanim.regressors.facediffuser import FaceDiffuser
-from phonanim.training.recipes import examples
 
 TAKES = 5  # seeds that are compared
 VARIANCE = 0.99  # of the whole face that its modes keep

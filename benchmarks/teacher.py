@@ -21,7 +21,8 @@ from phonanim.comparison.plan import Plan, read_plan
 from phonanim.comparison.scores import clip_scores, value
 from phonanim.core.threads import one_thread
 from phonanim.corpus.corpus import Corpus
-from phonanim.training.recipes import examples, read_recipe
+from phonanim.corpus.examples import examples
+from phonanim.training.recipes import read_recipe
 
 CONFIGS = Path(__file__).parent / "configs"
 RECURRENT = {"features": "gestures", "rate": 4e-3, "epochs": 12}

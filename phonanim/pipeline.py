@@ -20,9 +20,10 @@ from phonanim.animation.smooth import firmness, smoothed
 from phonanim.animation.style import dial, drawn, idle
 from phonanim.core.catalog import find_model
 from phonanim.core.files import content_hash
+from phonanim.exporters import load
 from phonanim.face import contacts
 from phonanim.face.model import FaceModel
-from phonanim.inputs.speech_input import Source, read_source
+from phonanim.inputs.speech_input import SpeechInput, read_speech_input
 from phonanim.media.audio import Sound
 from phonanim.options import DEFAULTS, Options
 from phonanim.rig import Rig, load_rig
@@ -53,13 +54,13 @@ def animate(path: Path, options: Options = DEFAULTS, audio: Path | None = None) 
 def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) -> Performance:
     """The same, with the steps in between: each is one module."""
     model, rig = load_model(options.model), load_cached_rig(options.rig)
-    source = read_source(path, options, audio, model.regressor.driven_by)
+    source = read_speech_input(path, options, audio, model.regressor.driven_by)
     track, frames = source.track, frame_count(source.track.duration, options.fps)
     modes, values = move(track, model, rig, options, frames, sound=source.sound)
     times = np.arange(len(modes)) / options.fps
     if options.smooth and not drawn(rig):
         values = smoothed(values, options.smooth, options.fps, firmness(modes, track, model.face, times))
-    values, remarks = lay(values, rig, options.overlays, options.blinks, track, times)
+    values, remarks = lay(values, rig, options.overlays, options.blinks, track, times, load)
     animation = Animation(
         values=values,
         channels=rig.controls,
@@ -133,6 +134,6 @@ def _provenance(path: Path, options: Options, notes: tuple[str, ...]) -> dict[st
     }
 
 
-def _heard(source: Source) -> dict[str, str]:
+def _heard(source: SpeechInput) -> dict[str, str]:
     """The hash of a recording that moved the face."""
     return {"audio_sha256": content_hash(source.audio)} if source.sound and source.audio else {}

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from check_study import Browser
 
-from phonanim.speech.alignment import read_alignment
+from phonanim.inputs.alignment import read_alignment
 
 ROOT = Path(__file__).resolve().parent.parent
 TIMES = 20  # the line is said so often

@@ -30,7 +30,7 @@ def test_pronunciation_numbers_are_taken_off():
 
 
 def test_the_example_is_what_the_aligner_finds(line, pocketsphinx):
-    from phonanim.speech.alignment import read_alignment
+    from phonanim.inputs.alignment import read_alignment
 
     found = align(line, TEXT)
     kept = read_alignment(line.with_suffix(".TextGrid"))

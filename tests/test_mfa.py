@@ -14,7 +14,8 @@ from textgrid_text import long_text
 from phonanim.__main__ import run
 from phonanim.aligners.mfa import align
 from phonanim.errors import AlignmentError, MissingExtraError, OptionError
-from phonanim.speech.alignment import Interval, read_alignment
+from phonanim.inputs.alignment import read_alignment
+from phonanim.speech.alignment import Interval
 
 WORDS = [("0", "0.5", ""), ("0.5", "1.0", "guten"), ("1.0", "1.5", "tag"), ("1.5", "4.52", "")]
 PHONES = [

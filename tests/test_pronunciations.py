@@ -9,7 +9,7 @@ import pytest
 from textgrid_text import BEAM, WORDS, long_text, save
 
 from phonanim.errors import AlignmentError
-from phonanim.speech.alignment import read_alignment
+from phonanim.inputs.alignment import read_alignment
 from phonanim.speech.pronunciations import NOTE, load_pronunciations
 
 CMU = ";;; comment\nBEAM  B IY1 M\nBEAM(2)  B IH1 M\nME  M IY1\n"

@@ -12,8 +12,10 @@ from hypothesis import strategies as st
 
 from phonanim import readers
 from phonanim.errors import AlignmentError, PhonanimError
-from phonanim.readers import Source, find_reader, load_reader, reader_names
-from phonanim.speech.alignment import Interval, read_alignment
+from phonanim.inputs.alignment import read_alignment
+from phonanim.readers import find_reader, load_reader, reader_names
+from phonanim.speech.alignment import Interval
+from phonanim.speech.alignment_file import AlignmentFile
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.language import to_phones
 
@@ -25,8 +27,8 @@ EACH = [
 ]
 
 
-def source(data: bytes) -> Source:
-    return Source("x", "x", data)
+def source(data: bytes) -> AlignmentFile:
+    return AlignmentFile("x", "x", data)
 
 
 def spans(intervals: tuple[Interval, ...]) -> list[tuple[str, Any, Any]]:

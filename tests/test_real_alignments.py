@@ -10,8 +10,9 @@ import pytest
 from praatio import textgrid
 
 from phonanim.errors import PhonanimError
-from phonanim.readers import load_reader, open_source
-from phonanim.speech.alignment import read_alignment
+from phonanim.inputs.alignment import read_alignment
+from phonanim.readers import load_reader
+from phonanim.speech.alignment_file import open_alignment_file
 from phonanim.speech.language import choose_language, to_phones
 
 # Every 30th of 4000: the whole archives take about five seconds.
@@ -102,7 +103,10 @@ def test_our_reader_and_praatio_agree(collection: Path) -> None:
     for path in sorted(collection.glob("*.TextGrid")):
         if path.name.startswith("101"):
             continue  # praatio refuses its overlap of 0.1 microseconds
-        ours = {tier.name: tier.intervals for tier in load_reader("textgrid").read(open_source(path)).tiers}
+        ours = {
+            tier.name: tier.intervals
+            for tier in load_reader("textgrid").read(open_alignment_file(path)).tiers
+        }
         theirs = textgrid.openTextgrid(str(path), includeEmptyIntervals=True, reportingMode="silence")
         for name, intervals in ours.items():
             entries = theirs.getTier(name).entries

@@ -14,7 +14,7 @@ from speech import made_up_examples
 
 from phonanim.__main__ import run
 from phonanim.errors import AlignmentError, AudioError
-from phonanim.inputs.speech_input import is_recording, read_source
+from phonanim.inputs.speech_input import is_recording, read_speech_input
 from phonanim.media.audio import Sound, find_audio, read_sound
 from phonanim.options import DEFAULTS
 from phonanim.pipeline import animate, load_model
@@ -68,7 +68,7 @@ def test_the_model_that_reads_says_what_it_needs(line: Path, capsys: pytest.Capt
     )
     assert not (line / "a.csv").exists()
     with pytest.raises(AlignmentError, match="or choose a --model that hears$"):
-        read_source(Path("a.wav"), DEFAULTS, None, "both")
+        read_speech_input(Path("a.wav"), DEFAULTS, None, "both")
 
 
 def test_nothing_to_hear(line: Path, model: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -79,7 +79,7 @@ def test_nothing_to_hear(line: Path, model: str, capsys: pytest.CaptureFixture[s
         in capsys.readouterr().err
     )
     with pytest.raises(AudioError, match="give --audio$"):
-        read_source(Path("a.TextGrid"), DEFAULTS, None, "audio")
+        read_speech_input(Path("a.TextGrid"), DEFAULTS, None, "audio")
 
 
 @pytest.mark.parametrize("content", [b"", b"RIFF but no more", b"no sound at all"])
@@ -129,7 +129,7 @@ def test_an_alignment_cut_out_of_a_longer_recording(
 
     real = sources.read_alignment
     monkeypatch.setattr(sources, "read_alignment", lambda *given: replace(real(*given), offset=0.5))
-    sound = read_source(Path("a.TextGrid"), DEFAULTS, None, "audio").sound
+    sound = read_speech_input(Path("a.TextGrid"), DEFAULTS, None, "audio").sound
     whole = read_sound(Path("a.wav"))
     assert isinstance(sound, Sound)
     assert np.array_equal(sound.samples, whole.samples[round(0.5 * whole.rate) :])

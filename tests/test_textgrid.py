@@ -9,7 +9,8 @@ import pytest
 from textgrid_text import BEAM, WORDS, Entry, long_text, save, short_text
 
 from phonanim.errors import AlignmentError
-from phonanim.speech.alignment import Alignment, Interval, read_alignment
+from phonanim.inputs.alignment import read_alignment
+from phonanim.speech.alignment import Alignment, Interval
 
 TIERS = [("words", WORDS), ("phones", BEAM)]
 PHONES = tuple(Interval(label, float(start), float(end)) for start, end, label in BEAM)

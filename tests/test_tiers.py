@@ -8,7 +8,7 @@ import pytest
 from textgrid_text import BEAM, WORDS, Tiers, long_text, save
 
 from phonanim.errors import AlignmentError
-from phonanim.speech.alignment import read_alignment
+from phonanim.inputs.alignment import read_alignment
 
 NAMES = [
     "phones",

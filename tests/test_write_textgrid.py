@@ -4,7 +4,8 @@ import pytest
 from praatio import textgrid
 
 from phonanim.errors import OutputError
-from phonanim.speech.alignment import Interval, read_alignment
+from phonanim.inputs.alignment import read_alignment
+from phonanim.speech.alignment import Interval
 from phonanim.speech.textgrid import fill_gaps, write_textgrid
 
 WORDS = (Interval('say "ah"', 0.25, 1.5),)

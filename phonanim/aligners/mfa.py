@@ -15,8 +15,9 @@ from pathlib import Path
 
 from phonanim.aligners.pocketsphinx import SpeechAlignment, words_of
 from phonanim.errors import AlignmentError, MissingExtraError, OptionError
+from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import duration
-from phonanim.speech.alignment import Interval, read_alignment
+from phonanim.speech.alignment import Interval
 from phonanim.speech.labels import is_silent
 
 MODEL = "english_us_arpa"

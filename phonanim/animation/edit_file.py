@@ -10,7 +10,7 @@ from typing import Any
 from phonanim.animation.edits import Edit, Edits
 from phonanim.core.files import write_text
 from phonanim.errors import OptionError
-from phonanim.exporters.json import intervals, spans
+from phonanim.speech.alignment import pack_intervals, unpack_intervals
 
 FORMAT = "phonanim edits 1"
 DIGITS = 9  # of a second, or of full weight: far below any error that is asked for
@@ -18,7 +18,7 @@ DIGITS = 9  # of a second, or of full weight: far below any error that is asked 
 
 def write_edits(edits: Edits, path: Path) -> None:
     """Write edits, whole or not at all. Raises OutputError."""
-    head = {"format": FORMAT, "rig": edits.rig, "error": edits.error, "phones": spans(edits.phones)}
+    head = {"format": FORMAT, "rig": edits.rig, "error": edits.error, "phones": pack_intervals(edits.phones)}
     lines = [f"  {_text(key)}: {_text(value)}" for key, value in head.items()]
     items = ",\n".join(f"    {_text(_plain(edit))}" for edit in edits.edits)
     lines.append(f'  "edits": [\n{items}\n  ]' if items else '  "edits": []')
@@ -34,7 +34,7 @@ def read_edits(path: Path) -> Edits:
         return Edits(
             rig=str(tree["rig"]),
             error=float(tree["error"]),
-            phones=intervals(tree["phones"]),
+            phones=unpack_intervals(tree["phones"]),
             edits=tuple(_edit(item) for item in tree["edits"]),
         )
     except KeyError as error:

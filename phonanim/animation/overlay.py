@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,6 @@ from phonanim.animation.style import drawn
 from phonanim.core.files import content_hash
 from phonanim.core.lexicon import LEXICON
 from phonanim.errors import OptionError
-from phonanim.exporters import load
 from phonanim.face.contacts import CONTACTS
 from phonanim.options import Overlay
 from phonanim.rig import Rig
@@ -53,17 +52,18 @@ def lay(
     blinks: int | None,
     track: PhoneTrack,
     times: Array,
+    load: Callable[[Path], Animation],
 ) -> tuple[NDArray[np.float32], tuple[str, ...]]:
     """Add overlays and blinks to speech, (frames, controls) -> the same shape within limits, and remarks.
 
-    Offsets from rest are added. Raises OptionError when an overlay cannot be read or does not fit the rig,
-    and what the reader of an animation raises.
+    Offsets from rest are added; `load` reads an overlay that is an animation. Raises OptionError when an
+    overlay cannot be read or does not fit the rig, and what `load` raises.
     """
     if drawn(rig) or not (overlays or blinks is not None):
         return values, ()
     offsets, notes = np.zeros(values.shape), []
     for overlay in overlays:
-        added, left = _offsets(overlay, rig, times)
+        added, left = _offsets(overlay, rig, times, load)
         offsets += added
         notes += left
     mouth = _mouth(values, rig)
@@ -110,7 +110,9 @@ def _mouth(values: NDArray[np.float32], rig: Rig) -> NDArray[np.bool_]:
     return np.asarray(named | (np.ptp(values, axis=0) > MOVES))
 
 
-def _offsets(overlay: Overlay, rig: Rig, times: Array) -> tuple[Array, list[str]]:
+def _offsets(
+    overlay: Overlay, rig: Rig, times: Array, load: Callable[[Path], Animation]
+) -> tuple[Array, list[str]]:
     """What an overlay adds at instants, (frames, controls), and what of it was left out."""
     path = find_overlay(overlay.source)
     pose = _read_pose(path)

@@ -89,7 +89,7 @@ def adapted(
 
         animation = animation.at_rate(parse_rate(fps))
     if alignment is not None:
-        from phonanim.speech.alignment import read_alignment
+        from phonanim.inputs.alignment import read_alignment
 
         read = read_alignment(alignment)
         animation = replace(animation, phones=read.intervals, words=read.words)

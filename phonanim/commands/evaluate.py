@@ -129,7 +129,7 @@ def spoken_in(alignment: Path, prediction: Path, language: str) -> PhoneTrack:
     """The phones of a line, from a file or from the one of its stem in a folder. Raises EvaluationError."""
     from phonanim.errors import EvaluationError
     from phonanim.evaluation.predictions import stem
-    from phonanim.speech.alignment import read_alignment
+    from phonanim.inputs.alignment import read_alignment
     from phonanim.speech.language import to_phones
 
     if alignment.is_dir():

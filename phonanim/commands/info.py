@@ -93,11 +93,12 @@ def seen(
     path: Path, language_name: str, tier: str | None, speaker: str | None, lexicon: str | None
 ) -> dict[str, Any]:
     """What an alignment holds: its tiers, the one that is read, the language, every label's share."""
-    from phonanim.readers import find_reader, open_source
-    from phonanim.speech.alignment import read_alignment
+    from phonanim.inputs.alignment import read_alignment
+    from phonanim.readers import find_reader
+    from phonanim.speech.alignment_file import open_alignment_file
     from phonanim.speech.language import choose_language, load_language
 
-    source = open_source(path)
+    source = open_alignment_file(path)
     reader = find_reader(source)
     alignment = read_alignment(path, tier, speaker, lexicon)
     labels = [interval.label for interval in alignment.intervals]

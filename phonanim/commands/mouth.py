@@ -63,8 +63,8 @@ def draw(
       phonanim mouth draw line.TextGrid --model models/mouth -o line.png
     """
     from phonanim.errors import OutputError
+    from phonanim.inputs.alignment import read_alignment
     from phonanim.media.pixels import write_png
-    from phonanim.speech.alignment import read_alignment
     from phonanim.speech.language import to_phones
     from phonanim.training.mouth import film, load_mouth, strip
 

@@ -59,9 +59,9 @@ def new_command(folder: Path, head: Path | None, model: str, talk: Talk) -> None
       phonanim rig new hero
       phonanim rig new hero --head hero.glb
     """
+    from phonanim.commands._new_rig import start_rig
     from phonanim.pipeline import load_model
     from phonanim.rig.character import load_character
-    from phonanim.rig.new import start_rig
 
     controls = load_character(head).targets if head else ()
     files = start_rig(folder, controls, load_model(model).face)

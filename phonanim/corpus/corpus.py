@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from phonanim.core.files import atomic_path
 from phonanim.errors import CorpusError
-from phonanim.speech.alignment import Interval, read_alignment
+from phonanim.inputs.alignment import read_alignment
+from phonanim.speech.alignment import Interval
 from phonanim.speech.language import to_phones
 from phonanim.speech.phones import PhoneTrack
 

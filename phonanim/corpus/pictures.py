@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from phonanim.core.files import atomic_path
 from phonanim.corpus.corpus import Corpus, load_corpus, read_clips, read_landmarks
+from phonanim.corpus.examples import examples
 from phonanim.errors import CorpusError
 from phonanim.face.appearance import (
     LUMA,
@@ -29,7 +30,6 @@ from phonanim.face.model import FaceModel, fit_face
 from phonanim.face.warp import Mesh
 from phonanim.media.video import read_clip
 from phonanim.regressors import Examples
-from phonanim.training.recipes import examples
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]

@@ -19,6 +19,7 @@ from phonanim.core.files import atomic_path, write_text
 from phonanim.corpus.tracking import Quality, Track, Tracker, quality, track_film
 from phonanim.errors import AlignmentError, CorpusError, OptionError, PhonanimError
 from phonanim.face.model import OUTER_LIPS, SUBNASALE
+from phonanim.inputs.alignment import read_alignment
 from phonanim.media.video import (
     SOUND_RATE,
     Film,
@@ -29,7 +30,7 @@ from phonanim.media.video import (
     write_film,
     write_sound,
 )
-from phonanim.speech.alignment import Interval, read_alignment
+from phonanim.speech.alignment import Interval
 from phonanim.speech.textgrid import write_textgrid
 
 Array = NDArray[np.float64]

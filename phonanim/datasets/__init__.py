@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import CorpusError, OptionError
+from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import Sound
-from phonanim.speech.alignment import Interval, read_alignment
+from phonanim.speech.alignment import Interval
 
 SPLITS = ("train", "validation", "test", "test_b", "")
 """`test_b` is of speakers that training lacks; recordings without a split take no part in the paper."""

@@ -21,9 +21,9 @@ from phonanim.dubbing.staging import Copies
 from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError, PhonanimError
 from phonanim.exporters import find_exporter, load, suffixes
+from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import duration
 from phonanim.pipeline import model_hash
-from phonanim.speech.alignment import read_alignment
 from phonanim.speech.labels import is_silent
 
 OWN = ("report.json", "report.html", "summary.txt", "ledger.jsonl")

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from phonanim.ema.articulation import Articulation, oriented
 from phonanim.ema.readers import read_articulation
 from phonanim.errors import CorpusError
-from phonanim.speech.alignment import Alignment, read_alignment
+from phonanim.inputs.alignment import read_alignment
+from phonanim.speech.alignment import Alignment
 from phonanim.speech.language import to_phones
 from phonanim.speech.phones import PhoneTrack
 

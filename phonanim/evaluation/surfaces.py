@@ -13,10 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
+from phonanim.core.catalog import DEFAULT_MODEL, find_model
 from phonanim.errors import EvaluationError
 from phonanim.evaluation.predictions import Motion, Vertices
 from phonanim.face.masks import check_masks, head_masks, landmark_numbers
 from phonanim.face.model import FaceModel, lip_aperture, lip_protrusion, lip_width
+from phonanim.regressors import load_face
 from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
 from phonanim.rig.morphs import plain
@@ -117,10 +119,7 @@ def _known(vertices: int) -> tuple[Mapping[str, Rows], MeshLandmarks | None]:
     """Regions and landmarks of MediaPipe's face mesh and of the reference face, by their number of points."""
     if vertices == FACE_MESH:
         return _of_points(np.arange(FACE_MESH))
-    from phonanim.core.catalog import DEFAULT_MODEL
-    from phonanim.pipeline import load_model
-
-    indices = load_model(DEFAULT_MODEL).face.indices
+    indices = load_face(find_model(DEFAULT_MODEL) / "face.safetensors").indices
     return _of_points(indices) if vertices == len(indices) else ({}, None)
 
 

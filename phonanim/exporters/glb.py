@@ -14,10 +14,10 @@ from phonanim.animation.keys import reduce_curves
 from phonanim.core.files import atomic_path
 from phonanim.errors import OutputError, RigError
 from phonanim.exporters.csv import rate_of
-from phonanim.exporters.json import intervals, spans
 from phonanim.media.glb import Glb, glb_bytes, read_glb
 from phonanim.rig.head import SHIPPED, TONGUE
 from phonanim.rig.morphs import Morphs, find_morphs, moving_morphs
+from phonanim.speech.alignment import pack_intervals, unpack_intervals
 
 SUMMARY = "glTF binary: the shipped head, or your own character, speaking"
 FLOAT = 5126
@@ -42,7 +42,10 @@ def spliced(glb: Glb, animation: Animation, name: str, keys: float | None = None
     """The bytes of a character's file with one animation more."""
     tracks = moving_morphs(glb, animation.channels)
     binary = Appended(glb)
-    samplers = [_sampler(binary, animation, morphs.weights(animation), keys) for morphs in tracks]
+    samplers = [
+        _sampler(binary, animation, morphs.weights(animation.values, animation.channels), keys)
+        for morphs in tracks
+    ]
     channels = [
         {"sampler": number, "target": {"node": morphs.node, "path": "weights"}}
         for number, morphs in enumerate(tracks)
@@ -51,8 +54,8 @@ def spliced(glb: Glb, animation: Animation, name: str, keys: float | None = None
         "fps": animation.fps,
         "start": animation.start,
         "rig": animation.rig,
-        "phones": spans(animation.phones),
-        "words": spans(animation.words),
+        "phones": pack_intervals(animation.phones),
+        "words": pack_intervals(animation.words),
         "audio": animation.audio.name if animation.audio else None,
         "provenance": animation.provenance,
     }
@@ -179,8 +182,8 @@ def _animation(glb: Glb, tracks: list[_Track], morphs: dict[int, Morphs], path: 
         fps=fps,
         rig=str(extras.get("rig", "arkit")),
         start=float(extras.get("start", clock[0])),
-        phones=intervals(extras.get("phones", [])),
-        words=intervals(extras.get("words", [])),
+        phones=unpack_intervals(extras.get("phones", [])),
+        words=unpack_intervals(extras.get("words", [])),
         audio=path.parent / extras["audio"] if extras.get("audio") else None,
         provenance=dict(extras.get("provenance", {})),
     )

@@ -14,10 +14,10 @@ import numpy as np
 from phonanim.animation.animation import Animation
 from phonanim.core.files import write_text
 from phonanim.errors import OutputError
-from phonanim.exporters.json import spans
 from phonanim.media.glb import Glb, read_glb
 from phonanim.rig.head import SHIPPED
 from phonanim.rig.morphs import moving_morphs
+from phonanim.speech.alignment import pack_intervals
 
 SUMMARY = "viewer in one file that works offline: head, sound, timeline, curves, two takes side by side"
 PAGE = Path(__file__).parent.parent / "viewer"
@@ -71,8 +71,8 @@ def _take(animation: Animation, glb: Glb) -> dict[str, Any]:
         "start": animation.start,
         "channels": list(animation.channels),
         "targets": targets_of(animation.channels, glb),
-        "phones": spans(animation.phones),
-        "words": spans(animation.words),
+        "phones": pack_intervals(animation.phones),
+        "words": pack_intervals(animation.words),
         "curves": base64_text(np.ascontiguousarray(animation.values, "<f4").tobytes()),
     }
 

@@ -11,7 +11,7 @@ import numpy as np
 from phonanim.animation.animation import Animation
 from phonanim.core.files import write_text
 from phonanim.errors import OutputError
-from phonanim.speech.alignment import Interval
+from phonanim.speech.alignment import pack_intervals, unpack_intervals
 
 SUMMARY = "JSON: a list of values per channel, phones, words, provenance"
 FORMAT = "phonanim animation 1"
@@ -42,21 +42,11 @@ def document(animation: Animation) -> dict[str, Any]:
         "start": animation.start,
         "frames": len(animation.values),
         "audio": animation.audio.name if animation.audio else None,
-        "phones": spans(animation.phones),
-        "words": spans(animation.words),
+        "phones": pack_intervals(animation.phones),
+        "words": pack_intervals(animation.words),
         "provenance": animation.provenance,
         "curves": dict(zip(animation.channels, curves, strict=True)),
     }
-
-
-def spans(intervals: tuple[Interval, ...]) -> list[list[Any]]:
-    """Intervals as [label, start, end]."""
-    return [[interval.label, interval.start, interval.end] for interval in intervals]
-
-
-def intervals(items: list[list[Any]]) -> tuple[Interval, ...]:
-    """The inverse of `spans`."""
-    return tuple(Interval(str(label), float(start), float(end)) for label, start, end in items)
 
 
 def from_document(tree: Any, path: Path) -> Animation:
@@ -71,8 +61,8 @@ def from_document(tree: Any, path: Path) -> Animation:
             fps=float(tree["fps"]),
             rig=str(tree["rig"]),
             start=float(tree["start"]),
-            phones=intervals(tree["phones"]),
-            words=intervals(tree["words"]),
+            phones=unpack_intervals(tree["phones"]),
+            words=unpack_intervals(tree["words"]),
             audio=path.parent / tree["audio"] if tree["audio"] else None,
             provenance=dict(tree["provenance"]),
         )

@@ -17,9 +17,9 @@ from phonanim.animation.animation import Animation
 from phonanim.core.files import write_text
 from phonanim.exporters._head import head_of
 from phonanim.exporters.glb import agreed
-from phonanim.exporters.json import intervals, spans
 from phonanim.rig.head import SHIPPED, Head, load_head
 from phonanim.rig.render import vertex_normals
+from phonanim.speech.alignment import pack_intervals, unpack_intervals
 
 SUMMARY = "USD as text: the head with UsdSkel blend shapes and their animation"
 MOVED = 1e-6  # metres; less is not stored
@@ -180,8 +180,8 @@ def read(path: Path) -> Animation:
         fps=fps,
         rig=str(about.get("rig", "arkit")),
         start=start,
-        phones=intervals(about.get("phones", [])),
-        words=intervals(about.get("words", [])),
+        phones=unpack_intervals(about.get("phones", [])),
+        words=unpack_intervals(about.get("words", [])),
         provenance=dict(about.get("provenance", {"input": path.name})),
     )
 
@@ -189,8 +189,8 @@ def read(path: Path) -> Animation:
 def _about(animation: Animation) -> dict[str, Any]:
     return {
         "rig": animation.rig,
-        "phones": spans(animation.phones),
-        "words": spans(animation.words),
+        "phones": pack_intervals(animation.phones),
+        "words": pack_intervals(animation.words),
         "provenance": animation.provenance,
     }
 

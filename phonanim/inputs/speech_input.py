@@ -4,21 +4,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from phonanim.errors import AlignmentError, AudioError
+from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import SUFFIXES, Sound, cut_short, find_audio, read_sound, remarks
 from phonanim.options import Options
-from phonanim.regressors import Driver
-from phonanim.speech.alignment import Alignment, read_alignment
+from phonanim.speech.alignment import Alignment
 from phonanim.speech.language import to_phones
 from phonanim.speech.phones import PhoneTrack, silence
+
+Driver = Literal["phones", "audio", "both"]
+"""What drives a model."""
 
 UNENFORCED = "there is no alignment: closures of the lips are as heard, none is enforced"
 APART = 0.5  # seconds between the ends of a recording and its alignment that are worth a word
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class SpeechInput:
     """The alignment and its phones (silence throughout where there is none), and the sound if it is heard."""
 
     alignment: Alignment
@@ -28,7 +32,7 @@ class Source:
     audio: Path | None
 
 
-def read_source(path: Path, options: Options, audio: Path | None, driver: Driver) -> Source:
+def read_speech_input(path: Path, options: Options, audio: Path | None, driver: Driver) -> SpeechInput:
     """Read an alignment or a recording, and the recording beside an alignment where the model hears.
 
     Raises AlignmentError when a recording is given to a model that only reads, AudioError when a model that
@@ -47,7 +51,7 @@ def read_source(path: Path, options: Options, audio: Path | None, driver: Driver
         notes = (*notes, *remarks(sound), *cut_short(audio))
         if driver == "both":
             notes = (*notes, *_apart(audio, sound.duration, track.duration))
-    return Source(alignment, track, notes, sound, audio)
+    return SpeechInput(alignment, track, notes, sound, audio)
 
 
 def is_recording(path: Path) -> bool:
@@ -55,7 +59,7 @@ def is_recording(path: Path) -> bool:
     return path.suffix.lower() in SUFFIXES
 
 
-def _heard(path: Path, driver: Driver) -> Source:
+def _heard(path: Path, driver: Driver) -> SpeechInput:
     if driver != "audio":
         raise AlignmentError(
             f"{path}: is a recording, and this model reads alignments; say what is spoken with --text, "
@@ -64,7 +68,7 @@ def _heard(path: Path, driver: Driver) -> Source:
     sound = read_sound(path)
     nothing = Alignment((), sound.duration, "", str(path))
     notes = (UNENFORCED, *remarks(sound), *cut_short(path))
-    return Source(nothing, silence(sound.duration), notes, sound, path)
+    return SpeechInput(nothing, silence(sound.duration), notes, sound, path)
 
 
 def _apart(audio: Path, heard: float, read: float) -> tuple[str, ...]:

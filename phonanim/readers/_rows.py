@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from phonanim.readers import Source, brief
 from phonanim.speech.alignment import Interval
+from phonanim.speech.alignment_file import AlignmentFile, brief
 
 ROWS_LOOKED_AT = 50
 """A file is known by its first rows; a damaged one further down is the reader's to report."""
@@ -15,19 +15,21 @@ FEWEST_TICKS = 40_000
 """Mean ticks of 100 ns in a label (4 ms), and more samples than in one: tells HTK times from samples."""
 
 
-def lines(source: Source) -> list[str]:
+def lines(source: AlignmentFile) -> list[str]:
     """The lines that are not empty, without blanks around them."""
     return [line.strip() for line in source.text.splitlines() if line.strip()]
 
 
-def all_match(source: Source, pattern: re.Pattern[str]) -> list[re.Match[str]]:
+def all_match(source: AlignmentFile, pattern: re.Pattern[str]) -> list[re.Match[str]]:
     """The matches of the first rows, none at all if one of them does not match."""
     found = [pattern.fullmatch(line) for line in lines(source)[:ROWS_LOOKED_AT]]
     matches = [match for match in found if match]
     return matches if len(matches) == len(found) else []
 
 
-def split(source: Source, pattern: re.Pattern[str], text: list[str] | None = None) -> list[re.Match[str]]:
+def split(
+    source: AlignmentFile, pattern: re.Pattern[str], text: list[str] | None = None
+) -> list[re.Match[str]]:
     """The matches of all rows. Raises AlignmentError naming the first that does not match."""
     matches = []
     for number, line in enumerate(lines(source) if text is None else text, 1):

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import re
 
-from phonanim.readers import Source
 from phonanim.readers._rows import lines
 from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.alignment_file import AlignmentFile
 
 FORMAT = "BAS Partitur"
 
 _ROW = re.compile(r"([A-Z]{3}):\s+(\d+)\s+(\d+)\s+(-?[\d,;-]+)\s+(.*)")
 
 
-def recognizes(source: Source) -> bool:
+def recognizes(source: AlignmentFile) -> bool:
     """Whether the header says that it is a Partitur file."""
     return bool(re.match(r"LHD:\s*Partitur", source.text.lstrip()))
 
 
-def read(source: Source) -> Recording:
+def read(source: AlignmentFile) -> Recording:
     """The tier MAU, and the words (ORT) with the times that the phones of each give them."""
     rate = re.search(r"^SAM:\s*(\d+)", source.text, re.MULTILINE)
     if not rate or float(rate[1]) == 0:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-from phonanim.readers import Source
 from phonanim.readers._rows import all_match, lines, split
 from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.alignment_file import AlignmentFile
 
 FORMAT = "CTM"
 
@@ -14,12 +14,12 @@ _NUMBER = r"\d+(?:\.\d*)?"
 _ROW = re.compile(rf"(\S+)\s+(\w+)\s+({_NUMBER})\s+({_NUMBER})\s+(\S+)(?:\s+-?{_NUMBER})?(?:\s+\S+){{0,2}}")
 
 
-def recognizes(source: Source) -> bool:
+def recognizes(source: AlignmentFile) -> bool:
     """Whether all rows have these columns; comments begin with two semicolons."""
-    return bool(all_match(Source(source.name, source.stem, "\n".join(_rows(source)).encode()), _ROW))
+    return bool(all_match(AlignmentFile(source.name, source.stem, "\n".join(_rows(source)).encode()), _ROW))
 
 
-def read(source: Source) -> Recording:
+def read(source: AlignmentFile) -> Recording:
     """One tier for each utterance and channel, which stand for the speaker."""
     tracks: dict[str, list[Interval]] = {}
     for match in split(source, _ROW, _rows(source)):
@@ -33,5 +33,5 @@ def read(source: Source) -> Recording:
     return Recording(tuple(tiers), 0.0, max(tier.intervals[-1].end for tier in tiers))
 
 
-def _rows(source: Source) -> list[str]:
+def _rows(source: AlignmentFile) -> list[str]:
     return [line for line in lines(source) if not line.startswith(";;")]

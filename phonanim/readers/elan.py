@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections import defaultdict
 from xml.etree import ElementTree
 
-from phonanim.readers import DAMAGE, Source
 from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 
 FORMAT = "ELAN"
 
 
-def recognizes(source: Source) -> bool:
+def recognizes(source: AlignmentFile) -> bool:
     """Whether it is XML of an annotation document."""
     return "<ANNOTATION_DOCUMENT" in source.text[:4000]
 
 
-def read(source: Source) -> Recording:
+def read(source: AlignmentFile) -> Recording:
     """Every tier with annotations; those without times of their own share their parent's equally."""
     try:
         root = ElementTree.fromstring(source.text.strip())

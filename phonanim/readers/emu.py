@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
-from phonanim.readers import DAMAGE, Source
 from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 
 FORMAT = "EMU annotation JSON"
 
 
-def recognizes(source: Source) -> bool:
+def recognizes(source: AlignmentFile) -> bool:
     """Whether it is JSON with levels and a sample rate, bare or in a bundle."""
     annotation = _annotation(source)
     return isinstance(annotation, dict) and {"levels", "sampleRate"} <= annotation.keys()
 
 
-def read(source: Source) -> Recording:
+def read(source: AlignmentFile) -> Recording:
     """Every level of segments, with sample numbers turned into seconds."""
     annotation = _annotation(source)
     try:
@@ -28,7 +28,7 @@ def read(source: Source) -> Recording:
     return Recording(tiers, 0.0, max((i.end for tier in tiers for i in tier.intervals), default=0.0))
 
 
-def _annotation(source: Source) -> Any:
+def _annotation(source: AlignmentFile) -> Any:
     content = source.json
     return content.get("annotation", content) if isinstance(content, dict) else None
 

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
-from phonanim.readers import DAMAGE, Source
 from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 
 FORMAT = "Gentle JSON"
 
 
-def recognizes(source: Source) -> bool:
+def recognizes(source: AlignmentFile) -> bool:
     """Whether it is JSON with words that have a case (success or not found)."""
     words = source.json.get("words") if isinstance(source.json, dict) else None
     return isinstance(words, list) and any(isinstance(word, dict) and "case" in word for word in words)
 
 
-def read(source: Source) -> Recording:
+def read(source: AlignmentFile) -> Recording:
     """Phones and words that were found; those that were not are told in the notes."""
     try:
         found = [word for word in source.json["words"] if "start" in word and "phones" in word]

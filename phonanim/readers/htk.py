@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-from phonanim.readers import Source
 from phonanim.readers._rows import FEWEST_TICKS, all_match, lines, mean_span, split
 from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.alignment_file import AlignmentFile
 
 FORMAT = "HTK or HTS labels"
 TICKS = 1e7  # in a second
@@ -18,7 +18,7 @@ _CENTRE = re.compile(r"(?:[^-]*-)?([^-+]+)\+")
 _STATE = re.compile(r"\[\d+\]$|_s\d$")
 
 
-def recognizes(source: Source) -> bool:
+def recognizes(source: AlignmentFile) -> bool:
     """Whether all rows are two whole numbers and a label, too far apart to count samples."""
     if source.text.startswith(_MASTER):
         return True
@@ -26,7 +26,7 @@ def recognizes(source: Source) -> bool:
     return bool(rows) and mean_span(rows) >= FEWEST_TICKS
 
 
-def read(source: Source) -> Recording:
+def read(source: AlignmentFile) -> Recording:
     """The phones, and the words where a fifth column has them; a master file has a pair for each file."""
     tiers: list[Tier] = []
     for name, rows in _files(source):
@@ -37,7 +37,7 @@ def read(source: Source) -> Recording:
     return Recording(tuple(tiers), 0.0, max((i.end for tier in tiers for i in tier.intervals), default=0.0))
 
 
-def _files(source: Source) -> list[tuple[str, list[str]]]:
+def _files(source: AlignmentFile) -> list[tuple[str, list[str]]]:
     if not source.text.startswith(_MASTER):
         return [("", lines(source))]
     files: list[tuple[str, list[str]]] = []

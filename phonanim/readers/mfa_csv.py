@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import csv
 
-from phonanim.readers import Source
 from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.alignment_file import AlignmentFile
 
 FORMAT = "MFA CSV"
 COLUMNS = ("begin", "end", "label", "type", "speaker")
 
 
-def recognizes(source: Source) -> bool:
+def recognizes(source: AlignmentFile) -> bool:
     """Whether the first line names these columns."""
     header = source.text.split("\n", 1)[0].lower().replace('"', "")
     return [name.strip() for name in header.split(",")] == list(COLUMNS)
 
 
-def read(source: Source) -> Recording:
+def read(source: AlignmentFile) -> Recording:
     """A tier for each type (words, phones) and speaker."""
     tracks: dict[tuple[str, str], list[Interval]] = {}
     for number, row in enumerate(csv.reader(source.text.splitlines()[1:]), 2):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-from phonanim.readers import Source
 from phonanim.readers._rows import from_starts, lines, split
 from phonanim.speech.alignment import Recording, Tier
+from phonanim.speech.alignment_file import AlignmentFile
 
 FORMAT = "Moho switch data"
 FPS = 24.0
@@ -15,12 +15,12 @@ FPS = 24.0
 _ROW = re.compile(r"(\d+)\s+(\S+)")
 
 
-def recognizes(source: Source) -> bool:
+def recognizes(source: AlignmentFile) -> bool:
     """Whether the first line says so."""
     return source.text.lstrip().startswith("MohoSwitch1")
 
 
-def read(source: Source) -> Recording:
+def read(source: AlignmentFile) -> Recording:
     """The shapes as phones of the language `preston_blair`."""
     rows = split(source, _ROW, lines(source)[1:])
     if not rows:

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from phonanim.readers import DAMAGE, Source
 from phonanim.readers._rows import from_starts
 from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 
 FORMAT = "Papagayo project"
 
 
-def recognizes(source: Source) -> bool:
+def recognizes(source: AlignmentFile) -> bool:
     """Whether the first line says so."""
     return source.text.lstrip().startswith("lipsync version 1")
 
 
-def read(source: Source) -> Recording:
+def read(source: AlignmentFile) -> Recording:
     """For each voice its words, and its shapes as phones of the language `preston_blair`."""
     rows = iter([line.strip() for line in source.text.splitlines()][2:])
     try:

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import struct
 
-from phonanim.readers import Source
 from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.alignment_file import AlignmentFile
 
 FORMAT = "Praat binary TextGrid"
 _MAGIC = b"ooBinaryFile"
 
 
-def recognizes(source: Source) -> bool:
+def recognizes(source: AlignmentFile) -> bool:
     """Whether the bytes start as Praat starts its binary files."""
     return source.data.startswith(_MAGIC)
 
 
-def read(source: Source) -> Recording:
+def read(source: AlignmentFile) -> Recording:
     """Every interval tier, in file order; point tiers are passed over."""
     data = _Bytes(source.data, len(_MAGIC))
     try:

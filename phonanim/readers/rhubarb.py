@@ -5,23 +5,23 @@ from __future__ import annotations
 import re
 from xml.etree import ElementTree
 
-from phonanim.readers import DAMAGE, Source
 from phonanim.readers._rows import all_match, from_starts, split
 from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 
 FORMAT = "Rhubarb mouth cues"
 
 _ROW = re.compile(r"(\d+(?:\.\d+)?)\t([A-HX])")
 
 
-def recognizes(source: Source) -> bool:
+def recognizes(source: AlignmentFile) -> bool:
     """Whether it is JSON or XML with mouth cues, or rows of a time and a shape."""
     if isinstance(source.json, dict):
         return isinstance(source.json.get("mouthCues"), list)
     return "<rhubarbResult" in source.text[:500] or bool(all_match(source, _ROW))
 
 
-def read(source: Source) -> Recording:
+def read(source: AlignmentFile) -> Recording:
     """The cues, in the language `rhubarb`, where a shape stands for the sounds that it was drawn for."""
     try:
         cues = _cues(source)
@@ -32,7 +32,7 @@ def read(source: Source) -> Recording:
     return Recording((Tier("phones", tuple(cues)),), 0.0, end, notes=notes, language="rhubarb")
 
 
-def _cues(source: Source) -> tuple[Interval, ...]:
+def _cues(source: AlignmentFile) -> tuple[Interval, ...]:
     if source.json is not None:
         cues = source.json["mouthCues"]
         return tuple(Interval(str(cue["value"]), float(cue["start"]), float(cue["end"])) for cue in cues)

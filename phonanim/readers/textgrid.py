@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from phonanim.readers import Source, brief
 from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.alignment_file import AlignmentFile, brief
 
 FORMAT = "Praat TextGrid"
 
@@ -18,13 +18,13 @@ _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf
 _CHRONOLOGICAL = "Praat chronological TextGrid text file"
 
 
-def recognizes(source: Source) -> bool:
+def recognizes(source: AlignmentFile) -> bool:
     """Whether the text starts as Praat starts its text files."""
     head = source.text[:200].lstrip()
     return (head.startswith("File type") and "ooTextFile" in head) or head.startswith(f'"{_CHRONOLOGICAL}"')
 
 
-def read(source: Source) -> Recording:
+def read(source: AlignmentFile) -> Recording:
     """Every interval tier, in file order; point tiers are passed over."""
     tokens = _Tokens(source)
     if (kind := tokens.string()) == _CHRONOLOGICAL:
@@ -78,7 +78,7 @@ def _read_chronological(tokens: _Tokens) -> Recording:
 class _Tokens:
     """The free-standing strings, numbers and flags of a Praat text file, in order."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: AlignmentFile) -> None:
         self.source = source
         self.place = "header"
         self._tokens = _scan(source.text)

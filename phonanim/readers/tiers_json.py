@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from phonanim.readers import DAMAGE, Source
 from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 
 FORMAT = "TextGrid as JSON (MFA, praatio)"
 
 
-def recognizes(source: Source) -> bool:
+def recognizes(source: AlignmentFile) -> bool:
     """Whether it is JSON with tiers of entries."""
     tiers = source.json.get("tiers") if isinstance(source.json, dict) else None
     items = list(tiers.values()) if isinstance(tiers, dict) else tiers
@@ -19,7 +19,7 @@ def recognizes(source: Source) -> bool:
     )
 
 
-def read(source: Source) -> Recording:
+def read(source: AlignmentFile) -> Recording:
     """Every interval tier."""
     content = source.json
     tiers = content["tiers"]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-from phonanim.readers import Source
 from phonanim.readers._rows import FEWEST_TICKS, all_match, mean_span, split
 from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.alignment_file import AlignmentFile
 
 FORMAT = "TIMIT labels"
 RATE = 16_000.0
@@ -15,13 +15,13 @@ RATE = 16_000.0
 _ROW = re.compile(r"(\d+)\s+(\d+)\s+(\S+)")
 
 
-def recognizes(source: Source) -> bool:
+def recognizes(source: AlignmentFile) -> bool:
     """Whether all rows are two whole numbers and a label, too near each other to count 100 ns."""
     rows = all_match(source, _ROW)
     return bool(rows) and mean_span(rows) < FEWEST_TICKS
 
 
-def read(source: Source) -> Recording:
+def read(source: AlignmentFile) -> Recording:
     """The one tier of the file."""
     matches = split(source, _ROW)
     intervals = tuple(Interval(match[3], float(match[1]) / RATE, float(match[2]) / RATE) for match in matches)

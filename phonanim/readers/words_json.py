@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from phonanim.readers import DAMAGE, Source
 from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 
 FORMAT = "word times of WhisperX, Whisper or Vosk (JSON)"
 
 
-def recognizes(source: Source) -> bool:
+def recognizes(source: AlignmentFile) -> bool:
     """Whether it is JSON with lists of words that have a start."""
     return next(_words(source.json), None) is not None
 
 
-def read(source: Source) -> Recording:
+def read(source: AlignmentFile) -> Recording:
     """One tier of words for each speaker. WhisperX gives no times to numbers: they are told in the notes."""
     timed: dict[str, list[Interval]] = {}
     lost: list[str] = []

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import re
 
-from phonanim.readers import Source
 from phonanim.readers._rows import from_ends, lines, split
 from phonanim.speech.alignment import Recording, Tier
+from phonanim.speech.alignment_file import AlignmentFile
 
 FORMAT = "xwaves labels"
 
 _ROW = re.compile(r"(\d+(?:\.\d*)?)\s+(-?\d+)\s*(.*)")
 
 
-def recognizes(source: Source) -> bool:
+def recognizes(source: AlignmentFile) -> bool:
     """Whether a line "#" ends a header, and the first row after it has a time, a colour and a label."""
     rows = lines(source)
     if "#" not in rows[:40]:
@@ -22,7 +22,7 @@ def recognizes(source: Source) -> bool:
     return bool(after and _ROW.fullmatch(after[0]))
 
 
-def read(source: Source) -> Recording:
+def read(source: AlignmentFile) -> Recording:
     """The one tier of the file, named by its header where that says what it is."""
     rows = lines(source)
     first = rows.index("#")

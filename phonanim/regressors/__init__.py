@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, fields
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
-from typing import Any, ClassVar, Literal, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +17,13 @@ from phonanim.core.files import atomic_path
 from phonanim.core.typed import check_types
 from phonanim.errors import ModelError
 from phonanim.face.model import FaceModel
+from phonanim.inputs.speech_input import Driver as Driver
 from phonanim.media.audio import Sound
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.phones import PhoneTrack, silence
 
 Tensors = dict[str, NDArray[Any]]
 Progress = Callable[[float], None]
-Driver = Literal["phones", "audio", "both"]
 NEEDS = {"phones": "an alignment", "audio": "a recording", "both": "an alignment and a recording"}
 FORMAT = 1
 CHECKPOINT = "checkpoint.pt"  # the state of a training, in the model's folder until it ends

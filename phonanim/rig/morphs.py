@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animation.animation import Animation
 from phonanim.errors import RigError
 from phonanim.media.glb import Glb
 
@@ -50,11 +49,11 @@ class Morphs:
             for target, weight in self.binds.get(channel) or self._named(channel)
         ]
 
-    def weights(self, animation: Animation) -> NDArray[np.float64]:
-        """Weights of every target, (frames, targets); what no channel moves stays at zero."""
-        weights = np.zeros((len(animation.values), len(self.names)))
-        for column, target, weight in self.moved(animation.channels):
-            weights[:, target] += weight * animation.values[:, column]
+    def weights(self, values: NDArray[np.float32], channels: tuple[str, ...]) -> NDArray[np.float64]:
+        """Weights of every target, (frames, channels) -> (frames, targets); zero where unmoved."""
+        weights = np.zeros((len(values), len(self.names)))
+        for column, target, weight in self.moved(channels):
+            weights[:, target] += weight * values[:, column]
         return weights
 
     @cached_property

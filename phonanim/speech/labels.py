@@ -12,7 +12,7 @@ from unicodedata import normalize
 
 from phonanim.core.lexicon import LEXICON
 from phonanim.errors import LabelError
-from phonanim.readers import brief
+from phonanim.speech.alignment_file import brief
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.segments import SILENT
 

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from phonanim.errors import LabelError
-from phonanim.readers import brief
 from phonanim.speech.alignment import Alignment, Interval
+from phonanim.speech.alignment_file import brief
 from phonanim.speech.labels import SILENCE_SOUND, Language, Sound, is_silent, language_names, load_language
 from phonanim.speech.phones import PhoneTrack
 from phonanim.speech.segments import SILENT, Segment, filled, joined, to_track

@@ -9,8 +9,8 @@ from functools import lru_cache
 from pathlib import Path
 
 from phonanim.errors import AlignmentError
-from phonanim.readers import Source, brief
 from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.alignment_file import AlignmentFile, brief
 from phonanim.speech.labels import is_silent
 from phonanim.speech.tiers import PHONE_NAMES, WORD_NAMES, by_name, who
 
@@ -44,7 +44,7 @@ def load_pronunciations(path: Path) -> Mapping[str, tuple[str, ...]]:
     return words
 
 
-def spell_out(recording: Recording, path: Path, source: Source) -> Recording:
+def spell_out(recording: Recording, path: Path, source: AlignmentFile) -> Recording:
     """The recording with a phone tier beside each tier of words, if it has no phone tier yet.
 
     Raises AlignmentError for a word that the dictionary lacks, with its time.
@@ -61,7 +61,7 @@ def spell_out(recording: Recording, path: Path, source: Source) -> Recording:
 
 
 def _spelled(
-    tier: Tier, words: Mapping[str, tuple[str, ...]], path: Path, source: Source
+    tier: Tier, words: Mapping[str, tuple[str, ...]], path: Path, source: AlignmentFile
 ) -> tuple[Interval, ...]:
     phones: list[Interval] = []
     for interval in tier.intervals:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from phonanim.readers import Source, brief
 from phonanim.speech.alignment import Recording, Tier
+from phonanim.speech.alignment_file import AlignmentFile, brief
 
 # Best first: a file may hold MAU (what was said) beside a broader `segments`.
 PHONE_NAMES = (
@@ -22,7 +22,7 @@ ENOUGH_KNOWN = 0.8
 """Share of a tier's labels that one language must know for the tier to be its phones."""
 
 
-def phone_tier(recording: Recording, wanted: str | None, speaker: str | None, source: Source) -> Tier:
+def phone_tier(recording: Recording, wanted: str | None, speaker: str | None, source: AlignmentFile) -> Tier:
     """The tier named or numbered `wanted`, else that of `speaker` with phones. Raises AlignmentError."""
     if not recording.tiers:
         raise source.error("has no interval tier; align the recording first")
@@ -56,7 +56,7 @@ def who(tier: Tier) -> str:
     return tier.speaker or _split(tier.name)[0]
 
 
-def _spoken_by(tiers: Iterable[Tier], speaker: str, source: Source) -> tuple[Tier, ...]:
+def _spoken_by(tiers: Iterable[Tier], speaker: str, source: AlignmentFile) -> tuple[Tier, ...]:
     speakers = list(dict.fromkeys(name for tier in tiers if (name := who(tier))))
     wanted = next((name for name in speakers if name == speaker), None)
     wanted = wanted or next((name for name in speakers if name.lower() == speaker.strip().lower()), None)
@@ -77,7 +77,7 @@ def _choices(tiers: Iterable[Tier]) -> str:
     )
 
 
-def _wanted(tiers: Iterable[Tier], wanted: str, source: Source) -> Tier:
+def _wanted(tiers: Iterable[Tier], wanted: str, source: AlignmentFile) -> Tier:
     tiers = list(tiers)
     exact = [tier for tier in tiers if tier.name == wanted]
     found = exact or [tier for tier in tiers if tier.name.strip().lower() == wanted.strip().lower()]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import StreamError
-from phonanim.readers import brief
+from phonanim.speech.alignment_file import brief
 
 FORMS = '{"phone": "AA1", "start": 0.1, "end": 0.2}, {"time": 0.3} or {"end": true}'
 

@@ -9,9 +9,9 @@ from queue import SimpleQueue
 from typing import Any
 
 from phonanim.errors import AudioError, MissingExtraError, StreamError
+from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import cut_short, mono, opened_audio
 from phonanim.options import Options
-from phonanim.speech.alignment import read_alignment
 from phonanim.speech.language import choose_language
 from phonanim.stream.events import End, Event, Phone, Problem, Samples, Tick, parse_event
 

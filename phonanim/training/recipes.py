@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
 from functools import partial
@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 from phonanim import __version__, regressors
 from phonanim.core.typed import check_types
 from phonanim.corpus.corpus import Corpus, load_corpus
+from phonanim.corpus.examples import examples
 from phonanim.errors import CorpusError, ModelError
 from phonanim.face.model import FaceModel, fit_face, lip_aperture, lip_width
+from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import read_sound
 from phonanim.metrics import correlation, vertex_error
 from phonanim.regressors import CHECKPOINT, Examples, Model, Regressor, make_config, regressor_class
-from phonanim.speech.alignment import read_alignment
 from phonanim.speech.language import to_phones
 
 if sys.version_info >= (3, 11):
@@ -158,21 +159,6 @@ def check_keys(table: dict[str, Any], kind: type, where: str) -> None:
             hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
             raise ModelError(f"{where}: there is no key {key!r}; {hint}")
     check_types(table, kind, where)
-
-
-def examples(corpus: Corpus, face: FaceModel, clips: Iterable[int], heard: bool = False) -> Examples:
-    """Clips of a corpus as training examples: modes of the captured face at mid-exposure instants.
-
-    `heard`: with their recordings. Raises AudioError where one cannot be read.
-    """
-    chosen = [int(clip) for clip in clips]
-    return Examples(
-        tuple(corpus.tracks[clip] for clip in chosen),
-        tuple(corpus.times(clip) for clip in chosen),
-        tuple(face.project(corpus.landmarks[corpus.rows([clip])]).astype(np.float32) for clip in chosen),
-        (1.0,) * len(chosen),
-        tuple(read_sound(corpus.audio[clip]) for clip in chosen) if heard else (),
-    )
 
 
 def taught(

@@ -1,0 +1,86 @@
+"""An alignment file as bytes, text or JSON, before a reader knows its format."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from phonanim.errors import AlignmentError
+
+MAX_BYTES = 64 << 20
+"""Largest file that is read: two hours of speech are about 10 MB; more is another kind of file."""
+
+MAX_QUOTE = 40
+"""Most characters that a message quotes from a file."""
+
+DAMAGE = (KeyError, IndexError, TypeError, AttributeError, ValueError, ArithmeticError)
+"""What taking the wrong shape or number out of parsed data raises."""
+
+
+@dataclass(frozen=True)
+class AlignmentFile:
+    """The content of a file, decoded once; `name` is its path for messages, `stem` its bare name."""
+
+    name: str
+    stem: str
+    data: bytes
+
+    @cached_property
+    def text(self) -> str:
+        """The content as text with Unix line ends; empty when it is binary."""
+        text = _decode(self.data)
+        return "" if "\0" in text else text.replace("\r\n", "\n").replace("\r", "\n")
+
+    @cached_property
+    def json(self) -> Any:
+        """The content as parsed JSON; None when it is not JSON."""
+        if self.text.lstrip()[:1] not in ("{", "["):
+            return None
+        try:
+            return json.loads(self.text)
+        except (ValueError, RecursionError):
+            return None
+
+    def error(self, what: str) -> AlignmentError:
+        """An error that names this file, in one line whatever the file put into it."""
+        return AlignmentError(f"{self.name}: {_printable(what)}")
+
+
+def brief(text: str) -> str:
+    """What a file says, fit to be quoted in one line: short and printable."""
+    flat = _printable(text)
+    return flat if len(flat) <= MAX_QUOTE else flat[: MAX_QUOTE - 1] + "…"
+
+
+def _printable(text: str) -> str:
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
+
+
+def open_alignment_file(path: Path) -> AlignmentFile:
+    """The content of `path`. Raises AlignmentError when it is a folder, absent, unreadable, empty or vast."""
+    if path.is_dir():
+        raise AlignmentError(f"{path}: is a folder; name one alignment file in it")
+    try:
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            raise AlignmentError(f"{path}: has {size >> 20} MB; an alignment has at most {MAX_BYTES >> 20}")
+        data = path.read_bytes()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise AlignmentError(f"{path}: cannot be read: {reason}") from error
+    if not data.strip():
+        raise AlignmentError(f"{path}: is empty; align the recording again")
+    return AlignmentFile(str(path), path.stem, data)
+
+
+def _decode(data: bytes) -> str:
+    """Text in the encodings that Praat writes: UTF-16 with a mark, UTF-8, or Latin-1 of old."""
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return data.decode("utf-16", errors="replace")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
