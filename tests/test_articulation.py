@@ -15,8 +15,8 @@ from phonanim.articulation.channels import Array
 from phonanim.articulation.table import CHANNELS_FILE, TARGETS_FILE, read_targets
 from phonanim.articulation.trajectories import ROUNDED, reach
 from phonanim.errors import ModelError
-from phonanim.gestures import GESTURES, split_parts
-from phonanim.phones import PhoneTrack
+from phonanim.speech.gestures import GESTURES, split_parts
+from phonanim.speech.phones import PhoneTrack
 
 LINE = "sil 0.4 p 0.03 aa 0.15 m 0.05 iy 0.12 s 0.1 aa 0.15 sh 0.1 uw 0.15 f 0.08 ay 0.3 sil 0.4"
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.articulation.channels import CHANNELS
-from phonanim.gestures import GESTURES
+from phonanim.speech.gestures import GESTURES
 
 Array = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from phonanim.articulation.channels import CHANNELS
 from phonanim.errors import ModelError
-from phonanim.gestures import GESTURES
-from phonanim.inventory import LEXICON
+from phonanim.speech.gestures import GESTURES
+from phonanim.speech.inventory import LEXICON
 
 Array = NDArray[np.float64]
 

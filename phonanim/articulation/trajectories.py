@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from phonanim.articulation.channels import CHANNELS, Articulation
 from phonanim.articulation.closures import enforce_contacts
 from phonanim.articulation.table import Targets, read_targets
-from phonanim.gestures import GESTURES, split_parts
-from phonanim.phones import PhoneTrack
+from phonanim.speech.gestures import GESTURES, split_parts
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 
