@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.articulation.channels import CHANNELS
+from phonanim.core.lexicon import LEXICON
 from phonanim.errors import ModelError
 from phonanim.speech.gestures import GESTURES
-from phonanim.speech.inventory import LEXICON
 
 Array = NDArray[np.float64]
 
