@@ -36,7 +36,7 @@ from phonanim.face.model import FaceModel, fit_face, lip_aperture, lip_width
 from phonanim.media.audio import Sound, read_sound, resample
 from phonanim.metrics import correlation, vertex_error
 from phonanim.regressors import make_config, regressor_class
-from phonanim.regressors._heard import Heard, step_times
+from phonanim.regressors._audio import AudioRegressor, step_times
 from phonanim.training.recipes import predict_clip
 
 if sys.version_info >= (3, 11):
@@ -104,7 +104,7 @@ def add_row(output: Path, key: str, seed: int, row: Row) -> None:
     write_text(output, json.dumps(rows, indent=1) + "\n")
 
 
-def measure(model: Heard, corpus: Any, face: FaceModel, clips: NDArray[np.int64]) -> Row:
+def measure(model: AudioRegressor, corpus: Any, face: FaceModel, clips: NDArray[np.int64]) -> Row:
     """Errors on clips, and what the decoder costs."""
     predicted = [face.instance(predict_clip(model, corpus, int(clip))) for clip in clips]
     captured = [corpus.landmarks[corpus.rows([clip])] for clip in clips]
@@ -119,13 +119,13 @@ def measure(model: Heard, corpus: Any, face: FaceModel, clips: NDArray[np.int64]
     }
 
 
-def cost_of(model: Heard, sound: Sound) -> Row:
+def cost_of(model: AudioRegressor, sound: Sound) -> Row:
     """What the decoder costs, whatever it learned."""
     size = sum(tensor.size for tensor in model.weights.values())
     return {"parameters": size, "decoding_ms": decoding_ms(model, sound), "latency_ms": latency(model)}
 
 
-def decoding_ms(model: Heard, sound: Sound) -> float:
+def decoding_ms(model: AudioRegressor, sound: Sound) -> float:
     """Processor milliseconds that the decoder takes for a second of speech: the least of ten runs."""
     features, grid, taken = model.hear(sound), step_times(sound.duration, model.config.rate), []
     for _ in range(10):
@@ -135,7 +135,7 @@ def decoding_ms(model: Heard, sound: Sound) -> float:
     return 1000 * min(taken) / sound.duration
 
 
-def latency(model: Heard) -> str:
+def latency(model: AudioRegressor) -> str:
     """Milliseconds of sound, the step included, that must be heard before it can be decoded."""
     config = model.config
     if config.decoder == "mlp":

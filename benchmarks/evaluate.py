@@ -125,7 +125,7 @@ def predictor(model: regressors.Model, corpus: Corpus, closing: bool) -> Predict
 
     def predict(clip: int) -> NDArray[np.float32]:
         start = 0.5 / corpus.fps
-        sound = None if model.regressor.driven_by == "phones" else read_sound(corpus.audio[clip])
+        sound = None if model.regressor.input_modality == "phones" else read_sound(corpus.audio[clip])
         modes = model.predict(corpus.tracks[clip], corpus.fps, int(corpus.frames[clip]), start, sound)
         return contacts.close(modes, corpus.tracks[clip], model.face, corpus.fps, start) if closing else modes
 

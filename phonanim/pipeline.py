@@ -54,7 +54,7 @@ def animate(path: Path, options: Options = DEFAULTS, audio: Path | None = None) 
 def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) -> Performance:
     """The same, with the steps in between: each is one module."""
     model, rig = load_model(options.model), load_cached_rig(options.rig)
-    source = read_speech_input(path, options, audio, model.regressor.driven_by)
+    source = read_speech_input(path, options, audio, model.regressor.input_modality)
     track, frames = source.track, frame_count(source.track.duration, options.fps)
     modes, values = move(track, model, rig, options, frames, sound=source.sound)
     times = np.arange(len(modes)) / options.fps

@@ -13,7 +13,7 @@ from speech import made_up_examples
 from phonanim.encoders import HOP, RATE, load_encoder
 from phonanim.encoders.mfcc import Cepstra
 from phonanim.errors import ModelError
-from phonanim.regressors import _heard as heard
+from phonanim.regressors import _audio as heard
 from phonanim.regressors import make_config, regressor_class
 from phonanim.regressors._convolution import convolution_shapes, convolve, receptive_field
 from phonanim.regressors._streamed import Streamed

@@ -15,8 +15,8 @@ from phonanim.encoders import HOP, RATE
 from phonanim.errors import ModelError
 from phonanim.media.audio import Sound
 from phonanim.regressors import CHECKPOINT, Examples, Model, load, make_config, save
+from phonanim.regressors import _audio as heard
 from phonanim.regressors import _diffusion as diffusion
-from phonanim.regressors import _heard as heard
 from phonanim.regressors.facediffuser import Config, FaceDiffuser
 
 torch = pytest.importorskip("torch")

@@ -15,7 +15,7 @@ from speech import made_up_examples, made_up_face, random_track, sound_of, track
 from phonanim.errors import ModelError
 from phonanim.media.audio import Sound
 from phonanim.regressors import CHECKPOINT, Examples, Model, load, make_config, regressor_class, save
-from phonanim.regressors import _heard as heard
+from phonanim.regressors import _audio as heard
 from phonanim.regressors._decoders import decode, gru
 
 torch = pytest.importorskip("torch")
@@ -54,7 +54,7 @@ def test_torch_and_numpy_agree(decoder: str, bidirectional: bool) -> None:
     with torch.no_grad():
         found = network(values)[1].numpy()
     mix, weights = exported(network, np.zeros(3, np.float32), np.ones(3, np.float32))
-    model = heard.Heard(
+    model = heard.AudioRegressor(
         config, *np.zeros((1, 2, 6), np.float32), np.ones((2, 6), np.float32), mix, weights, ""
     )
     mine = decode(config, weights, np.stack([model.mixed(one) for one in values.numpy()]))
@@ -155,7 +155,7 @@ def test_training_stops_when_nothing_is_gained(data: Examples, tmp_path: Path) -
 
 
 def test_the_loss_by_its_equations() -> None:
-    from phonanim.regressors import _torch_heard as training
+    from phonanim.regressors import _torch_audio as training
     from phonanim.regressors._torch_decoders import Network
 
     rng = np.random.default_rng(0)

@@ -56,7 +56,7 @@ def model(data: Examples, tmp_path_factory: pytest.TempPathFactory) -> str:
 def test_both_move_the_face(regressor: Hybrid, data: Examples) -> None:
     track, times, sound = data.tracks[0], data.times[0], data.sounds[0]
     whole = regressor.predict(track, times, sound)
-    assert regressor.driven_by == "both"
+    assert regressor.input_modality == "both"
     assert np.abs(regressor.predict(track, times, silent(sound)) - whole).max() > 0.05
     mute = track_of(f"sil {track.duration}")
     assert np.abs(regressor.predict(mute, times, sound) - whole).max() > 0.05

@@ -14,7 +14,7 @@ from speech import made_up_examples, made_up_face, random_track, sound_of, track
 
 from phonanim.errors import ModelError
 from phonanim.media.audio import Sound
-from phonanim.regressors import Driver, Model, kinds, load, make_config, regressor_class, save
+from phonanim.regressors import InputModality, Model, kinds, load, make_config, regressor_class, save
 from phonanim.speech.inventory import INVENTORY
 
 HEARD = {"encoder": "mfcc", "hidden": 8, "depth": 1, "epochs": 2, "window": 20, "learning_rate": 0.01}
@@ -68,7 +68,7 @@ def test_shapes_and_what_drives_it(model: Model) -> None:
     found = model.predict(track, 60, 33, sound=sound_of(track))
     assert found.shape == (33, 3)
     assert found.dtype == np.float32
-    assert model.regressor.driven_by in ("phones", "audio", "both")
+    assert model.regressor.input_modality in ("phones", "audio", "both")
     assert model.predict(track, 60, 0, sound=sound_of(track)).shape == (0, 3)
 
 
@@ -232,10 +232,10 @@ def test_a_face_whose_shapes_disagree(folder: Path) -> None:
 
 
 @dataclass(frozen=True)
-class Listener:
+class AudioInput:
     """A regressor that hears: its only mode is the loudness of the sound."""
 
-    driven_by: ClassVar[Driver] = "audio"
+    input_modality: ClassVar[InputModality] = "audio"
     config_class: ClassVar[type] = dict
     config: Any = None
 
@@ -261,7 +261,7 @@ def test_several_networks_are_the_mean_of_each() -> None:
 
 
 def test_a_model_that_hears_needs_a_recording() -> None:
-    model = Model(Listener(), made_up_face(np.random.default_rng(0)), {})  # type: ignore[arg-type]
+    model = Model(AudioInput(), made_up_face(np.random.default_rng(0)), {})  # type: ignore[arg-type]
     sound = Sound(np.full(800, 0.5, np.float32), 8000)
     assert np.array_equal(model.predict(None, 50, 5, sound=sound), np.full((5, 1), 0.5))
     with pytest.raises(ModelError, match=r"a model of kind test_regressors needs a recording$"):

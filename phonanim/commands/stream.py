@@ -123,7 +123,7 @@ def prepared(
     from phonanim.stream.engine import PhoneStream
     from phonanim.stream.sound import SoundStream
 
-    if load_model(options.model).regressor.driven_by == "audio":
+    if load_model(options.model).regressor.input_modality == "audio":
         if microphone:
             heard = inputs.microphone(None if source == "-" else source, rate)
         elif source == "-":

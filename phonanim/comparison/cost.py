@@ -58,7 +58,7 @@ def _line_cost(folder: Path, track: PhoneTrack, times: Any, audio: Path) -> dict
     os.environ[FOLDER] = ""
     before = peak_memory()
     model = regressors.load(folder)
-    sound = None if model.regressor.driven_by == "phones" else read_sound(audio)
+    sound = None if model.regressor.input_modality == "phones" else read_sound(audio)
     model.regressor.predict(track, times, sound)
     memory = peak_memory() - before
     taken = [_processor_ms(model, track, times, sound) for _ in range(RUNS)]

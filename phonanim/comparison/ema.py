@@ -34,7 +34,7 @@ def ema_scores(model: regressors.Model, folder: Path, closing: bool) -> dict[str
 
 def ema_modes(model: regressors.Model, utterance: Utterance, closing: bool) -> NDArray[np.float32]:
     """Modes at the instants of the sensors, (samples, modes)."""
-    sound = None if model.regressor.driven_by == "phones" else read_sound(utterance.audio)
+    sound = None if model.regressor.input_modality == "phones" else read_sound(utterance.audio)
     modes = model.regressor.predict(utterance.track, utterance.times, sound)
     if not closing:
         return modes

@@ -142,7 +142,7 @@ def describe(model: regressors.Model) -> dict[str, Any]:
     tensors = model.regressor.tensors().values()
     return {
         "kind": model.card.get("kind", ""),
-        "driven_by": model.regressor.driven_by,
+        "driven_by": model.regressor.input_modality,
         "numbers": int(sum(t.size for t in tensors)),
         "bytes": int(sum(t.nbytes for t in tensors)),
         "config": asdict(model.regressor.config),

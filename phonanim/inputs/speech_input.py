@@ -14,8 +14,8 @@ from phonanim.speech.alignment import Alignment
 from phonanim.speech.language import to_phones
 from phonanim.speech.phones import PhoneTrack, silence
 
-Driver = Literal["phones", "audio", "both"]
-"""What drives a model."""
+InputModality = Literal["phones", "audio", "both"]
+"""What a model reads: phones, audio or both."""
 
 UNENFORCED = "there is no alignment: closures of the lips are as heard, none is enforced"
 APART = 0.5  # seconds between the ends of a recording and its alignment that are worth a word
@@ -32,24 +32,26 @@ class SpeechInput:
     audio: Path | None
 
 
-def read_speech_input(path: Path, options: Options, audio: Path | None, driver: Driver) -> SpeechInput:
+def read_speech_input(
+    path: Path, options: Options, audio: Path | None, modality: InputModality
+) -> SpeechInput:
     """Read an alignment or a recording, and the recording beside an alignment where the model hears.
 
     Raises AlignmentError when a recording is given to a model that only reads, AudioError when a model that
     hears has nothing to hear, and what reading either raises.
     """
     if is_recording(path):
-        return _heard(path, driver)
+        return _read_recording(path, modality)
     alignment = read_alignment(path, options.tier, options.speaker, options.lexicon)
     track, notes = to_phones(alignment, options.language, options.unknown, options.fallback)
     sound = None
-    if driver != "phones":
+    if modality != "phones":
         audio = audio or find_audio(path)
         if audio is None:
             raise AudioError(f"{path}: has no recording beside it for this model to hear; give --audio")
         sound = _from(read_sound(audio), alignment.offset)
         notes = (*notes, *remarks(sound), *cut_short(audio))
-        if driver == "both":
+        if modality == "both":
             notes = (*notes, *_apart(audio, sound.duration, track.duration))
     return SpeechInput(alignment, track, notes, sound, audio)
 
@@ -59,8 +61,8 @@ def is_recording(path: Path) -> bool:
     return path.suffix.lower() in SUFFIXES
 
 
-def _heard(path: Path, driver: Driver) -> SpeechInput:
-    if driver != "audio":
+def _read_recording(path: Path, modality: InputModality) -> SpeechInput:
+    if modality != "audio":
         raise AlignmentError(
             f"{path}: is a recording, and this model reads alignments; say what is spoken with --text, "
             "or choose a --model that hears"

@@ -17,7 +17,7 @@ from phonanim.core.files import atomic_path
 from phonanim.core.typed import check_types
 from phonanim.errors import ModelError
 from phonanim.face.model import FaceModel
-from phonanim.inputs.speech_input import Driver as Driver
+from phonanim.inputs.speech_input import InputModality as InputModality
 from phonanim.media.audio import Sound
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.phones import PhoneTrack, silence
@@ -64,7 +64,7 @@ class Regressor(Protocol):
     One that is driven by "phones" ignores the sound, one by "audio" the track; "both" needs both.
     """
 
-    driven_by: ClassVar[Driver]
+    input_modality: ClassVar[InputModality]
     config_class: ClassVar[type]
     config: Any
 
@@ -112,12 +112,12 @@ class Model:
 
         Raises ModelError when what drives the model is not given.
         """
-        driver = self.regressor.driven_by
-        if track is None and sound is not None and driver == "audio":
+        modality = self.regressor.input_modality
+        if track is None and sound is not None and modality == "audio":
             track = silence(sound.duration)
-        if track is None or (sound is None and driver != "phones"):
+        if track is None or (sound is None and modality != "phones"):
             kind = type(self.regressor).__module__.rpartition(".")[2]
-            raise ModelError(f"a model of kind {kind} needs {NEEDS[driver]}")
+            raise ModelError(f"a model of kind {kind} needs {NEEDS[modality]}")
         return self.regressor.predict(track, start + np.arange(frames) / fps, sound)
 
 

@@ -17,7 +17,7 @@ from phonanim.core.neural import layer_norm
 from phonanim.errors import ModelError
 
 if TYPE_CHECKING:
-    from phonanim.regressors._heard import Settings
+    from phonanim.regressors._audio import Settings
 
 Floats = NDArray[np.float32]
 

@@ -1,6 +1,6 @@
 """Decoders of the audio-driven regressors, run in NumPy: features of sound in, modes of the face out.
 
-Medina (2023), sections 3.2.1.1 and 4.2. `_torch_heard` trains the same layers under the same names.
+Medina (2023), sections 3.2.1.1 and 4.2. `_torch_audio` trains the same layers under the same names.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from phonanim.regressors._convolution import convolution_shapes, convolve
 from phonanim.regressors.lstm import recur
 
 if TYPE_CHECKING:
-    from phonanim.regressors._heard import Settings
+    from phonanim.regressors._audio import Settings
 
 Floats = NDArray[np.float32]
 Shapes = dict[str, tuple[int, ...]]

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from phonanim.encoders import RATE
 from phonanim.encoders.mfcc import Cepstra
 from phonanim.errors import ModelError
+from phonanim.regressors._audio import AudioRegressor, Floats, cached_encoder
 from phonanim.regressors._convolution import convolve_within, receptive_field, steps_before
 from phonanim.regressors._decoders import output
-from phonanim.regressors._heard import Floats, Heard, cached_encoder
 
 
 @dataclass(frozen=True)
-class Streamed(Heard):
+class Streamed(AudioRegressor):
     """A regressor of convolutions: each step is made from so many steps before it and so many after it."""
 
     @property

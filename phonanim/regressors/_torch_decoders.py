@@ -15,7 +15,7 @@ from phonanim.regressors._decoders import WIDER
 from phonanim.speech.inventory import N_PHONES
 
 if TYPE_CHECKING:
-    from phonanim.regressors._heard import Settings
+    from phonanim.regressors._audio import Settings
 
 Floats = NDArray[np.float32]
 

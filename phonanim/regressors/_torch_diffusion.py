@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from phonanim.regressors import CHECKPOINT, Examples, Progress
+from phonanim.regressors._audio import Settings, cached_encoder
 from phonanim.regressors._diffusion import POOLED, REACH, kept, masked, sample, waves
-from phonanim.regressors._heard import Settings, cached_encoder
 from phonanim.regressors._torch import seeded
+from phonanim.regressors._torch_audio import Scaling, State, Steps, batches, gathered, key_of, step
 from phonanim.regressors._torch_decoders import Recurrent
-from phonanim.regressors._torch_heard import Scaling, State, Steps, batches, gathered, key_of, step
 from phonanim.regressors.facediffuser import Config, FaceDiffuser
 
 Floats = NDArray[np.float32]

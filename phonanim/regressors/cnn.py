@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from phonanim.regressors._heard import Settings
+from phonanim.regressors._audio import Settings
 from phonanim.regressors._streamed import Streamed
 
 Decoder = Literal["mlp", "lstm", "gru", "transformer", "convolution"]

@@ -12,7 +12,7 @@ from phonanim.features.indicators import WIDTH
 from phonanim.features.inputs import STEP, inputs, n_features
 from phonanim.features.windows import predict_at
 from phonanim.media.audio import Sound
-from phonanim.regressors import Driver, Examples, Progress, Tensors
+from phonanim.regressors import Examples, InputModality, Progress, Tensors
 from phonanim.regressors._rows import cluster_table, training_rows
 from phonanim.speech.phones import PhoneTrack
 
@@ -55,7 +55,7 @@ class Network:
     networks: tuple[Layers, ...]
     clusters: NDArray[np.int8]
 
-    driven_by: ClassVar[Driver] = "phones"
+    input_modality: ClassVar[InputModality] = "phones"
     config_class: ClassVar[type] = Config
 
     def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:

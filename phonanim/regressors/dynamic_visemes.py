@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from phonanim.features.windows import TICK
 from phonanim.media.audio import Sound
-from phonanim.regressors import Driver, Examples, Progress, Tensors
+from phonanim.regressors import Examples, InputModality, Progress, Tensors
 from phonanim.speech.inventory import N_PHONES
 from phonanim.speech.phones import PhoneTrack
 
@@ -65,7 +65,7 @@ class Units:
     durations: NDArray[np.float32]
     joins: NDArray[np.float32]
 
-    driven_by: ClassVar[Driver] = "phones"
+    input_modality: ClassVar[InputModality] = "phones"
     config_class: ClassVar[type] = Config
 
     def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:

@@ -9,7 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.media.audio import Sound
-from phonanim.regressors import Driver, Examples, Progress, Regressor, Tensors, make_config, regressor_class
+from phonanim.regressors import (
+    Examples,
+    InputModality,
+    Progress,
+    Regressor,
+    Tensors,
+    make_config,
+    regressor_class,
+)
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
@@ -30,7 +38,7 @@ class Ensemble:
     members: tuple[Regressor, ...]
     weights: tuple[float, ...]
 
-    driven_by: ClassVar[Driver] = "phones"
+    input_modality: ClassVar[InputModality] = "phones"
     config_class: ClassVar[type] = Config
 
     def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:

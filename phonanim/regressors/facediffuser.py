@@ -24,8 +24,8 @@ from phonanim.core.neural import named
 from phonanim.encoders import Features
 from phonanim.errors import ModelError
 from phonanim.regressors import Examples, Progress, Tensors
+from phonanim.regressors._audio import AudioInput, check_sounds, fitting, identity_in
 from phonanim.regressors._diffusion import EMBEDDINGS, MASKS, absent, embed, noise_of, sample, shapes_of
-from phonanim.regressors._heard import Listener, check_sounds, fitting, identity_in
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -101,7 +101,7 @@ def _check_name(key: str, value: str, known: tuple[str, ...]) -> None:
 
 
 @dataclass(frozen=True)
-class FaceDiffuser(Listener):
+class FaceDiffuser(AudioInput):
     """A trained model: `centre` and `scale` (1, dims) of the features, `low` and `span` (modes,) of targets.
 
     `weights` are the network's (regressors/_diffusion.py), `identity` is the encoder's that it learned from.

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from phonanim.errors import MissingExtraError
 from phonanim.media.audio import Sound
-from phonanim.regressors import Driver, Examples, Progress, Tensors
+from phonanim.regressors import Examples, InputModality, Progress, Tensors
 from phonanim.speech.inventory import INVENTORY, N_PHONES
 from phonanim.speech.phones import PhoneTrack
 
@@ -69,7 +69,7 @@ class Trees:
     shares: NDArray[np.float32]
     share_variances: NDArray[np.float32]
 
-    driven_by: ClassVar[Driver] = "phones"
+    input_modality: ClassVar[InputModality] = "phones"
     config_class: ClassVar[type] = Config
 
     def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:

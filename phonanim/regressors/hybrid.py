@@ -1,4 +1,4 @@
-"""Sound and phones together: the models that hear (regressors/_heard.py), told what is said as well.
+"""Sound and phones together: the models that hear (regressors/_audio.py), told what is said as well.
 
 At every step the features of an encoder stand beside the phone context of phone-driven models
 (phonanim/features/context.py). Sound shows how a line was spoken. Phones show closures that make no sound,
@@ -18,8 +18,8 @@ from phonanim.errors import ModelError
 from phonanim.features.context import context_features
 from phonanim.features.inputs import CONTEXT
 from phonanim.media.audio import Sound
-from phonanim.regressors import Driver
-from phonanim.regressors._heard import Heard, Settings
+from phonanim.regressors import InputModality
+from phonanim.regressors._audio import AudioRegressor, Settings
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
@@ -52,10 +52,10 @@ class Beside(Features):
 
 
 @dataclass(frozen=True)
-class Hybrid(Heard):
+class Hybrid(AudioRegressor):
     """A trained model."""
 
-    driven_by: ClassVar[Driver] = "both"
+    input_modality: ClassVar[InputModality] = "both"
     config_class: ClassVar[type] = Config
 
     def predict(self, track: PhoneTrack | None, times: Array, sound: Sound | None = None) -> Floats:

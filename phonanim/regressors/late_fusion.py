@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from phonanim.regressors import Driver
+from phonanim.regressors import InputModality
 from phonanim.regressors.ensemble import Ensemble
 
 
@@ -17,7 +17,7 @@ from phonanim.regressors.ensemble import Ensemble
 class LateFusion(Ensemble):
     """An ensemble (its `members` are the same tables) that is given the recording as well."""
 
-    driven_by: ClassVar[Driver] = "both"
+    input_modality: ClassVar[InputModality] = "both"
 
 
 REGRESSOR = LateFusion

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from phonanim.features.inputs import STEP, inputs, n_features
 from phonanim.features.windows import TICK
 from phonanim.media.audio import Sound
-from phonanim.regressors import Driver, Examples, Progress, Tensors
+from phonanim.regressors import Examples, InputModality, Progress, Tensors
 from phonanim.regressors._rows import cluster_table
 from phonanim.speech.inventory import N_PHONES
 from phonanim.speech.phones import PhoneTrack
@@ -53,7 +53,7 @@ class Recurrent:
     weights: dict[str, Floats]
     clusters: NDArray[np.int8]
 
-    driven_by: ClassVar[Driver] = "phones"
+    input_modality: ClassVar[InputModality] = "phones"
     config_class: ClassVar[type] = Config
 
     def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> Floats:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from phonanim.regressors._heard import Heard, Settings
+from phonanim.regressors._audio import AudioRegressor, Settings
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Config(Settings):
 
 
 @dataclass(frozen=True)
-class PhISANet(Heard):
+class PhISANet(AudioRegressor):
     """A trained model."""
 
     config_class: ClassVar[type] = Config

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.media.audio import Sound
-from phonanim.regressors import Driver, Examples, Progress, Tensors
+from phonanim.regressors import Examples, InputModality, Progress, Tensors
 from phonanim.speech.inventory import N_PHONES
 from phonanim.speech.phones import PhoneTrack
 
@@ -30,7 +30,7 @@ class PhoneMean:
     config: Config
     means: NDArray[np.float32]
 
-    driven_by: ClassVar[Driver] = "phones"
+    input_modality: ClassVar[InputModality] = "phones"
     config_class: ClassVar[type] = Config
 
     def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.media.audio import Sound
-from phonanim.regressors import Driver, Examples, Progress, Tensors
+from phonanim.regressors import Examples, InputModality, Progress, Tensors
 from phonanim.speech.gestures import GESTURES, split_parts
 from phonanim.speech.phones import PhoneTrack
 
@@ -53,7 +53,7 @@ class Procedural:
     rest: NDArray[np.float32]
     core: NDArray[np.float32]
 
-    driven_by: ClassVar[Driver] = "phones"
+    input_modality: ClassVar[InputModality] = "phones"
     config_class: ClassVar[type] = Config
 
     def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:

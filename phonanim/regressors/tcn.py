@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from phonanim.regressors._heard import Settings
+from phonanim.regressors._audio import Settings
 from phonanim.regressors._streamed import Streamed
 from phonanim.regressors.cnn import Decoder
 

@@ -12,7 +12,7 @@ from phonanim.errors import MissingExtraError
 from phonanim.features.inputs import STEP, inputs
 from phonanim.features.windows import predict_at
 from phonanim.media.audio import Sound
-from phonanim.regressors import Driver, Examples, Progress, Tensors
+from phonanim.regressors import Examples, InputModality, Progress, Tensors
 from phonanim.regressors._rows import cluster_table, training_rows
 from phonanim.speech.phones import PhoneTrack
 
@@ -53,7 +53,7 @@ class Forest:
     values: NDArray[np.float32]
     clusters: NDArray[np.int8]
 
-    driven_by: ClassVar[Driver] = "phones"
+    input_modality: ClassVar[InputModality] = "phones"
     config_class: ClassVar[type] = Config
 
     def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:

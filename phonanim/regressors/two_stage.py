@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from phonanim.regressors._heard import Heard, Settings
+from phonanim.regressors._audio import AudioRegressor, Settings
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Config(Settings):
 
 
 @dataclass(frozen=True)
-class TwoStage(Heard):
+class TwoStage(AudioRegressor):
     """A trained model."""
 
     config_class: ClassVar[type] = Config

@@ -52,12 +52,12 @@ class PhoneStream:
         refuse_what_needs_the_whole(self.options)
         self.model = load_model(self.options.model)
         self.rig = load_cached_rig(self.options.rig)
-        driver = self.model.regressor.driven_by
-        if driver == "both":
+        modality = self.model.regressor.input_modality
+        if modality == "both":
             raise OptionError(
-                f"model {self.options.model} needs {NEEDS[driver]}, and cannot be streamed; choose another"
+                f"model {self.options.model} needs {NEEDS[modality]}, and cannot be streamed; choose another"
             )
-        if driver == "audio":
+        if modality == "audio":
             raise OptionError(f"model {self.options.model} hears; stream audio to it instead of phones")
 
     @property

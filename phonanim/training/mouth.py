@@ -70,7 +70,7 @@ def fit_mouth(
 ) -> Mouth:
     """Train on the training clips of a corpus, by the steps of `training.fit_recipe`."""
     kind = regressor_class(recipe.kind)
-    if kind.driven_by != "phones":
+    if kind.input_modality != "phones":
         raise ModelError(
             f"{config}: a mouth is drawn from phones and {recipe.kind} hears; choose another kind"
         )

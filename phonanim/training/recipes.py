@@ -105,7 +105,7 @@ def fit_recipe(
     face = face or fit_face(corpus.landmarks[corpus.rows(clips)], corpus.indices)
     shuffled = rng.permutation(clips)
     n_held_out = round(recipe.validation * len(clips))
-    heard = regressor_class(recipe.kind).driven_by != "phones"
+    heard = regressor_class(recipe.kind).input_modality != "phones"
     held_out = examples(corpus, face, np.sort(shuffled[:n_held_out]), heard)
     recordings = examples(corpus, face, np.sort(shuffled[n_held_out:]), heard)
     if recipe.teacher:
@@ -204,7 +204,7 @@ def _natural_lines(teacher: Teacher, config: Path, rng: np.random.Generator) -> 
 
 def predict_clip(regressor: Regressor, corpus: Corpus, clip: int) -> NDArray[np.float32]:
     """Modes of one clip at its mid-exposure instants, -> (frames, modes). Raises AudioError."""
-    sound = None if regressor.driven_by == "phones" else read_sound(corpus.audio[clip])
+    sound = None if regressor.input_modality == "phones" else read_sound(corpus.audio[clip])
     return regressor.predict(corpus.tracks[clip], corpus.times(clip), sound)
 
 

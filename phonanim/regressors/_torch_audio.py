@@ -18,14 +18,21 @@ from torch import Tensor
 
 from phonanim.core.files import atomic_path, write_text
 from phonanim.regressors import CHECKPOINT, Examples, Progress
+from phonanim.regressors._audio import (
+    AudioInput,
+    AudioRegressor,
+    Settings,
+    at_steps,
+    cached_encoder,
+    step_times,
+)
 from phonanim.regressors._decoders import decode
-from phonanim.regressors._heard import Heard, Listener, Settings, at_steps, cached_encoder, step_times
 from phonanim.regressors._torch import seeded
 from phonanim.regressors._torch_decoders import Network, exported
 from phonanim.speech.inventory import N_PHONES
 
 Floats = NDArray[np.float32]
-Model = TypeVar("Model", bound=Heard)
+Model = TypeVar("Model", bound=AudioRegressor)
 LONGEST_STEP = 1.0  # norm of a gradient, beyond which it is shortened: recurrent ones explode
 BLANK = N_PHONES  # the label of connectionist temporal classification that stands for no phone
 CURVE = "loss.csv"
@@ -52,7 +59,7 @@ class Steps:
         return np.cumsum(self.lengths) - self.lengths
 
 
-def gathered(kind: type[Listener], config: Any, examples: Examples) -> Steps:
+def gathered(kind: type[AudioInput], config: Any, examples: Examples) -> Steps:
     """What a kind of model hears in examples, and what is to be learned from it, at the model's steps."""
     values, targets, codes, segments = [], [], [], []
     for track, times, target, sound in zip(
@@ -100,7 +107,7 @@ class Scaling:
         return cls(*(np.asarray(part, np.float32) for part in (centre, scale, low, span)))
 
 
-def fit_heard(
+def fit_audio(
     build: type[Model],
     config: Settings,
     train: Examples,
@@ -222,7 +229,7 @@ def step(network: Network, optimizer: Any, total: Tensor) -> float:
     return float(total.detach())
 
 
-def error_of(model: Heard, steps: Steps | None) -> float:
+def error_of(model: AudioRegressor, steps: Steps | None) -> float:
     """Mean square error of whole clips in mm² a landmark coordinate's mode, 0 when there are none."""
     if steps is None:
         return 0.0

@@ -16,7 +16,7 @@ from phonanim.encoders import Encoder, Features, encode, load_encoder
 from phonanim.encoders.phones import of_track
 from phonanim.errors import ModelError
 from phonanim.media.audio import Sound
-from phonanim.regressors import Driver, Examples, Progress, Tensors
+from phonanim.regressors import Examples, InputModality, Progress, Tensors
 from phonanim.regressors._decoders import Shapes, decode, decoder_shapes
 from phonanim.speech.phones import PhoneTrack
 
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 FIRST = 0.02  # seconds: the middle of the first frame of 25 fps video is a step, at 25 and at 50 Hz
 CHUNK, AROUND = 60.0, 3.0  # seconds decoded at a time, and heard before and after them
-Self = TypeVar("Self", bound="Heard")
+Self = TypeVar("Self", bound="AudioRegressor")
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Settings:
     patience: int = 10
 
 
-class Listener(ABC):
+class AudioInput(ABC):
     """What all regressors that hear share: a sound is encoded, and its steps are decoded by stretches.
 
     `config` has `encoder` and `rate`, `identity` is that of the encoder that the model learned from.
@@ -75,7 +75,7 @@ class Listener(ABC):
     config: Any
     identity: str
 
-    driven_by: ClassVar[Driver] = "audio"
+    input_modality: ClassVar[InputModality] = "audio"
     resumable: ClassVar[bool] = True
 
     def predict(self, track: PhoneTrack | None, times: Array, sound: Sound | None = None) -> Floats:
@@ -124,7 +124,7 @@ class Listener(ABC):
 
 
 @dataclass(frozen=True)
-class Heard(Listener):
+class AudioRegressor(AudioInput):
     """A trained model: `centre` and `scale` (layers, dims) of the features, `mix` (layers,) if all take part.
 
     `weights` are the decoder's (regressors/_decoders.py), `identity` is the encoder's that it learned from.
@@ -185,10 +185,10 @@ class Heard(Listener):
         With a folder as `journal`, the state after each epoch is kept there, and training goes on from
         it; loss.csv beside it has the errors. Raises ModelError when the examples have no sounds.
         """
-        from phonanim.regressors._torch_heard import fit_heard
+        from phonanim.regressors._torch_audio import fit_audio
 
         check_sounds(train)
-        return fit_heard(cls, config, train, validation, rng, progress, journal)
+        return fit_audio(cls, config, train, validation, rng, progress, journal)
 
 
 def check_sounds(examples: Examples) -> None:
