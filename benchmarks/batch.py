@@ -31,8 +31,9 @@ one_thread()  # before NumPy is imported, as in a worker
 from phonanim.dubbing.job import Job  # noqa: E402
 from phonanim.dubbing.line import Line  # noqa: E402
 from phonanim.dubbing.make import make  # noqa: E402
+from phonanim.inputs.alignment import read_alignment  # noqa: E402
 from phonanim.options import DEFAULTS  # noqa: E402
-from phonanim.speech.alignment import Interval, read_alignment  # noqa: E402
+from phonanim.speech.alignment import Interval  # noqa: E402
 from phonanim.speech.textgrid import write_textgrid  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -2,9 +2,9 @@
 
     python benchmarks/fuzz.py [--count 20000] [--seconds 600] [--seed 0]
 
-The files are mutants of tests/alignment_samples.py, which has a sample of every reader; one in ten is made by
-hypothesis from nothing. The same seed gives the same files. Prints how they ended, the slowest, the most
-memory, and every fault with its file, kept in a temporary folder. Exit code 1 when there is a fault: a
+The files are mutants of tests/support/alignment_samples.py, which has a sample of every reader; one in ten is
+made by hypothesis from nothing. The same seed gives the same files. Prints how they ended, the slowest, the
+most memory, and every fault with its file, kept in a temporary folder. Exit code 1 when there is a fault: a
 traceback, more than a line, a track whose times do not rise, more than 10 s, or more than 1 GB in all.
 """
 
@@ -28,12 +28,12 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "support")]
 
 from alignment_samples import SAMPLES, WORD_LISTS  # noqa: E402 - the folder of tests is no package
 
 from phonanim.errors import PhonanimError  # noqa: E402
-from phonanim.speech.alignment import read_alignment  # noqa: E402
+from phonanim.inputs.alignment import read_alignment  # noqa: E402
 from phonanim.speech.language import to_phones  # noqa: E402
 
 HANG = 10  # seconds

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_scoring import speaking
+from animations import speaking
 
 from phonanim.__main__ import run as run_phonanim
 from phonanim.animation.animation import Animation

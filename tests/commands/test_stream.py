@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_stream_sound import made_up_model, speech
+from streams import made_up_model, speech
 
 from phonanim.__main__ import run
 from phonanim.errors import AudioError, MissingExtraError, StreamError

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from faces import head_face
 from films import COLUMNS, ROWS, fake_tracker, head_shape, make_film
-from pictured import pictured_face
-from test_aam import a_pose, photograph
+from pictured import a_pose, photograph, pictured_face
 
 from phonanim.corpus.corpus import PUPILS, RIGID
 from phonanim.corpus.tracking import (

@@ -66,10 +66,10 @@ def test_a_line_that_kills_every_worker_fails_and_the_rest_is_done(tmp_path, wor
     assert sorted(done) == ["a", "b", "c", "die"]
 
 
-def test_workers_end_when_their_parent_is_killed(tmp_path):
+def test_workers_end_when_their_parent_is_killed(tmp_path, root):
     code = (
         "import sys, os; from pathlib import Path; sys.path[:0] = sys.argv[2:]\n"
-        "import test_dubbing_processes as t\n"
+        "from tests.dubbing import test_processes as t\n"
         "if __name__ == '__main__':\n"
         "    folder = Path(sys.argv[1])\n"
         "    for result in t.run_jobs((t.job(str(n), folder) for n in range(10**6)), t.work, 2):\n"
@@ -77,8 +77,7 @@ def test_workers_end_when_their_parent_is_killed(tmp_path):
     )
     script = tmp_path / "run.py"
     script.write_text(code)
-    here = Path(__file__).resolve().parent
-    command = [sys.executable, str(script), str(tmp_path), str(here), str(here.parent)]
+    command = [sys.executable, str(script), str(tmp_path), str(root)]
     parent = subprocess.Popen(command, stdout=subprocess.PIPE)
     workers = {int(parent.stdout.readline()) for _ in range(10)}
     parent.kill()

@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from animations import speaking
 
 from phonanim.animation.animation import Animation
 from phonanim.errors import EvaluationError
@@ -17,12 +18,6 @@ from phonanim.speech.phones import PhoneTrack
 SAID = PhoneTrack(
     INVENTORY.codes(("sil", "aa", "p", "aa", "f")), np.array([0, 0.2, 0.8, 1, 1.5, 2]), ("",) * 5
 )
-
-
-def speaking(fps=30.0, late=0.0, channels=("jawOpen", "mouthPucker"), seconds=2.0):
-    times = np.arange(round(seconds * fps)) / fps - late
-    curves = [0.3 + 0.3 * np.sin(9 * times), 0.2 + 0.2 * np.sin(5 * times)]
-    return Animation(np.array(curves, np.float32).T, channels, fps, "arkit")
 
 
 def mesh(fps=30.0, vertices=50, seed=0):

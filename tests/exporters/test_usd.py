@@ -147,7 +147,8 @@ except Exception as error:
 
 @pytest.mark.skipif(os.name != "posix", reason="needs limits on the size of files")
 def test_a_full_temporary_folder(tmp_path, root):
-    code = LIMITED.format(tests=str(root / "tests"), root=str(root), path=str(tmp_path / "a.usdc"))
+    support, path = str(root / "tests" / "support"), str(tmp_path / "a.usdc")
+    code = LIMITED.format(tests=support, root=str(root), path=path)
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout
     assert re.match(r"OutputError .*a\.usdc: the USD library cannot write to .*; free space there", said)
     assert not list(tmp_path.iterdir())

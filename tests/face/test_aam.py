@@ -6,29 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pictured import pictured_face, skin
+from pictured import a_pose, photograph, pictured_face, skin
 
 from phonanim.core.search import correlation_map, first_guesses, shrunk
 from phonanim.face.aam import Fitter, Pose, build_fitter, search, track
-from phonanim.face.appearance import LUMA
 from phonanim.face.warp import sample
 
 
 @pytest.fixture(scope="module")
 def fitter() -> Fitter:
     return build_fitter(pictured_face())
-
-
-def a_pose(fitter: Fitter, seed: int = 3, scale: float = 1.3) -> Pose:
-    rng = np.random.default_rng(seed)
-    return Pose(np.array([scale, 0.04, 70.0, 55.0]), rng.normal(0, 0.7, len(fitter.start)))
-
-
-def photograph(fitter: Fitter, pose: Pose) -> np.ndarray:
-    """A grey picture of the face in a pose before a patterned wall."""
-    wall = skin(np.random.default_rng(9), 110, 150).astype(np.uint8)
-    drawn = fitter.model.mesh.draw(fitter.model.mean_texture, fitter.points(pose), wall)
-    return drawn.astype(np.float32) @ LUMA
 
 
 def test_a_pose_nearby_is_found(fitter: Fitter) -> None:

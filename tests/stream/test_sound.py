@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from streams import made_up_model, speech
 
 from phonanim.animation.rates import frame_count
 from phonanim.animation.style import dial
@@ -15,48 +15,15 @@ from phonanim.errors import MissingExtraError, OptionError, StreamError
 from phonanim.media.audio import Sound
 from phonanim.options import Options
 from phonanim.pipeline import load_cached_rig, load_model
-from phonanim.regressors import Model, regressor_class, save
-from phonanim.regressors._convolution import convolution_shapes
 from phonanim.rig.retarget import retarget
 from phonanim.stream.events import Phone, Samples
 from phonanim.stream.sound import SoundStream
-
-
-def made_up_model(folder: Path, kind: str, **more: Any) -> Path:
-    """A network of random weights, on the shipped face."""
-    face = load_model("default").face
-    rng = np.random.default_rng(0)
-    found: Any = regressor_class(kind)
-    plain = found.config_class()
-    config = found.config_class(channels=(16,) * len(plain.kernels), **more)
-    shapes, last = convolution_shapes(config, 27)
-    shapes |= {"output": (last, len(face.std)), "output_bias": (len(face.std),)}
-    weights = {n: rng.normal(0, 1 / np.sqrt(np.prod(s[:-1]) or 1), s) for n, s in shapes.items()}
-    weights["output"] *= 20  # mm, so that the mouth moves
-    regressor = found(
-        config,
-        np.zeros((1, 27), np.float32),
-        np.full((1, 27), 0.1, np.float32),
-        np.zeros(1, np.float32),
-        {n: w.astype(np.float32) for n, w in weights.items()},
-        "mfcc 27 of 640, no slopes",
-    )
-    save(Model(regressor, face, {"fps": 25.0}), folder)
-    return folder
 
 
 @pytest.fixture(scope="module", params=["cnn", "tcn"])
 def options(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Options:
     folder = made_up_model(tmp_path_factory.mktemp("models") / request.param, request.param)
     return Options(model=str(folder), jaw=1.2)
-
-
-def speech(seconds: float, rate: int = RATE) -> np.ndarray:
-    """Noise that grows and fades."""
-    n = round(seconds * rate)
-    noise = np.random.default_rng(0).normal(0, 0.2, round(seconds * RATE) + 1)
-    drawn = np.interp(np.arange(n) / rate * RATE, np.arange(len(noise)), noise)
-    return (drawn * np.sin(np.arange(n) / rate * 9) ** 2).astype(np.float32)
 
 
 def whole(samples: np.ndarray, options: Options, rate: int = RATE) -> np.ndarray:

@@ -51,3 +51,15 @@ def metahuman(**options: float) -> Animation:
     animation = line(**options)
     names = tuple(f"CTRL_expressions_{name}" for name in animation.channels)
     return replace(animation, channels=names, rig="metahuman")
+
+
+def speaking(
+    fps: float = 30.0,
+    late: float = 0.0,
+    channels: tuple[str, ...] = ("jawOpen", "mouthPucker"),
+    seconds: float = 2.0,
+) -> Animation:
+    """Two ARKit controls that open and purse, `late` seconds behind."""
+    times = np.arange(round(seconds * fps)) / fps - late
+    curves = [0.3 + 0.3 * np.sin(9 * times), 0.2 + 0.2 * np.sin(5 * times)]
+    return Animation(np.array(curves, np.float32).T, channels, fps, "arkit")

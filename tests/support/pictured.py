@@ -8,7 +8,8 @@ import numpy as np
 from faces import head_face
 
 from phonanim.corpus.pictures import Settings, fit_model
-from phonanim.face.appearance import AppearanceModel, appearance_mesh, reference_shape
+from phonanim.face.aam import Fitter, Pose
+from phonanim.face.appearance import LUMA, AppearanceModel, appearance_mesh, reference_shape
 
 PIXEL = 2.5  # mm
 
@@ -42,3 +43,16 @@ def texture_points(model: AppearanceModel, scale: float = 1.0) -> np.ndarray:
     """The mesh's landmarks of the reference shape, centred, (n, 2) pixels."""
     flat = reference_shape(model.face)[model.rows, :2] * np.array([1.0, -1.0]) / model.pixel * scale
     return flat - flat.mean(axis=0)
+
+
+def a_pose(fitter: Fitter, seed: int = 3, scale: float = 1.3) -> Pose:
+    """A face of random modes, turned a little, near the middle of 150 x 110 pixels."""
+    rng = np.random.default_rng(seed)
+    return Pose(np.array([scale, 0.04, 70.0, 55.0]), rng.normal(0, 0.7, len(fitter.start)))
+
+
+def photograph(fitter: Fitter, pose: Pose) -> np.ndarray:
+    """A grey picture of the face in a pose before a patterned wall."""
+    wall = skin(np.random.default_rng(9), 110, 150).astype(np.uint8)
+    drawn = fitter.model.mesh.draw(fitter.model.mean_texture, fitter.points(pose), wall)
+    return drawn.astype(np.float32) @ LUMA
