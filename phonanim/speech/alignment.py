@@ -1,53 +1,35 @@
-"""Alignments: labelled stretches of time, as an aligner or a phonetician wrote them."""
+"""Alignments: the phones of one recording, as an aligner or a phonetician wrote them."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from phonanim.speech.alignment_file import brief
+from phonanim.speech.alignment_file import AlignmentFile, brief
+from phonanim.speech.intervals import (
+    ROUNDING,
+    Interval,
+    Recording,
+    Tier,
+    pack_intervals,
+    unpack_intervals,
+)
+from phonanim.speech.pronunciations import spell_out
+from phonanim.speech.textgrid import textgrid_from, tiers_of
+from phonanim.speech.tiers import phone_tier, word_tier
 
-ROUNDING = 1e-3
-"""Seconds. Aligners write milliseconds at best; narrower gaps and overlaps come from rounding."""
+if TYPE_CHECKING:
+    from praatio.data_classes.textgrid import Textgrid
 
+__all__ = ["ROUNDING", "Alignment", "Interval", "Recording", "Tier", "pack_intervals", "unpack_intervals"]
 
-@dataclass(frozen=True, slots=True)
-class Interval:
-    """One label from `start` to `end`, in seconds."""
+MAX_DURATION = 7200.0
+"""Seconds. More is a wrong unit of time or a whole session: two hours at 60 fps are 432,000 frames."""
 
-    label: str
-    start: float
-    end: float
-
-
-@dataclass(frozen=True, slots=True)
-class Tier:
-    """One row of intervals; `number` counts from 1 as the program shows it that wrote the file.
-
-    `speaker` is who speaks, where the format says so apart from the name.
-    """
-
-    name: str
-    intervals: tuple[Interval, ...]
-    number: int = 1
-    speaker: str = ""
-
-    def __str__(self) -> str:
-        return f'{self.number} "{brief(self.name)}"'
-
-
-@dataclass(frozen=True, slots=True)
-class Recording:
-    """Everything that an alignment file holds: its interval tiers, and its first and last instant in s.
-
-    `notes` say what the reader had to assume; `language` is that of the labels where the format fixes it.
-    """
-
-    tiers: tuple[Tier, ...]
-    start: float
-    end: float
-    notes: tuple[str, ...] = ()
-    language: str = ""
+LATE_START = 1.0
+"""Seconds. A file that starts later was cut out of a longer recording, and so was its audio."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +52,106 @@ class Alignment:
     notes: tuple[str, ...] = ()
     language: str = ""
 
+    @classmethod
+    def from_recording(
+        cls,
+        recording: Recording,
+        source: AlignmentFile,
+        tier: str | None = None,
+        speaker: str | None = None,
+        lexicon: Path | str | None = None,
+    ) -> Alignment:
+        """The phones of a recording. The arguments and errors are those of `read_alignment`."""
+        if lexicon is not None:
+            recording = spell_out(recording, Path(lexicon), source)
+        phones = phone_tier(recording, tier, speaker, source)
+        words = word_tier(recording, phones)
+        offset = _offset(recording, source)
+        intervals = _checked(phones, offset, source)
+        ends = [recording.end - offset, *(interval.end for interval in intervals[-1:])]
+        return cls(
+            intervals=intervals,
+            duration=_duration(max(ends), source),
+            tier=phones.name,
+            source=source.name,
+            words=_checked(words, offset, source) if words else (),
+            offset=offset,
+            notes=recording.notes + _shifted(offset),
+            language=recording.language,
+        )
 
-def pack_intervals(intervals: tuple[Interval, ...]) -> list[list[Any]]:
-    """Intervals as lists [label, start, end], for JSON."""
-    return [[interval.label, interval.start, interval.end] for interval in intervals]
+    @classmethod
+    def from_praatio(
+        cls,
+        textgrid: Textgrid,
+        tier: str | None = None,
+        speaker: str | None = None,
+        lexicon: Path | str | None = None,
+        source: str = "TextGrid",
+    ) -> Alignment:
+        """The phones of a praatio `Textgrid`, as `read_alignment` finds them in a file.
+
+        `source` names the TextGrid in messages. Raises AlignmentError as `read_alignment` does.
+        """
+        origin = AlignmentFile(source, source, b"")
+        return cls.from_recording(tiers_of(textgrid), origin, tier, speaker, lexicon)
+
+    def to_praatio(self) -> Textgrid:
+        """A praatio `Textgrid` with the words, where there are any, and the phones, on the file's clock."""
+        tiers = {"words": self.words} if self.words else {}
+        tiers[self.tier or "phones"] = self.intervals
+        moved = {
+            name: [Interval(one.label, one.start + self.offset, one.end + self.offset) for one in intervals]
+            for name, intervals in tiers.items()
+        }
+        return textgrid_from(moved, self.offset, self.offset + self.duration)
 
 
-def unpack_intervals(items: list[list[Any]]) -> tuple[Interval, ...]:
-    """The inverse of `pack_intervals`. Raises TypeError or ValueError where an item is not one."""
-    return tuple(Interval(str(label), float(start), float(end)) for label, start, end in items)
+def _shifted(offset: float) -> tuple[str, ...]:
+    return (f"times are counted from {offset:g} s, where the file starts",) if offset else ()
+
+
+def _offset(recording: Recording, source: AlignmentFile) -> float:
+    if not (math.isfinite(recording.start) and math.isfinite(recording.end)):
+        raise source.error(f"starts at {recording.start} s and ends at {recording.end} s; correct its header")
+    if recording.start < -ROUNDING:
+        raise source.error(f"starts at {recording.start:g} s, before 0; shift its times to zero")
+    return recording.start if recording.start >= LATE_START else 0.0
+
+
+def _duration(seconds: float, source: AlignmentFile) -> float:
+    if seconds > MAX_DURATION:
+        hours = f"{seconds / 3600:.1f} hours long, over the limit of {MAX_DURATION / 3600:.0f}"
+        raise source.error(f"is {hours}; split it, or correct its unit of time")
+    if seconds < ROUNDING:
+        raise source.error("has no duration; align the recording again")
+    return seconds
+
+
+def _checked(tier: Tier, offset: float, source: AlignmentFile) -> tuple[Interval, ...]:
+    """The intervals on a clock that starts at `offset`, in order and without overlap."""
+    checked: list[Interval] = []
+    last_end = 0.0
+    for number, interval in enumerate(tier.intervals, 1):
+        if interval.start == interval.end and not interval.label:
+            continue  # says nothing about any time
+        start, end = interval.start - offset, interval.end - offset
+        if fault := _fault(start, end, last_end):
+            place = f'tier "{brief(tier.name)}", interval {number} "{brief(interval.label)}"'
+            raise source.error(f"{place} from {interval.start:g} to {interval.end:g} s: {fault}")
+        start = start if start - last_end > ROUNDING else last_end
+        checked.append(Interval(interval.label, start, end))
+        last_end = end
+    return tuple(checked)
+
+
+def _fault(start: float, end: float, last_end: float) -> str:
+    if not (math.isfinite(start) and math.isfinite(end)):
+        return "its time is not a number; correct it"
+    if end < start:
+        return "ends before it starts; swap its times"
+    if start < last_end - ROUNDING:
+        return "overlaps the one before it" if last_end else "starts before the file; shift the times"
+    if end <= max(start, last_end):
+        return "has no length; remove it or give it one"
+    return ""

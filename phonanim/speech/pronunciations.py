@@ -9,8 +9,8 @@ from functools import lru_cache
 from pathlib import Path
 
 from phonanim.errors import AlignmentError
-from phonanim.speech.alignment import Interval, Recording, Tier
 from phonanim.speech.alignment_file import AlignmentFile, brief
+from phonanim.speech.intervals import Interval, Recording, Tier
 from phonanim.speech.labels import is_silent
 from phonanim.speech.tiers import PHONE_NAMES, WORD_NAMES, by_name, who
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from phonanim.speech.alignment import ROUNDING
+from phonanim.speech.intervals import ROUNDING
 from phonanim.speech.inventory import INVENTORY, SILENCE
 from phonanim.speech.phones import PhoneTrack
 

@@ -1,70 +1,60 @@
-"""Write Praat TextGrids (long text format)."""
+"""Praat TextGrids by praatio: its objects from tiers and back, and files.
+
+praatio is imported when a TextGrid is made: reading one, as most commands do, needs none of it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from phonanim.core.files import write_text
-from phonanim.speech.alignment import Interval
+from phonanim.core.files import atomic_path
+from phonanim.errors import OutputError
+from phonanim.speech.intervals import Interval, Recording, Tier
+
+if TYPE_CHECKING:
+    from praatio.data_classes.textgrid import Textgrid
 
 
 def write_textgrid(path: Path, tiers: Mapping[str, Sequence[Interval]], duration: float) -> None:
-    """Write interval tiers, gaps filled with empty labels, whole or not at all. Raises OutputError."""
-    lines = [
-        'File type = "ooTextFile"',
-        'Object class = "TextGrid"',
-        "",
-        *_span(duration, ""),
-        "tiers? <exists>",
-        f"size = {len(tiers)}",
-        "item []:",
-    ]
-    for number, (name, intervals) in enumerate(tiers.items(), start=1):
-        lines += _tier(number, name, fill_gaps(intervals, duration), duration)
-    write_text(path, "\n".join(lines) + "\n")
+    """Write interval tiers from 0 to `duration` seconds in Praat's long text format, whole or not at all.
+
+    Gaps are filled with empty labels. Raises OutputError when intervals overlap, or when the file cannot be
+    written.
+    """
+    from praatio.utilities.errors import PraatioException
+
+    try:
+        textgrid = textgrid_from(tiers, 0.0, duration)
+    except PraatioException as error:
+        reason = " ".join(str(error).split())
+        raise OutputError(f"{path}: makes no TextGrid: {reason}; correct the times") from error
+    with atomic_path(path) as partial:
+        textgrid.save(str(partial), "long_textgrid", includeBlankSpaces=True, reportingMode="silence")
 
 
-def fill_gaps(intervals: Sequence[Interval], duration: float) -> list[Interval]:
-    """The same intervals with empty labels between them, from 0 to the duration in seconds."""
-    filled, last = [], 0.0
-    for interval in intervals:
-        if interval.start > last:
-            filled.append(Interval("", last, interval.start))
-        filled.append(interval)
-        last = interval.end
-    if last < duration:
-        filled.append(Interval("", last, duration))
-    return filled
+def textgrid_from(tiers: Mapping[str, Sequence[Interval]], start: float, end: float) -> Textgrid:
+    """A praatio `Textgrid` of interval tiers, from `start` to `end` seconds or as far as they reach.
+
+    Raises praatio's TextgridStateError when intervals of a tier overlap or have no length.
+    """
+    from praatio.data_classes.interval_tier import IntervalTier
+    from praatio.data_classes.textgrid import Textgrid
+
+    start, end = float(start), float(end)  # praatio writes the repr of what it is given
+    textgrid = Textgrid(start, end)
+    for name, intervals in tiers.items():
+        entries = [(interval.start, interval.end, interval.label) for interval in intervals]
+        textgrid.addTier(IntervalTier(name, entries, start, end), reportingMode="silence")
+    return textgrid
 
 
-def _tier(number: int, name: str, intervals: Sequence[Interval], duration: float) -> list[str]:
-    lines = [
-        f"    item [{number}]:",
-        '        class = "IntervalTier"',
-        f"        name = {_quote(name)}",
-        *_span(duration, " " * 8),
-        f"        intervals: size = {len(intervals)}",
-    ]
-    for index, interval in enumerate(intervals, start=1):
-        lines += [
-            f"        intervals [{index}]:",
-            f"            xmin = {_number(interval.start)}",
-            f"            xmax = {_number(interval.end)}",
-            f"            text = {_quote(interval.label)}",
-        ]
-    return lines
-
-
-def _span(duration: float, indent: str) -> list[str]:
-    return [f"{indent}xmin = 0", f"{indent}xmax = {_number(duration)}"]
-
-
-def _number(seconds: float) -> str:
-    """Seconds to the microsecond, without trailing noughts."""
-    return f"{seconds:.6f}".rstrip("0").rstrip(".")
-
-
-def _quote(text: str) -> str:
-    """Praat doubles the quotation marks inside a string."""
-    return '"' + text.replace('"', '""') + '"'
+def tiers_of(textgrid: Textgrid) -> Recording:
+    """The interval tiers of a praatio `Textgrid`, with their numbers in it; point tiers are passed over."""
+    tiers = tuple(
+        Tier(tier.name, tuple(Interval(label, start, end) for start, end, label in tier.entries), number)
+        for number, tier in enumerate(textgrid.tiers, 1)
+        if tier.tierType == "IntervalTier"
+    )
+    return Recording(tiers, textgrid.minTimestamp, textgrid.maxTimestamp)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from phonanim.speech.alignment import Recording, Tier
 from phonanim.speech.alignment_file import AlignmentFile, brief
+from phonanim.speech.intervals import Recording, Tier
 
 # Best first: a file may hold MAU (what was said) beside a broader `segments`.
 PHONE_NAMES = (
@@ -100,7 +100,7 @@ def by_name(tiers: Iterable[Tier], names: tuple[str, ...]) -> list[Tier]:
 
 def _by_content(tiers: Iterable[Tier]) -> list[Tier]:
     """The tier whose labels a language knows best, if it knows most of them."""
-    from phonanim.speech.language import recognized
+    from phonanim.speech.language_choice import recognized
 
     shares = [(recognized(_labels(tier)), tier) for tier in tiers if _labels(tier)]
     best = max((share for share, _ in shares), default=0.0)

@@ -1,0 +1,60 @@
+"""Labelled stretches of time, and the tiers and recordings that they make up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from phonanim.speech.alignment_file import brief
+
+ROUNDING = 1e-3
+"""Seconds. Aligners write milliseconds at best; narrower gaps and overlaps come from rounding."""
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """One label from `start` to `end`, in seconds."""
+
+    label: str
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, slots=True)
+class Tier:
+    """One row of intervals; `number` counts from 1 as the program shows it that wrote the file.
+
+    `speaker` is who speaks, where the format says so apart from the name.
+    """
+
+    name: str
+    intervals: tuple[Interval, ...]
+    number: int = 1
+    speaker: str = ""
+
+    def __str__(self) -> str:
+        return f'{self.number} "{brief(self.name)}"'
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """Everything that an alignment file holds: its interval tiers, and its first and last instant in s.
+
+    `notes` say what the reader had to assume; `language` is that of the labels where the format fixes it.
+    """
+
+    tiers: tuple[Tier, ...]
+    start: float
+    end: float
+    notes: tuple[str, ...] = ()
+    language: str = ""
+
+
+def pack_intervals(intervals: tuple[Interval, ...]) -> list[list[Any]]:
+    """Intervals as lists [label, start, end], for JSON."""
+    return [[interval.label, interval.start, interval.end] for interval in intervals]
+
+
+def unpack_intervals(items: list[list[Any]]) -> tuple[Interval, ...]:
+    """The inverse of `pack_intervals`. Raises TypeError or ValueError where an item is not one."""
+    return tuple(Interval(str(label), float(start), float(end)) for label, start, end in items)

@@ -1,0 +1,46 @@
+"""Which language the labels of an alignment are of, by the labels alone."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+
+from phonanim.speech.labels import Language, is_silent, language_names, load_language
+
+FIRST_TRIED = ("english", "ipa", "sampa", "mandarin", "japanese")
+"""`auto` takes the first language that knows every label, so the commonest stand first."""
+
+ENOUGH = 0.75
+"""Share of labels that makes a file ARPAbet in spite of others: SAMPA can read almost any letters, so one
+mistyped label must not turn a file into it. Real files of other alphabets stay below 0.7."""
+
+
+def choose_language(labels: Iterable[str]) -> Language:
+    """The first language that lists all labels or whose alphabet has them, else the one that has most.
+
+    ARPAbet is content with most.
+
+    A language with a list of its own is judged by that list: else every IPA label would be English.
+    """
+    counts = Counter(label for label in labels if not is_silent(label))
+    best, best_share = load_language(FIRST_TRIED[0]), -1.0
+    for name in dict.fromkeys((*FIRST_TRIED, *language_names())):
+        language = load_language(name)
+        share = _share(language, counts)
+        if share == 1.0 or (name == FIRST_TRIED[0] and share >= ENOUGH):
+            return language
+        if share > best_share:
+            best, best_share = language, share
+    return best
+
+
+def recognized(labels: Iterable[str]) -> float:
+    """The largest share of labels that any one language knows as phones; 0 when nothing is spoken."""
+    spoken = Counter(label for label in labels if not is_silent(label))
+    return _share(choose_language(spoken.elements()), spoken) if spoken else 0.0
+
+
+def _share(language: Language, counts: Counter[str]) -> float:
+    own = language.listed if language.phones or language.ipa else language.resolve
+    known = sum(count for label, count in counts.items() if own(label))
+    return known / counts.total() if counts else 1.0
