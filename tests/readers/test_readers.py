@@ -10,10 +10,10 @@ from alignment_samples import SAMPLES, WORD_LISTS, Sample
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from phonanim import readers
 from phonanim.errors import AlignmentError, PhonanimError
 from phonanim.inputs.alignment import read_alignment
 from phonanim.readers import find_reader, load_reader, reader_names
+from phonanim.speech import alignment_file
 from phonanim.speech.alignment import Interval
 from phonanim.speech.alignment_file import AlignmentFile
 from phonanim.speech.inventory import INVENTORY
@@ -188,7 +188,7 @@ def test_an_unreadable_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_a_vast_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(readers, "MAX_BYTES", 1 << 20)
+    monkeypatch.setattr(alignment_file, "MAX_BYTES", 1 << 20)
     path = written(tmp_path, b"x" * (3 << 20))
     with pytest.raises(AlignmentError, match=r"x: has 3 MB; an alignment has at most 1"):
         read_alignment(path)
