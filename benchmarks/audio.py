@@ -36,7 +36,8 @@ from phonanim.face.model import FaceModel, fit_face, lip_aperture, lip_width
 from phonanim.media.audio import Sound, read_sound, resample
 from phonanim.metrics import correlation, vertex_error
 from phonanim.regressors import make_config, regressor_class
-from phonanim.regressors._audio import AudioRegressor, step_times
+from phonanim.regressors._audio import AudioRegressor
+from phonanim.regressors._steps import step_times
 from phonanim.training.recipes import predict_clip
 
 if sys.version_info >= (3, 11):

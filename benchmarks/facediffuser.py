@@ -31,8 +31,8 @@ from phonanim.corpus.corpus import load_corpus
 from phonanim.encoders import encode
 from phonanim.media.audio import Sound, read_sound
 from phonanim.regressors import make_config
-from phonanim.regressors._audio import at_steps, cached_encoder, step_times
 from phonanim.regressors._diffusion import diffused, guided, kept, strided
+from phonanim.regressors._steps import at_steps, cached_encoder, step_times
 from phonanim.regressors.facediffuser import FaceDiffuser, onward
 
 if sys.version_info >= (3, 11):

@@ -20,8 +20,8 @@ from phonanim.face.model import FaceModel, fit_face, lip_aperture, lip_width
 from phonanim.media.audio import read_sound
 from phonanim.metrics import correlation, diversity, dynamics_deviation, vertex_error
 from phonanim.regressors import Examples
-from phonanim.regressors._audio import at_steps, between, cached_encoder, listen, step_times
 from phonanim.regressors._diffusion import sample
+from phonanim.regressors._steps import at_steps, between, cached_encoder, listen, step_times
 from phonanim.regressors.facediffuser import FaceDiffuser
 
 TAKES = 5  # seeds that are compared

@@ -22,7 +22,7 @@ from phonanim.features.context import EDGES
 from phonanim.features.indicators import WIDTH
 from phonanim.features.inputs import CONTEXT, STEP
 from phonanim.media.audio import Sound, read_sound
-from phonanim.regressors.procedural import REACH
+from phonanim.regressors._procedural_config import REACH
 from phonanim.speech.phones import PhoneTrack
 from phonanim.training.recipes import predict_clip
 

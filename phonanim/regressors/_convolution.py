@@ -8,16 +8,13 @@ step would depend on all of the sequence.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.core.neural import layer_norm
 from phonanim.errors import ModelError
-
-if TYPE_CHECKING:
-    from phonanim.regressors._audio import Settings
+from phonanim.regressors._audio_config import Settings
 
 Floats = NDArray[np.float32]
 

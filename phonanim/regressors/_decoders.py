@@ -6,17 +6,14 @@ Medina (2023), sections 3.2.1.1 and 4.2. `_torch_audio` trains the same layers u
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.neural import named, sigmoid, transformer_block
+from phonanim.core.neural import named, transformer_block
+from phonanim.regressors._audio_config import Settings
 from phonanim.regressors._convolution import convolution_shapes, convolve
-from phonanim.regressors.lstm import recur
-
-if TYPE_CHECKING:
-    from phonanim.regressors._audio import Settings
+from phonanim.regressors._recurrent import gru, recur, recurrent_names
 
 Floats = NDArray[np.float32]
 Shapes = dict[str, tuple[int, ...]]
@@ -42,29 +39,6 @@ def decode(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> F
 def output(weights: Mapping[str, Floats], signal: Floats) -> Floats:
     """The last layer, which is linear, (..., size) -> (..., modes)."""
     return np.asarray(signal @ weights["output"] + weights["output_bias"])
-
-
-def gru(signal: Floats, forward: Floats, recurrent: Floats, bias: Floats, recur_bias: Floats) -> Floats:
-    """One layer of gated recurrent units, (sequences, steps, before) -> (sequences, steps, sides * size).
-
-    Side 0 runs from the first step to the last, side 1, if there is one, back (Cho et al. 2014, in the
-    form of Medina's reference 30 and of torch: gates reset, update, new).
-    """
-    sides = len(forward)
-    given = np.stack([signal, signal[:, ::-1]][:sides]) @ forward[:, None] + bias[:, None, None]
-    count, steps, size = given.shape[1], given.shape[2], recurrent.shape[1]
-    output = np.empty((sides, count, steps, size), np.float32)
-    state = np.zeros((sides, count, size), np.float32)
-    for step in range(steps):
-        gates = state @ recurrent + recur_bias[:, None]
-        both = sigmoid(given[:, :, step, : 2 * size] + gates[:, :, : 2 * size])
-        reset, update = both[:, :, :size], both[:, :, size:]
-        new = np.tanh(given[:, :, step, 2 * size :] + reset * gates[:, :, 2 * size :])
-        state = new + update * (state - new)
-        output[:, :, step] = state
-    if sides == 2:
-        output[1] = output[1, :, ::-1].copy()
-    return np.concatenate(list(output), axis=2)
 
 
 def _mlp(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> Floats:
@@ -108,11 +82,6 @@ def _attentive(config: Settings, weights: Mapping[str, Floats], signal: Floats) 
     for layer in range(config.depth):
         signal = transformer_block(signal, named(weights, f"block{layer}_"), config.heads)
     return output(weights, signal)
-
-
-def recurrent_names(decoder: str) -> tuple[str, ...]:
-    """The weights of each recurrent layer."""
-    return ("forward", "recur", "bias", "recur_bias") if decoder == "gru" else ("forward", "recur", "bias")
 
 
 def decoder_shapes(config: Settings, dims: int, modes: int) -> Shapes:

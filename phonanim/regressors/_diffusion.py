@@ -7,31 +7,23 @@ layers under the same names. Time 0 is the motion itself, time `timesteps` almos
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.core.neural import named, sigmoid
-from phonanim.regressors._decoders import gru, recurrent_names
-
-if TYPE_CHECKING:
-    from phonanim.regressors.facediffuser import Config
+from phonanim.regressors._facediffuser_config import Config
+from phonanim.regressors._recurrent import gru, recurrent_names
 
 Floats = NDArray[np.float32]
 Weights = Mapping[str, Floats]
 Shapes = dict[str, tuple[int, ...]]
 
-# How a signal may be embedded: as it is; by one layer; by two; by a layer and a convolution, which the
-# thesis follows by pooling (section 8.3). What is pooled it does not say: here pairs of channels.
-EMBEDDINGS = ("none", "linear", "mlp", "conv", "max", "average")
 POOLED = 2  # channels that become one
 REACH = 1  # steps at each side that the convolution sees
 SLOWEST = 1e4  # of the waves that tell the time, in their first one's wavelength (Ho et al. 2020)
 BETAS = (1e-4, 0.02)  # of the first and last of 1000 steps (Ho et al. 2020); the thesis names none
 BLOCK = 1500  # steps whose noise is drawn at once
-
-MASKS = ("none", "full zero", "partial zero", "full random", "partial random")
 
 
 def kept(timesteps: int) -> NDArray[np.float64]:

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import MissingExtraError
 from phonanim.regressors import Examples, Progress
-from phonanim.regressors.dynamic_visemes import PLACES
+from phonanim.regressors._dynamic_visemes_config import PLACES, Config
 from phonanim.speech.inventory import INVENTORY, N_PHONES
-
-if TYPE_CHECKING:
-    from phonanim.regressors.dynamic_visemes import Config
-    from phonanim.speech.phones import PhoneTrack
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 POINTS = 9  # of a gesture's path, evenly over its time

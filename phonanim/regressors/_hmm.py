@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import MissingExtraError
 from phonanim.regressors import Examples, Progress
-from phonanim.regressors.hmm import LEAF, WINDOWS, answers, questions, quinphones
-
-if TYPE_CHECKING:
-    from phonanim.regressors.hmm import Config
+from phonanim.regressors._hmm_config import LEAF, WINDOWS, Config, answers, questions, quinphones
 
 Array = NDArray[np.float64]
 FLOOR = 1e-3  # of the variance of all frames: no leaf is surer than that

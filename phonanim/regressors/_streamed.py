@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from phonanim.encoders import RATE
 from phonanim.encoders.mfcc import Cepstra
 from phonanim.errors import ModelError
-from phonanim.regressors._audio import AudioRegressor, Floats, cached_encoder
+from phonanim.regressors._audio import AudioRegressor
 from phonanim.regressors._convolution import convolve_within, receptive_field, steps_before
 from phonanim.regressors._decoders import output
+from phonanim.regressors._steps import Floats, cached_encoder
 
 
 @dataclass(frozen=True)

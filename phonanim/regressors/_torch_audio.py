@@ -18,21 +18,17 @@ from torch import Tensor
 
 from phonanim.core.files import atomic_path, write_text
 from phonanim.regressors import CHECKPOINT, Examples, Progress
-from phonanim.regressors._audio import (
-    AudioInput,
-    AudioRegressor,
-    Settings,
-    at_steps,
-    cached_encoder,
-    step_times,
-)
+from phonanim.regressors._audio_config import Settings
+from phonanim.regressors._audio_input import AudioInput
+from phonanim.regressors._audio_model import AudioModel
 from phonanim.regressors._decoders import decode
+from phonanim.regressors._steps import at_steps, cached_encoder, step_times
 from phonanim.regressors._torch import seeded
 from phonanim.regressors._torch_decoders import Network, exported
 from phonanim.speech.inventory import N_PHONES
 
 Floats = NDArray[np.float32]
-Model = TypeVar("Model", bound=AudioRegressor)
+Model = TypeVar("Model", bound=AudioModel)
 LONGEST_STEP = 1.0  # norm of a gradient, beyond which it is shortened: recurrent ones explode
 BLANK = N_PHONES  # the label of connectionist temporal classification that stands for no phone
 CURVE = "loss.csv"
@@ -229,7 +225,7 @@ def step(network: Network, optimizer: Any, total: Tensor) -> float:
     return float(total.detach())
 
 
-def error_of(model: AudioRegressor, steps: Steps | None) -> float:
+def error_of(model: AudioModel, steps: Steps | None) -> float:
     """Mean square error of whole clips in mm² a landmark coordinate's mode, 0 when there are none."""
     if steps is None:
         return 0.0

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from phonanim.regressors._audio_config import Settings
 from phonanim.regressors._convolution import convolution_shapes, steps_before
 from phonanim.regressors._decoders import WIDER
 from phonanim.speech.inventory import N_PHONES
-
-if TYPE_CHECKING:
-    from phonanim.regressors._audio import Settings
 
 Floats = NDArray[np.float32]
 

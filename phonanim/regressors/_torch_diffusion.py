@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import torch
@@ -13,14 +13,17 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from phonanim.regressors import CHECKPOINT, Examples, Progress
-from phonanim.regressors._audio import Settings, cached_encoder
+from phonanim.regressors._audio_config import Settings
+from phonanim.regressors._denoiser import Denoiser
 from phonanim.regressors._diffusion import POOLED, REACH, kept, masked, sample, waves
+from phonanim.regressors._facediffuser_config import Config
+from phonanim.regressors._steps import cached_encoder
 from phonanim.regressors._torch import seeded
 from phonanim.regressors._torch_audio import Scaling, State, Steps, batches, gathered, key_of, step
 from phonanim.regressors._torch_decoders import Recurrent
-from phonanim.regressors.facediffuser import Config, FaceDiffuser
 
 Floats = NDArray[np.float32]
+Model = TypeVar("Model", bound=Denoiser)
 CHECKED = 5  # steps that validation clips are sampled with after each epoch
 FIRST_STAGE = "autoencoder"  # the folder of its journal
 
@@ -110,14 +113,14 @@ class Embedding(nn.Module):
 
 
 def fit_diffusion(
-    build: type[FaceDiffuser],
+    build: type[Model],
     config: Config,
     train: Examples,
     validation: Examples,
     rng: np.random.Generator,
     progress: Progress,
     journal: Path | None,
-) -> FaceDiffuser:
+) -> Model:
     """Train on random windows of the clips; the weights with the least validation error are kept.
 
     That error is the mean square of targets over whole clips, sampled in a few steps. Every epoch draws its
@@ -133,7 +136,7 @@ def fit_diffusion(
     identity = cached_encoder(config.encoder).identity
     whole = config.autoencoder + config.epochs
 
-    def model() -> FaceDiffuser:
+    def model() -> Model:
         return build(
             config, scaling.centre, scaling.scale, scaling.low, scaling.span, network.export(), identity
         )
@@ -161,7 +164,7 @@ def fit_diffusion(
 
 def data_of(config: Any, examples: Examples) -> Steps:
     """Examples at the model's steps: the last layer of the encoder, and styles in the place of phones."""
-    steps = gathered(FaceDiffuser, config, examples)
+    steps = gathered(Denoiser, config, examples)
     styles = np.array(examples.styles or [0] * len(examples), np.int64)
     return replace(steps, values=steps.values[:, -1:].copy(), codes=np.repeat(styles, steps.lengths))
 
@@ -261,7 +264,7 @@ def alike(steps: Steps, most: int = 100) -> Iterator[tuple[int, NDArray[np.int64
             yield int(style), chosen[begin : begin + most, None] + np.arange(length)
 
 
-def error_of(model: FaceDiffuser, steps: Steps | None) -> float:
+def error_of(model: Denoiser, steps: Steps | None) -> float:
     """Mean square error of whole clips, sampled in few steps; 0 when there are none."""
     if steps is None:
         return 0.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
@@ -11,10 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from phonanim.regressors import Examples, Progress
-from phonanim.regressors.lstm import LAYERS, Floats, n_inputs, sequence
-
-if TYPE_CHECKING:
-    from phonanim.regressors.lstm import Config
+from phonanim.regressors._lstm_config import LAYERS, Config, Floats, n_inputs, sequence
 
 LONGEST_STEP = 1.0  # norm of a gradient, beyond which it is shortened: recurrent ones explode
 

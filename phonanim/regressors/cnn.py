@@ -8,12 +8,10 @@ first is centred and the others end where they predict, so that 7 steps ahead ar
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar
 
-from phonanim.regressors._audio import Settings
+from phonanim.regressors._audio_config import Decoder, Settings
 from phonanim.regressors._streamed import Streamed
-
-Decoder = Literal["mlp", "lstm", "gru", "transformer", "convolution"]
 
 
 @dataclass(frozen=True)

@@ -3,48 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.features.indicators import WIDTH
 from phonanim.features.inputs import STEP, inputs, n_features
 from phonanim.features.windows import predict_at
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples, InputModality, Progress, Tensors
+from phonanim.regressors._dnn_config import Config
 from phonanim.regressors._rows import cluster_table, training_rows
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 Layers = tuple[tuple[NDArray[np.float32], NDArray[np.float32]], ...]
 CHUNK = 1024  # windows at once: small enough to stay in the cache, large enough for the matrix product
-
-
-@dataclass(frozen=True)
-class Config:
-    """The defaults are ours; `taylor2017` in benchmarks/configs has the published values.
-
-    `features` is one of phonanim.features.inputs.FEATURES, `reach` the input window (Kx) in frames where
-    these are "raw", `width` the output window (Ky) in frames, `hidden` the units of each hidden layer.
-    `networks` of them are trained, each from another start, and their mean is taken.
-    """
-
-    features: str = "all"
-    reach: int = WIDTH
-    width: int = 1
-    hidden: tuple[int, ...] = (256, 256)
-    activation: Literal["silu", "tanh"] = "silu"
-    dropout: float = 0.3
-    optimizer: Literal["adamw", "sgd"] = "adamw"
-    rate: float = 2e-3
-    momentum: float = 0.0
-    decay: float = 1e-2
-    batch: int = 512
-    epochs: int = 12
-    patience: int = 5
-    standardize: bool = True
-    networks: int = 1
 
 
 @dataclass(frozen=True)
@@ -99,7 +73,8 @@ class Network:
         cls, config: Any, train: Examples, validation: Examples, rng: np.random.Generator, progress: Progress
     ) -> Network:
         """Minimize the squared error of the windows; early stopping on `validation`."""
-        from phonanim.regressors._torch import Rows, fit_network
+        from phonanim.regressors._torch import seeded
+        from phonanim.regressors._torch_dnn import Rows, fit_network
 
         clusters = cluster_table(config.features, train, rng)
         settings = config.features, config.width, clusters, config.reach
@@ -110,7 +85,7 @@ class Network:
             def share(done: float, number: int = number) -> None:
                 progress((number + done) / config.networks)
 
-            networks.append(tuple(fit_network(config, rows, held_out, rng, share)))
+            networks.append(tuple(fit_network(config, rows, held_out, seeded(rng), share)))
         return cls(config, tuple(networks), clusters)
 
 

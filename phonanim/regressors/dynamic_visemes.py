@@ -15,7 +15,7 @@ Units are stretched to their place, and what a join lacks is spread over the uni
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,33 +23,12 @@ from numpy.typing import NDArray
 from phonanim.features.windows import TICK
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples, InputModality, Progress, Tensors
+from phonanim.regressors._dynamic_visemes_config import PLACES, Config
 from phonanim.speech.inventory import N_PHONES
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
-# Where in a unit its phones are looked up, as shares of its time; the outer ones see its neighbours.
-PLACES = np.array([-0.4, 0.1, 0.3, 0.5, 0.7, 0.9, 1.4])
 TABLES = ("paths", "phones", "durations", "joins")
-
-
-@dataclass(frozen=True)
-class Config:
-    """`clusters` is the published number; `doubt`, `join` and `rate` were chosen on validation clips.
-
-    A gesture lasts `shortest` to `longest` seconds. `unit` is what stands for a cluster: its "median",
-    the gesture nearest to the centre, or the "mean" of its gestures. `doubt` is the share of the
-    probability that phones of the same attribute classes and all phones have in each unit. `step` is
-    the grid of seconds on which units may begin.
-    """
-
-    clusters: int = 150
-    shortest: float = 0.12
-    longest: float = 0.6
-    unit: Literal["median", "mean"] = "median"
-    doubt: float = 0.05
-    join: float = 12.0
-    rate: float = 10.0
-    step: float = 0.04
 
 
 @dataclass(frozen=True)

@@ -18,33 +18,13 @@ from numpy.typing import NDArray
 from phonanim.errors import MissingExtraError
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples, InputModality, Progress, Tensors
-from phonanim.speech.inventory import INVENTORY, N_PHONES
+from phonanim.regressors._hmm_config import LEAF, WINDOWS, Config, answers, quinphones
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
-LEAF = -1  # in `question`
-CONTEXT = 2  # phones on either side
-# Weights of the frames before, at and after: the value, its first and its second difference.
-WINDOWS = np.array([[0.0, 1.0, 0.0], [-0.5, 0.0, 0.5], [1.0, -2.0, 1.0]])
 NODES = ("roots", "question", "yes", "no")
 LEAVES = ("means", "variances", "shares", "share_variances")
 QUESTIONS = ("place", "members")
-
-
-@dataclass(frozen=True)
-class Config:
-    """`rate` is the models' frames a second: five states need more of them than a camera delivers.
-
-    A node is split when both sides keep `leaf` frames and the likelihood grows by more than `mdl` times
-    the minimum description length of another Gaussian (Shinoda and Watanabe 2000); `mdl` above 1 allows
-    for neighbouring frames that tell little new. `alignments` counts the Viterbi passes.
-    """
-
-    states: int = 5
-    rate: float = 200.0
-    leaf: int = 50
-    mdl: float = 1.0
-    alignments: int = 2
 
 
 @dataclass(frozen=True)
@@ -132,31 +112,6 @@ class Trees:
         from phonanim.regressors._hmm import fit_trees
 
         return cls(config, **fit_trees(config, train, progress))
-
-
-def questions() -> tuple[NDArray[np.int8], NDArray[np.uint8]]:
-    """Everything that can be asked: is the phone at a place this one, or of this attribute class?
-
-    Places (questions,) from 0, two phones before, to 4; members (questions, 41).
-    """
-    classes = np.vstack([np.eye(N_PHONES, dtype=np.uint8), INVENTORY.attributes.T.astype(np.uint8)])
-    classes = np.unique(classes[classes.any(axis=1) & ~classes.all(axis=1)], axis=0)
-    places = np.arange(2 * CONTEXT + 1, dtype=np.int8)
-    return np.repeat(places, len(classes)), np.tile(classes, (len(places), 1))
-
-
-def quinphones(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Each phone between its neighbours, (segments,) -> (segments, 5); silence lies beyond the ends."""
-    silence = np.full(CONTEXT, INVENTORY.code("sil"), np.uint8)
-    whole = np.concatenate([silence, codes, silence])
-    return np.lib.stride_tricks.sliding_window_view(whole, 2 * CONTEXT + 1)
-
-
-def answers(
-    contexts: NDArray[np.uint8], place: NDArray[np.int8], members: NDArray[np.uint8]
-) -> NDArray[np.bool_]:
-    """What quinphones (rows, 5) answer to every question, (rows, questions)."""
-    return members[np.arange(len(members)), contexts[:, place]].astype(bool)
 
 
 def share_out(

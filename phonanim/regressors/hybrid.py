@@ -19,7 +19,8 @@ from phonanim.features.context import context_features
 from phonanim.features.inputs import CONTEXT
 from phonanim.media.audio import Sound
 from phonanim.regressors import InputModality
-from phonanim.regressors._audio import AudioRegressor, Settings
+from phonanim.regressors._audio import AudioRegressor
+from phonanim.regressors._audio_config import Settings
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]

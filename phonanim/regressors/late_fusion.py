@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from phonanim.regressors import InputModality
-from phonanim.regressors.ensemble import Ensemble
+from phonanim.regressors._ensemble import MeanOfModels
 
 
 @dataclass(frozen=True)
-class LateFusion(Ensemble):
+class LateFusion(MeanOfModels):
     """An ensemble (its `members` are the same tables) that is given the recording as well."""
 
     input_modality: ClassVar[InputModality] = "both"

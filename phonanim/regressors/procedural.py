@@ -20,24 +20,9 @@ from numpy.typing import NDArray
 
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples, InputModality, Progress, Tensors
-from phonanim.speech.gestures import GESTURES, split_parts
+from phonanim.regressors._procedural_config import LONG, SHORT, TABLES, Array, Config, neighbours
+from phonanim.speech.gestures import GESTURES
 from phonanim.speech.phones import PhoneTrack
-
-Array = NDArray[np.float64]
-REACH = 5  # gestures on either side that can be felt
-SHORT, LONG = 0.01, 0.2  # seconds; durations count for dominance between these
-TABLES = ("target", "strength", "onset", "offset")
-
-
-@dataclass(frozen=True)
-class Config:
-    """`own` and `shared` are the ridge penalties of a gesture's own part and of the articulation's."""
-
-    steps: int = 600
-    batch: int = 4096
-    rate: float = 0.03
-    own: float = 1e-2
-    shared: float = 1e-4
 
 
 @dataclass(frozen=True)
@@ -92,34 +77,10 @@ class Procedural:
         cls, config: Any, train: Examples, validation: Examples, rng: np.random.Generator, progress: Progress
     ) -> Procedural:
         """Fit all tables by stochastic gradient descent on the squared error."""
-        from phonanim.regressors._torch import fit_dominance
+        from phonanim.regressors._torch import seeded
+        from phonanim.regressors._torch_procedural import fit_dominance
 
-        return cls(config, **fit_dominance(config, train, rng, progress))
-
-
-@dataclass(frozen=True)
-class Neighbours:
-    """The gestures around instants, each (times, 2 REACH + 1); `begin`, `end` in seconds from there."""
-
-    gesture: NDArray[np.int64]
-    begin: NDArray[np.float32]
-    end: NDArray[np.float32]
-    exists: NDArray[np.bool_]
-
-
-def neighbours(track: PhoneTrack, times: Array) -> Neighbours:
-    """The gestures that can be felt at instants, (times,) seconds."""
-    parts = split_parts(track)
-    here = np.clip(np.searchsorted(parts.bounds, times, side="right") - 1, 0, len(parts.parts) - 1)
-    around = here[:, None] + np.arange(-REACH, REACH + 1)
-    exists = (around >= 0) & (around < len(parts.parts))
-    around = np.clip(around, 0, len(parts.parts) - 1)
-    return Neighbours(
-        GESTURES.part_gesture[parts.parts[around]],
-        (parts.bounds[around] - times[:, None]).astype(np.float32),
-        (parts.bounds[around + 1] - times[:, None]).astype(np.float32),
-        exists,
-    )
+        return cls(config, **fit_dominance(config, train, seeded(rng), progress))
 
 
 REGRESSOR = Procedural

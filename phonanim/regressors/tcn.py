@@ -9,9 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from phonanim.regressors._audio import Settings
+from phonanim.regressors._audio_config import Decoder, Settings
 from phonanim.regressors._streamed import Streamed
-from phonanim.regressors.cnn import Decoder
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from phonanim.regressors._audio import AudioRegressor, Settings
+from phonanim.regressors._audio import AudioRegressor
+from phonanim.regressors._audio_config import Settings
 
 
 @dataclass(frozen=True)

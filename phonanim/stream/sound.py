@@ -17,7 +17,7 @@ from phonanim.errors import MissingExtraError, OptionError, StreamError
 from phonanim.media.audio import Level
 from phonanim.options import Options
 from phonanim.pipeline import load_cached_rig, load_model
-from phonanim.regressors._audio import step_times
+from phonanim.regressors._steps import step_times
 from phonanim.regressors._streamed import Streamed
 from phonanim.rig.retarget import retarget
 from phonanim.stream.engine import ABREAST, refuse_what_needs_the_whole

@@ -15,6 +15,8 @@ from phonanim.regressors import Examples, Regressor, hmm, lstm, regressor_class
 from phonanim.regressors import dynamic_visemes as dv
 from phonanim.regressors._gestures import boundaries, likeness, medians
 from phonanim.regressors._hmm import Frames, Statistics, align, even_states, grow, with_differences
+from phonanim.regressors._hmm_config import questions
+from phonanim.regressors._lstm_config import triphones
 from phonanim.speech.inventory import INVENTORY
 
 
@@ -83,7 +85,7 @@ def test_padding_weighs_nothing() -> None:
 
 
 def test_triphones() -> None:
-    rows = lstm.triphones(track_of("sil 0.2 m 0.1 aa 0.4"), np.array([0.25]))
+    rows = triphones(track_of("sil 0.2 m 0.1 aa 0.4"), np.array([0.25]))
     hot = [*(n * 41 + INVENTORY.code(p) for n, p in enumerate(("sil", "m", "aa")))]
     assert np.flatnonzero(rows[0, :-2]).tolist() == hot
     assert rows[0, -2:] == pytest.approx([0.5, 0.1])
@@ -140,7 +142,7 @@ def test_states_share_a_phone() -> None:
 
 
 def test_questions_are_about_all_five_phones() -> None:
-    place, members = hmm.questions()
+    place, members = questions()
     assert np.bincount(place).tolist() == [len(place) // 5] * 5
     context = hmm.quinphones(INVENTORY.codes(["m", "aa"]))
     assert [INVENTORY.phones[c] for c in context[0]] == ["sil", "sil", "m", "aa", "sil"]

@@ -13,9 +13,9 @@ from speech import made_up_examples
 from phonanim.encoders import HOP, RATE, load_encoder
 from phonanim.encoders.mfcc import Cepstra
 from phonanim.errors import ModelError
-from phonanim.regressors import _audio as heard
 from phonanim.regressors import make_config, regressor_class
 from phonanim.regressors._convolution import convolution_shapes, convolve, receptive_field
+from phonanim.regressors._steps import cached_encoder
 from phonanim.regressors._streamed import Streamed
 
 KINDS = {"cnn": (23, 7), "tcn": (15, 0)}  # steps seen, steps ahead
@@ -93,10 +93,10 @@ def test_an_encoder_that_hears_everything_cannot_be_streamed(
 
     put_whisper(tmp_path)
     monkeypatch.setenv("PHONANIM_ENCODERS", str(tmp_path))
-    heard.cached_encoder.cache_clear()
+    cached_encoder.cache_clear()
     with pytest.raises(ModelError, match="'whisper' hears a whole recording and cannot be streamed; train"):
         _ = untrained("cnn", encoder="whisper").look_ahead
-    heard.cached_encoder.cache_clear()
+    cached_encoder.cache_clear()
 
 
 @pytest.mark.parametrize("name", ["mfcc", "mfcc_live"])

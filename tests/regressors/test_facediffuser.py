@@ -15,9 +15,11 @@ from phonanim.encoders import HOP, RATE
 from phonanim.errors import ModelError
 from phonanim.media.audio import Sound
 from phonanim.regressors import CHECKPOINT, Examples, Model, load, make_config, save
-from phonanim.regressors import _audio as heard
+from phonanim.regressors import _audio_input as audio_input
 from phonanim.regressors import _diffusion as diffusion
-from phonanim.regressors.facediffuser import Config, FaceDiffuser
+from phonanim.regressors._facediffuser_config import EMBEDDINGS, MASKS, Config
+from phonanim.regressors._steps import step_times
+from phonanim.regressors.facediffuser import FaceDiffuser
 
 torch = pytest.importorskip("torch")
 SMALL: dict[str, Any] = {
@@ -51,7 +53,7 @@ def model(data: Examples) -> FaceDiffuser:
     return trained(data)
 
 
-@pytest.mark.parametrize("embedding", diffusion.EMBEDDINGS)
+@pytest.mark.parametrize("embedding", EMBEDDINGS)
 @pytest.mark.parametrize("more", [{}, {"diffusion": False}, {"bidirectional": True, "depth": 2}])
 def test_torch_and_numpy_agree(embedding: str, more: dict[str, Any]) -> None:
     from phonanim.regressors._torch_diffusion import Network
@@ -143,10 +145,10 @@ def test_guidance_of_a_model(model: FaceDiffuser, data: Examples) -> None:
 def test_masks_by_their_definition() -> None:
     rng = np.random.default_rng(0)
     heard = np.full((4000, 2, 3), 7, np.float32)
-    found = {name: diffusion.masked(name, 0.25, heard, rng) for name in diffusion.MASKS}
+    found = {name: diffusion.masked(name, 0.25, heard, rng) for name in MASKS}
     hidden = {name: one != 7 for name, one in found.items()}
     assert not hidden["none"].any()
-    for name in diffusion.MASKS[1:]:
+    for name in MASKS[1:]:
         assert abs(hidden[name].mean() - 0.25) < 0.03
         whole = hidden[name].reshape(4000, -1)
         together = np.all(whole == whole[:, :1], axis=1).mean()
@@ -155,7 +157,7 @@ def test_masks_by_their_definition() -> None:
         assert np.all(values == 0) if name.endswith("zero") else abs(values.std() - 1) < 0.05
 
 
-@pytest.mark.parametrize("masking", diffusion.MASKS)
+@pytest.mark.parametrize("masking", MASKS)
 def test_it_trains_with_every_mask(masking: str, data: Examples) -> None:
     found = trained(data, masking=masking, epochs=1)
     assert np.isfinite(found.predict(None, np.arange(5) / 25, data.sounds[0])).all()
@@ -235,8 +237,8 @@ def test_long_sounds_are_sampled_in_parts(
     sound = data.sounds[0]
     times = np.arange(0, sound.duration, 0.02)
     whole = model.predict(None, times, sound)
-    monkeypatch.setattr(heard, "CHUNK", 0.6)
-    monkeypatch.setattr(heard, "AROUND", 0.8)
+    monkeypatch.setattr(audio_input, "CHUNK", 0.6)
+    monkeypatch.setattr(audio_input, "AROUND", 0.8)
     parts = model.predict(None, times, sound)
     np.testing.assert_allclose(parts, whole, atol=0.02 * np.ptp(whole))
 
@@ -244,7 +246,7 @@ def test_long_sounds_are_sampled_in_parts(
 def test_the_last_step_is_as_if_the_sound_went_on(model: FaceDiffuser, data: Examples) -> None:
     """What sees the noise looks a step ahead, and in training there was none after the last."""
     features = model.hear(data.sounds[0])
-    grid = heard.step_times(data.sounds[0].duration, model.config.rate)
+    grid = step_times(data.sounds[0].duration, model.config.rate)
     longer = np.append(grid, grid[-1] + np.arange(1, 20) / model.config.rate)
     found, expected = model.decoded(features, grid), model.decoded(features, longer)
     assert found.shape == (len(grid), 3)
@@ -255,8 +257,8 @@ def test_the_sound_is_heard_once(
     model: FaceDiffuser, data: Examples, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     times: list[int] = []
-    encode = heard.listen
-    monkeypatch.setattr(heard, "listen", lambda *given: times.append(1) or encode(*given))
+    encode = audio_input.listen
+    monkeypatch.setattr(audio_input, "listen", lambda *given: times.append(1) or encode(*given))
     model.changed(steps=50).predict(None, np.arange(5) / 25, data.sounds[0])
     assert times == [1]
 

@@ -15,8 +15,11 @@ from speech import made_up_examples, made_up_face, random_track, sound_of, track
 from phonanim.errors import ModelError
 from phonanim.media.audio import Sound
 from phonanim.regressors import CHECKPOINT, Examples, Model, load, make_config, regressor_class, save
-from phonanim.regressors import _audio as heard
-from phonanim.regressors._decoders import decode, gru
+from phonanim.regressors import _audio_input as audio_input
+from phonanim.regressors._audio import AudioRegressor
+from phonanim.regressors._decoders import decode
+from phonanim.regressors._recurrent import gru
+from phonanim.regressors._steps import cached_encoder, step_times
 
 torch = pytest.importorskip("torch")
 SMALL = {"encoder": "mfcc", "hidden": 8, "depth": 2, "window": 20, "learning_rate": 0.01, "epochs": 2}
@@ -54,7 +57,7 @@ def test_torch_and_numpy_agree(decoder: str, bidirectional: bool) -> None:
     with torch.no_grad():
         found = network(values)[1].numpy()
     mix, weights = exported(network, np.zeros(3, np.float32), np.ones(3, np.float32))
-    model = heard.AudioRegressor(
+    model = AudioRegressor(
         config, *np.zeros((1, 2, 6), np.float32), np.ones((2, 6), np.float32), mix, weights, ""
     )
     mine = decode(config, weights, np.stack([model.mixed(one) for one in values.numpy()]))
@@ -219,7 +222,7 @@ def test_shares_of_layers_sum_to_one(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
     put_whisper(tmp_path)
     monkeypatch.setenv("PHONANIM_ENCODERS", str(tmp_path))
-    heard.cached_encoder.cache_clear()
+    cached_encoder.cache_clear()
     regressor = trained(data, "phisanet", encoder="whisper")
     assert regressor.shares.shape == (3,)
     assert regressor.shares.sum() == pytest.approx(1)
@@ -229,7 +232,7 @@ def test_shares_of_layers_sum_to_one(tmp_path: Path, monkeypatch: pytest.MonkeyP
         ModelError, match="learned from 'whisper of another kind', and 'whisper .*' is here: set"
     ):
         other.predict(None, np.zeros(1), data.sounds[0])
-    heard.cached_encoder.cache_clear()
+    cached_encoder.cache_clear()
 
 
 def test_a_long_recording_is_decoded_in_stretches(data: Examples, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -238,7 +241,7 @@ def test_a_long_recording_is_decoded_in_stretches(data: Examples, monkeypatch: p
     sound = sound_of(track)
     times = np.arange(0, sound.duration, 0.01)
     whole = regressor.predict(None, times, sound)
-    monkeypatch.setattr(heard, "CHUNK", 2.0)
+    monkeypatch.setattr(audio_input, "CHUNK", 2.0)
     assert sound.duration > 4
     np.testing.assert_allclose(regressor.predict(None, times, sound), whole, atol=1e-3)
 
@@ -253,9 +256,9 @@ def test_phones_come_from_the_alignment_if_there_is_one(data: Examples) -> None:
 
 def test_the_rate_may_be_that_of_the_video(data: Examples) -> None:
     regressor = trained(data, rate=25.0)
-    times = heard.step_times(1.0, 25.0)
+    times = step_times(1.0, 25.0)
     np.testing.assert_allclose(times[:3], [0.02, 0.06, 0.1])
-    np.testing.assert_allclose(heard.step_times(1.0, 50.0)[:3], [0, 0.02, 0.04], atol=1e-12)
+    np.testing.assert_allclose(step_times(1.0, 50.0)[:3], [0, 0.02, 0.04], atol=1e-12)
     assert len(times) == 25
     assert regressor.predict(None, data.times[0], data.sounds[0]).shape == data.targets[0].shape
 

@@ -1,0 +1,47 @@
+"""The settings that the audio-driven regressors share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Decoder = Literal["mlp", "lstm", "gru", "transformer", "convolution"]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What can be chosen of an audio-driven regressor; `phisanet` and `two_stage` have the published values.
+
+    `encoder` is one of phonanim.encoders; `inputs` its last layer ("enc"), or all of them in weights that
+    are learned ("all_enc"). `rate` is in hertz, `window` in steps. The weights of the loss are those of
+    the velocity and acceleration of the modes (Medina 2023, eq. 4.8), of the phone classifier (4.20)
+    and of connectionist temporal classification (4.28). `normalize` scales targets for the loss: each
+    mode to 0..1, or all by one number, which makes the loss the squared error in millimetres.
+    """
+
+    encoder: str = "whisper"
+    inputs: Literal["enc", "all_enc"] = "enc"
+    decoder: Decoder = "gru"
+    hidden: int = 128
+    depth: int = 2
+    bidirectional: bool = True
+    widths: tuple[int, int] = (15, 5)
+    heads: int = 8
+    kernels: tuple[int, ...] = ()
+    dilations: tuple[int, ...] = ()
+    channels: tuple[int, ...] = ()
+    ahead: int = 0
+    rate: float = 50.0
+    window: int = 45
+    dropout: float = 0.1
+    velocity: float = 0.0
+    acceleration: float = 0.0
+    classifier: float = 0.0
+    ctc: float = 0.0
+    normalize: Literal["minmax", "scale"] = "scale"
+    optimizer: Literal["adam", "radam"] = "adam"
+    learning_rate: float = 1e-3
+    cosine: bool = False
+    batch: int = 32
+    epochs: int = 40
+    patience: int = 10

@@ -1,0 +1,93 @@
+"""How an audio-driven model predicts: it encodes the sound, and decodes its steps by stretches."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar
+
+import numpy as np
+
+from phonanim.encoders import Features
+from phonanim.errors import ModelError
+from phonanim.media.audio import Sound
+from phonanim.regressors import Examples, InputModality, Tensors
+from phonanim.regressors._steps import Array, Floats, at_steps, between, cached_encoder, listen, step_times
+from phonanim.speech.phones import PhoneTrack
+
+CHUNK, AROUND = 60.0, 3.0  # seconds decoded at a time, and heard before and after them
+
+
+class AudioInput(ABC):
+    """What all regressors that hear share: a sound is encoded, and its steps are decoded by stretches.
+
+    `config` has `encoder` and `rate`, `identity` is that of the encoder that the model learned from.
+    """
+
+    config: Any
+    identity: str
+
+    input_modality: ClassVar[InputModality] = "audio"
+    resumable: ClassVar[bool] = True
+
+    def predict(self, track: PhoneTrack | None, times: Array, sound: Sound | None = None) -> Floats:
+        """Modes at instants of a sound, (times,) seconds -> (times, modes), interpolated between steps.
+
+        The same settings give the same bytes. Raises ModelError when the encoder is not the one that the
+        model learned from.
+        """
+        if sound is None:
+            raise ModelError("an audio-driven model needs a recording")
+        features = self.hear(sound, track)
+        grid = step_times(sound.duration, self.config.rate)
+        return between(self.decoded(features, grid), (times - grid[0]) * self.config.rate)
+
+    def hear(self, sound: Sound, track: PhoneTrack | None = None) -> Features:
+        """Features of a sound. Raises ModelError when their encoder is not the one that was learned from."""
+        encoder = cached_encoder(self.config.encoder)
+        if encoder.identity != self.identity:
+            raise ModelError(
+                f"the model learned from {self.identity!r}, and {encoder.identity!r} is here: "
+                "set PHONANIM_ENCODERS to its weights, or train it again"
+            )
+        return self.listen(self.config, sound, track)
+
+    @classmethod
+    def listen(cls, config: Any, sound: Sound, track: PhoneTrack | None) -> Features:
+        """What models of this kind are given of a sound, to be asked for at steps."""
+        return listen(cached_encoder(config.encoder), sound, track)
+
+    def decoded(self, features: Features, grid: Array) -> Floats:
+        """Modes at steps, (steps,) seconds of `step_times` -> (steps, modes).
+
+        Each stretch is decoded with what is around it, so that memory stays bounded.
+        """
+        around, size = round(AROUND * self.config.rate), round(CHUNK * self.config.rate)
+        found = []
+        for begin in range(0, len(grid), size):
+            first = max(begin - around, 0)
+            values = at_steps(features, grid[first : begin + size + around], self.config.rate)
+            found.append(self.stretch(values, first)[begin - first :][:size])
+        return np.concatenate(found)
+
+    @abstractmethod
+    def stretch(self, values: Floats, first: int) -> Floats:
+        """Modes of steps from the step `first` on, (steps, layers, dims) -> (steps, modes)."""
+
+
+def check_sounds(examples: Examples) -> None:
+    """Raise ModelError when there is nothing to hear in examples."""
+    if len(examples.sounds) != len(examples) or not all(examples.sounds):
+        raise ModelError("an audio-driven regressor learns from recordings: give it clips with sound")
+
+
+def identity_in(tensors: Tensors) -> str:
+    """The identity of an encoder that a model was stored with."""
+    return tensors["identity"].astype(np.uint8).tobytes().decode()
+
+
+def fitting(tensors: Tensors, shapes: dict[str, tuple[int, ...]]) -> dict[str, Floats]:
+    """The tensors of these names. Raises ValueError when one is not of its shape."""
+    for name, shape in shapes.items():
+        if tensors[name].shape != shape:
+            raise ValueError(f"{name} is {tensors[name].shape}, not {shape}")
+    return {name: tensors[name].astype(np.float32) for name in shapes}

@@ -1,0 +1,45 @@
+"""The audio-driven model with one decoder, which `regressors/_torch_audio.py` trains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from phonanim.core.neural import softmax
+from phonanim.regressors._audio_config import Settings
+from phonanim.regressors._audio_input import AudioInput
+from phonanim.regressors._decoders import decode
+from phonanim.regressors._steps import Floats
+
+
+@dataclass(frozen=True)
+class AudioModel(AudioInput):
+    """A trained model: `centre` and `scale` (layers, dims) of the features, `mix` (layers,) if all take part.
+
+    `weights` are the decoder's (regressors/_decoders.py), `identity` is the encoder's that it learned from.
+    """
+
+    config: Settings
+    centre: Floats
+    scale: Floats
+    mix: Floats
+    weights: dict[str, Floats]
+    identity: str
+
+    config_class: ClassVar[type] = Settings
+
+    def stretch(self, values: Floats, first: int) -> Floats:
+        """Modes of steps, (steps, layers, dims) -> (steps, modes)."""
+        return decode(self.config, self.weights, self.mixed(values)[None])[0]
+
+    def mixed(self, values: Floats) -> Floats:
+        """What the decoder gets, (steps, layers, dims) -> (steps, dims)."""
+        normal = (values - self.centre) * self.scale
+        return normal[:, -1] if self.config.inputs == "enc" else np.einsum("sld,l->sd", normal, self.shares)
+
+    @property
+    def shares(self) -> Floats:
+        """How much of each layer is heard, (layers,), sum 1 (Medina 2023, eq. 4.14)."""
+        return softmax(self.mix)

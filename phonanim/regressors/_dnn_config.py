@@ -1,0 +1,34 @@
+"""The settings of regressors/dnn.py."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from phonanim.features.indicators import WIDTH
+
+
+@dataclass(frozen=True)
+class Config:
+    """The defaults are ours; `taylor2017` in benchmarks/configs has the published values.
+
+    `features` is one of phonanim.features.inputs.FEATURES, `reach` the input window (Kx) in frames where
+    these are "raw", `width` the output window (Ky) in frames, `hidden` the units of each hidden layer.
+    `networks` of them are trained, each from another start, and their mean is taken.
+    """
+
+    features: str = "all"
+    reach: int = WIDTH
+    width: int = 1
+    hidden: tuple[int, ...] = (256, 256)
+    activation: Literal["silu", "tanh"] = "silu"
+    dropout: float = 0.3
+    optimizer: Literal["adamw", "sgd"] = "adamw"
+    rate: float = 2e-3
+    momentum: float = 0.0
+    decay: float = 1e-2
+    batch: int = 512
+    epochs: int = 12
+    patience: int = 5
+    standardize: bool = True
+    networks: int = 1

@@ -1,0 +1,100 @@
+"""The weighted mean of regressors, which ensemble.py and late_fusion.py are."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.media.audio import Sound
+from phonanim.regressors import (
+    Examples,
+    InputModality,
+    Progress,
+    Regressor,
+    Tensors,
+    make_config,
+    regressor_class,
+)
+from phonanim.speech.phones import PhoneTrack
+
+Array = NDArray[np.float64]
+Self = TypeVar("Self", bound="MeanOfModels")
+
+
+@dataclass(frozen=True)
+class Config:
+    """`members` are tables: kind, weight, and the settings of that kind."""
+
+    members: tuple[dict[str, Any], ...] = ()
+
+
+@dataclass(frozen=True)
+class MeanOfModels:
+    """Regressors and their weights, which sum to one."""
+
+    config: Config
+    members: tuple[Regressor, ...]
+    weights: tuple[float, ...]
+
+    input_modality: ClassVar[InputModality]
+    config_class: ClassVar[type] = Config
+
+    def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:
+        """Modes at instants, (times,) seconds -> (times, modes)."""
+        parts = [m.predict(track, times, sound) for m in self.members]
+        return np.asarray(np.average(parts, axis=0, weights=self.weights), np.float32)
+
+    def tensors(self) -> Tensors:
+        """Every member's tensors, under its number."""
+        return {f"{n}.{k}": t for n, m in enumerate(self.members) for k, t in m.tensors().items()}
+
+    @classmethod
+    def from_tensors(cls: type[Self], config: Any, tensors: Tensors) -> Self:
+        """Raises KeyError or ValueError where a member's tensors do not fit."""
+        kinds, configs, weights = _members(config)
+        members = [
+            regressor_class(kind).from_tensors(
+                settings,
+                {k.partition(".")[2]: t for k, t in tensors.items() if k.partition(".")[0] == str(number)},
+            )
+            for number, (kind, settings) in enumerate(zip(kinds, configs, strict=True))
+        ]
+        return cls(config, tuple(members), weights)
+
+    @classmethod
+    def fit(
+        cls: type[Self],
+        config: Any,
+        train: Examples,
+        validation: Examples,
+        rng: np.random.Generator,
+        progress: Progress,
+    ) -> Self:
+        """Fit the members one after the other."""
+        kinds, configs, weights = _members(config)
+        members = []
+        for number, (kind, settings) in enumerate(zip(kinds, configs, strict=True)):
+
+            def share(done: float, number: int = number) -> None:
+                progress((number + done) / len(kinds))
+
+            members.append(regressor_class(kind).fit(settings, train, validation, rng, share))
+        filled = tuple(
+            {"kind": kind, "weight": weight, **asdict(settings)}
+            for kind, weight, settings in zip(kinds, weights, configs, strict=True)
+        )
+        return cls(Config(filled), tuple(members), weights)
+
+
+def _members(config: Config) -> tuple[list[str], list[Any], tuple[float, ...]]:
+    kinds, configs, weights = [], [], []
+    for member in config.members:
+        settings = {key: value for key, value in member.items() if key not in ("kind", "weight")}
+        kinds.append(member["kind"])
+        configs.append(make_config(member["kind"], settings, "ensemble"))
+        weights.append(float(member.get("weight", 1.0)))
+    total = sum(weights)
+    return kinds, configs, tuple(weight / total for weight in weights)

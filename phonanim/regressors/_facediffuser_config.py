@@ -1,0 +1,81 @@
+"""The settings of regressors/facediffuser.py."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Literal
+
+from phonanim.errors import ModelError
+
+# How a signal may be embedded: as it is; by one layer; by two; by a layer and a convolution, which the
+# thesis follows by pooling (section 8.3). What is pooled it does not say: here pairs of channels.
+EMBEDDINGS = ("none", "linear", "mlp", "conv", "max", "average")
+MASKS = ("none", "full zero", "partial zero", "full random", "partial random")
+
+
+@dataclass(frozen=True)
+class Config:
+    """The published values of the vertex version (Table 8), training on windows of at most `window` steps.
+
+    That for rigs has `noise` "none", `latent` 128, `timesteps` 1000, 100 epochs, and 4 layers of 1024 (its
+    own recordings) or 2 of 256 (ARKit). `sound` and `noise` are embedded by one of EMBEDDINGS.
+    `masking` is one of MASKS, for the share `masked`; `guidance` weighs what is heard against
+    what is not (eq. 8), 1 hears alone. `steps` of the `timesteps` are sampled. `autoencoder` epochs of a
+    first stage learn the decoder without sound (appendix B). `style` is spoken, of as many `styles` as
+    Examples.styles tell apart. Without `diffusion` it is the recurrent network of the ablation (8.4).
+    `delta` is where the Huber loss (eq. 5) becomes linear, in the targets' scale: that of `scale` is one
+    number for all modes, that of `modes` one for each.
+    """
+
+    encoder: str = "whisper"
+    sound: str = "linear"
+    noise: str = "max"
+    latent: int = 512
+    hidden: int = 512
+    depth: int = 2
+    bidirectional: bool = False
+    diffusion: bool = True
+    timesteps: int = 500
+    steps: int = 500
+    seed: int = 0
+    guidance: float = 1.0
+    masking: str = "partial zero"
+    masked: float = 0.25
+    styles: int = 1
+    style: int = 0
+    autoencoder: int = 0
+    delta: float = 1.0
+    normalize: Literal["scale", "modes"] = "scale"
+    rate: float = 25.0
+    window: int = 250
+    dropout: float = 0.0
+    learning_rate: float = 1e-4
+    cosine: bool = False
+    batch: int = 1
+    epochs: int = 50
+    patience: int = 50
+
+    def __post_init__(self) -> None:
+        _check_name("sound", self.sound, EMBEDDINGS)
+        _check_name("noise", self.noise, EMBEDDINGS)
+        _check_name("masking", self.masking, MASKS)
+        if not 1 <= self.steps <= self.timesteps:
+            raise ModelError(
+                f"facediffuser: steps is {self.steps}; take 1 to {self.timesteps}, the number of timesteps"
+            )
+        if not 0 <= self.style < self.styles:
+            raise ModelError(f"facediffuser: there is no style {self.style}; take 0 to {self.styles - 1}")
+        if self.latent % 2 or self.latent < 2:
+            raise ModelError(
+                f"facediffuser: latent is {self.latent}; take an even number, for sines and cosines"
+            )
+        if self.seed < 0:
+            raise ModelError(f"facediffuser: seed is {self.seed}; take 0 or more")
+
+
+def _check_name(key: str, value: str, known: tuple[str, ...]) -> None:
+    if value not in known:
+        near = get_close_matches(value, known, n=1)
+        hint = f"did you mean {near[0]!r}?" if near else f"take {', '.join(known)}"
+        raise ModelError(f"facediffuser: {key} is {value!r}; {hint}")

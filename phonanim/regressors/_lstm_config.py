@@ -1,0 +1,63 @@
+"""What prediction and training of regressors/lstm.py share: settings, and the inputs of the network."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.features.inputs import inputs, n_features
+from phonanim.features.windows import TICK
+from phonanim.speech.inventory import N_PHONES
+from phonanim.speech.phones import PhoneTrack
+
+Array = NDArray[np.float64]
+Floats = NDArray[np.float32]
+LAYERS = 2  # recurrent ones
+TRIPHONE = 3 * N_PHONES + 2
+
+
+@dataclass(frozen=True)
+class Config:
+    """Sizes, dropout and batch are the published ones; rate and epochs were chosen on validation clips.
+
+    `features` is "triphone" (the contextual labels of Fan 2015: the phone at hand, the one before, the
+    one after, and the place in it) or one of phonanim.features.inputs.FEATURES. `units` is the width of each
+    layer; of a bidirectional one, half look back and half ahead. `batch` counts utterances.
+    """
+
+    features: str = "triphone"
+    units: int = 500
+    bidirectional: bool = True
+    dropout: float = 0.5
+    batch: int = 10
+    rate: float = 2e-3
+    epochs: int = 20
+    patience: int = 5
+
+
+def sequence(features: str, track: PhoneTrack, times: Array, clusters: NDArray[np.int8]) -> Floats:
+    """What the network sees at instants, (times,) seconds -> (times, features)."""
+    return triphones(track, times) if features == "triphone" else inputs(features, track, times, clusters)
+
+
+def n_inputs(features: str) -> int:
+    """How many columns `sequence` has."""
+    return TRIPHONE if features == "triphone" else n_features(features)
+
+
+def triphones(track: PhoneTrack, times: Array) -> Floats:
+    """Phones before, at and after instants as indicators, the share of the phone past, and its length.
+
+    (times,) seconds -> (times, 125); the length in seconds, at most 1.
+    """
+    segment = track.segment_at(times + TICK)
+    around = np.clip(segment[:, None] + np.array([-1, 0, 1]), 0, len(track.codes) - 1)
+    found = np.zeros((len(times), TRIPHONE), np.float32)
+    columns = track.codes[around] + np.arange(3) * N_PHONES
+    np.put_along_axis(found, columns, np.float32(1), axis=1)
+    length = np.diff(track.bounds)[segment]
+    found[:, -2] = np.clip((times - track.bounds[segment]) / length, 0, 1)
+    found[:, -1] = np.minimum(length, 1)
+    return found

@@ -1,0 +1,50 @@
+"""The steps of audio-driven models: when they lie, and the features of a sound at them."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.encoders import Encoder, Features, encode, load_encoder
+from phonanim.encoders.phones import of_track
+from phonanim.media.audio import Sound
+from phonanim.speech.phones import PhoneTrack
+
+Array = NDArray[np.float64]
+Floats = NDArray[np.float32]
+FIRST = 0.02  # seconds: the middle of the first frame of 25 fps video is a step, at 25 and at 50 Hz
+
+
+@lru_cache(maxsize=4)
+def cached_encoder(name: str) -> Encoder:
+    """An encoder, read once."""
+    return load_encoder(name)
+
+
+def listen(encoder: Encoder, sound: Sound, track: PhoneTrack | None) -> Features:
+    """Features of a sound; phones are taken from the alignment, if anything is said in it."""
+    if encoder.identity.startswith("phones") and track is not None and track.codes.any():
+        return of_track(track)
+    return encode(encoder, sound)
+
+
+def step_times(duration: float, rate: float) -> Array:
+    """Instants at which a model of some rate predicts, (steps,) seconds."""
+    first = FIRST % (1 / rate)
+    return first + np.arange(max(1, int(np.floor((duration - first) * rate + 1e-6)) + 1)) / rate
+
+
+def at_steps(features: Features, times: Array, rate: float) -> Floats:
+    """Features at steps: interpolated, or averaged where steps are further apart than the features."""
+    return features.at(times, 1 / rate)
+
+
+def between(values: Floats, place: Array) -> Floats:
+    """Rows of `values` at fractional places, interpolated; the ends repeat."""
+    place = np.clip(place, 0, len(values) - 1)
+    below = np.floor(place).astype(np.int64)
+    share = (place - below).astype(np.float32)[:, None]
+    upper = values[np.minimum(below + 1, len(values) - 1)]
+    return np.asarray(values[below] + (upper - values[below]) * share, np.float32)
