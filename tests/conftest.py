@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -65,3 +65,21 @@ def line(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         shutil.copy(root / "examples" / f"line{suffix}", tmp_path / f"a{suffix}")
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Callable[[str], tuple[Path, list[Any]]]:
+    """Writes the sample of one data set; returns its folder and its recordings."""
+    import dataset_samples
+
+    from phonanim.datasets import load_dataset
+
+    def make(name: str) -> tuple[Path, list[Any]]:
+        if name == "hprc":
+            pytest.importorskip("scipy", reason="needs the extra train")
+        folder = tmp_path / name
+        folder.mkdir()
+        getattr(dataset_samples, name)(folder)
+        return folder, list(load_dataset(name).recordings(folder))
+
+    return make

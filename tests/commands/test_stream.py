@@ -1,8 +1,7 @@
-"""`phonanim stream`: what comes in as lines, files and samples; what is wrong with it; the clock; the end."""
+"""`phonanim stream`: files, lines and samples; what is wrong with them; the end."""
 
 from __future__ import annotations
 
-import itertools
 import json
 import os
 import signal
@@ -18,14 +17,8 @@ import pytest
 from streams import made_up_model, speech
 
 from phonanim.__main__ import run
-from phonanim.errors import AudioError, MissingExtraError, StreamError
 from phonanim.options import Options
 from phonanim.pipeline import animate
-from phonanim.stream import inputs
-from phonanim.stream.engine import PhoneStream
-from phonanim.stream.events import End, Event, Phone, Problem, Samples, Tick, parse_event
-from phonanim.stream.play import Player, sentences
-from phonanim.stream.sound import SoundStream
 
 GOOD = """{"phone": "HH", "start": 0.1, "end": 0.2}
 {"phone": "AA1", "start": 0.2, "end": 0.4}
@@ -138,99 +131,12 @@ def test_in_real_time(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None
     np.testing.assert_allclose(late, [frame["values"] for frame in exact[9:]], atol=3e-5)
 
 
-class Kept:
-    """A sink that remembers when frames came, and may fail."""
-
-    def __init__(self, failure: OSError | None = None, after: int = 0) -> None:
-        self.where = "memory"
-        self.failure, self.after = failure, after
-        self.came: list[tuple[float, int]] = []
-
-    def send(self, number: int, time_: float, values: Any) -> None:
-        if self.failure and len(self.came) >= self.after:
-            raise self.failure
-        self.came.append((time.monotonic(), number))
-
-    def close(self) -> None:
-        pass
-
-
-def slowly(events: list[tuple[float, Event]]) -> Any:
-    """Events that come when so many seconds have passed."""
-    began = time.monotonic()
-    for at, event in events:
-        time.sleep(max(0, began + at - time.monotonic()))
-        yield event
-
-
-def test_a_stream_that_stalls_goes_on_in_time() -> None:
-    sink, said = Kept(), []
-    player = Player(PhoneStream(Options(), 0.1), [sink], 60, said.append)
-    events = [(0.0, Phone("AA1", 0, 0.2)), (0.8, Phone("M", 0.75, 0.9)), (0.9, End())]
-    player.run_in_time(slowly(events), 0.1, 0.1)
-    assert [number for _, number in sink.came] == list(range(len(sink.came)))
-    assert len(sink.came) >= 55  # a little more where the end was read late
-    gaps = np.diff([at for at, _ in sink.came])
-    assert gaps.sum() > 0.85
-    assert gaps.max() < 0.6  # it did not wait for the phone that came late
-    assert said == []
-    assert player.tally.frames == len(player.tally.lateness) == len(sink.came)
-
-
-def test_a_phone_that_comes_too_late_is_told() -> None:
-    sink, said = Kept(), []
-    player = Player(PhoneStream(Options(), 0.1), [sink], 60, said.append)
-    events = [(0.0, Phone("AA1", 0, 0.1)), (0.5, Phone("M", 0.1, 0.2)), (0.6, End())]
-    player.run_in_time(slowly(events), 0.1, 0.1)
-    assert said == ['phone "M" at 0.1 s comes after its frames were due; raise the look-ahead']
-
-
-def test_sound_that_stalls_is_waited_for_and_then_silent(ears: str) -> None:
-    sink, sound = Kept(), Samples(speech(0.4))
-    engine = SoundStream(Options(model=ears))
-    player = Player(engine, [sink], 60, lambda text: None)
-    player.run_in_time(slowly([(0.0, sound), (1.0, sound), (1.1, End())]), 0.2, 0.2)
-    assert player.tally.stalls >= 1
-    assert "the sound stalled" in " ".join(sentences(player.tally, ["memory"]))
-    assert [number for _, number in sink.came] == list(range(len(sink.came)))
-    assert len(sink.came) >= 48
-
-
 @pytest.mark.parametrize("command", ["animate", "batch", "stream"])
 def test_one_thread_is_settled_before_numpy_comes(command: str) -> None:
     code = f"import os, sys, phonanim.commands.{command}; "
     code += "sys.exit('numpy' in sys.modules or os.environ['OPENBLAS_NUM_THREADS'] != '1')"
     clean = {name: value for name, value in os.environ.items() if not name.endswith("NUM_THREADS")}
     assert subprocess.run([sys.executable, "-c", code], env=clean).returncode == 0
-
-
-def test_a_source_without_end_is_not_read_far_ahead() -> None:
-    def endless() -> Any:
-        for number in itertools.count():
-            yield Phone("AA1", number * 0.1, number * 0.1 + 0.1)
-
-    engine = PhoneStream(Options(), 0.1)
-    player = Player(engine, [Kept(BrokenPipeError(), 20)], 60, lambda text: None)
-    player.run_in_time(endless(), 0.1, 0.1)
-    assert 21 <= player.tally.frames < 600
-    assert 5 < engine.heard_until < 15
-    assert len(engine.known) < 200
-
-
-def test_a_place_that_is_gone_is_left_out() -> None:
-    gone, stays, said = Kept(BrokenPipeError(), 3), Kept(), []
-    player = Player(PhoneStream(Options(), 0.1), [gone, stays], 60, said.append)
-    player.run(iter([Phone("AA1", 0, 0.5), End()]))
-    assert (len(gone.came), len(stays.came)) == (3, 31)
-    assert said == ["memory: nobody is there any more; the stream goes on without it"]
-
-
-def test_a_network_that_fails_is_tried_again() -> None:
-    failing, said = Kept(OSError(101, "Network is unreachable")), []
-    player = Player(PhoneStream(Options(), 0.1), [failing], 60, said.append)
-    player.run(iter([Phone("AA1", 0, 0.5), End()]))
-    assert said == ["memory: a frame could not be sent (Network is unreachable); trying on"]
-    assert player.sinks == [failing]
 
 
 def started(*arguments: str, **more: Any) -> subprocess.Popen[bytes]:
@@ -351,105 +257,3 @@ def test_raw_samples(ears: str, root: Path) -> None:
     out, err = process.communicate(data + b"x", timeout=30)
     assert err == b"the last 1 bytes are no whole sample and are left out\n"
     assert len(frames(out.decode())) == 31
-
-
-def piped(data: bytes) -> int:
-    """A descriptor to read so many bytes from."""
-    read, write = os.pipe()
-    os.write(write, data)
-    os.close(write)
-    return read
-
-
-def test_a_sound_file_is_no_raw_samples() -> None:
-    with pytest.raises(
-        AudioError, match="stdin: is a sound file, not raw samples; name the file instead of -"
-    ):
-        list(inputs.raw_samples(piped(b"RIFF1234WAVE" + bytes(40)), 1))
-
-
-def test_channels_of_raw_samples_are_averaged() -> None:
-    data = np.array([[100, 300], [0, -200]], "<i2").tobytes()
-    first, end = inputs.raw_samples(piped(data), 2)
-    assert isinstance(first, Samples)
-    assert isinstance(end, End)
-    np.testing.assert_allclose(first.values * 32768, [200, -100])
-
-
-def test_lines_that_come_in_pieces() -> None:
-    found = list(inputs.json_lines(piped(GOOD.encode().rstrip(b"\n") + b'\n{"time": 7}\n\nx')))
-    assert found[:3] == [Phone("HH", 0.1, 0.2), Phone("AA1", 0.2, 0.4), Tick(0.5)]
-    assert found[4] == Tick(7.0)
-    assert isinstance(found[5], Problem)
-    assert found[6] == End()
-
-
-def test_an_event_is_read_or_refused() -> None:
-    assert parse_event('{"end": true}') == End()
-    with pytest.raises(StreamError, match="a line is none of"):
-        parse_event('{"end": false}')
-    with pytest.raises(StreamError, match="a line is none of"):
-        parse_event("[1]")
-
-
-def test_microphones(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "sounddevice", None)
-    with pytest.raises(MissingExtraError, match=r"a microphone needs pip install 'phonanim\[stream\]'"):
-        next(inputs.microphone(None, 16000))
-
-
-class Device:
-    """What stands for the sounddevice module: a microphone that hears two blocks."""
-
-    class PortAudioError(Exception):
-        pass
-
-    def __init__(self, failure: str = "") -> None:
-        self.failure = failure
-
-    def InputStream(self, rate: int, block: int, device: Any, callback: Any, **more: Any) -> Any:  # noqa: N802
-        if self.failure:
-            raise self.PortAudioError(self.failure)
-        self.callback, self.block, self.device = callback, block, device
-        return self
-
-    def __enter__(self) -> None:
-        for status in ("", "input overflow"):
-            self.callback(np.full((self.block, 1), 0.5, np.float32), self.block, None, status)
-
-    def __exit__(self, *error: object) -> None:
-        pass
-
-
-def test_a_microphone_that_hears(monkeypatch: pytest.MonkeyPatch) -> None:
-    device = Device()
-    monkeypatch.setitem(sys.modules, "sounddevice", device)
-    heard = inputs.microphone("3", 16000)
-    first, problem, second = (next(heard) for _ in range(3))
-    assert isinstance(first, Samples)
-    assert isinstance(second, Samples)
-    assert (len(first.values), device.device) == (160, 3)
-    assert problem == Problem("the microphone: input overflow")
-
-
-def test_a_microphone_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "sounddevice", Device("no default\n input device"))
-    with pytest.raises(
-        AudioError, match=r"the microphone cannot be opened \(no default input device\); name another device"
-    ):
-        next(inputs.microphone(None, 16000))
-
-
-def test_a_machine_without_sound(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(name: str, *more: Any) -> Any:
-        if name == "sounddevice":
-            raise OSError("PortAudio library not found")
-        return real(name, *more)
-
-    real = __import__
-    monkeypatch.delitem(sys.modules, "sounddevice", raising=False)
-    monkeypatch.setattr("builtins.__import__", refuse)
-    with pytest.raises(
-        AudioError, match=r"a microphone needs the PortAudio library \(PortAudio library not f"
-    ):
-        next(inputs.microphone(None, 16000))

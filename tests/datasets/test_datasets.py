@@ -1,4 +1,3 @@
-import csv
 import json
 import pickle
 from collections import Counter
@@ -7,35 +6,13 @@ import dataset_samples as samples
 import numpy as np
 import pytest
 
-from phonanim.__main__ import run
-from phonanim.corpus.importing import import_dataset
 from phonanim.datasets import KINDS, SPLITS, Frames, Recording, dataset_names, load_dataset
 from phonanim.datasets import _splits as splits
-from phonanim.datasets._est import read_est, sensors
-from phonanim.datasets._files import frames_of, load_array, read_list
-from phonanim.datasets._mat import read_signals
-from phonanim.datasets._pickles import read_pickle
 from phonanim.datasets._splits import EIGHTY_TEN_TEN, drawn, pieces
-from phonanim.errors import CorpusError, MissingExtraError, OptionError
-from phonanim.media.audio import read_sound
+from phonanim.errors import CorpusError, OptionError
 from phonanim.speech.alignment import Interval
 
 NAMES = dataset_names()
-
-
-@pytest.fixture
-def made(tmp_path, request):
-    """A folder with the sample of one data set, and its recordings."""
-
-    def make(name):
-        if name == "hprc":
-            pytest.importorskip("scipy", reason="needs the extra train")
-        folder = tmp_path / name
-        folder.mkdir()
-        getattr(samples, name)(folder)
-        return folder, list(load_dataset(name).recordings(folder))
-
-    return make
 
 
 def split_counts(recordings):
@@ -153,22 +130,6 @@ def test_damaged_vocaset(made):
     samples.array(folder / "data_verts.npy", samples.numbers(1, 5, 3))
     with pytest.raises(CorpusError, match=r"data_verts\.npy: does not hold the frames of the index"):
         recordings[-1].frames()
-
-
-class Call:
-    def __reduce__(self):
-        return print, ("this must not be printed",)
-
-
-def test_pickles_run_nothing(tmp_path, capsys):
-    (tmp_path / "a.pkl").write_bytes(pickle.dumps(Call()))
-    with pytest.raises(CorpusError, match=r"a\.pkl: cannot be read as a pickle of arrays: it wants to run"):
-        read_pickle(tmp_path / "a.pkl")
-    assert capsys.readouterr().out == ""
-    for protocol in (0, 2, 5):
-        kept = {"a": np.arange(3.0), "b": [np.float32(1), "ä"]}
-        (tmp_path / "a.pkl").write_bytes(pickle.dumps(kept, protocol=protocol))
-        np.testing.assert_array_equal(read_pickle(tmp_path / "a.pkl")["a"], kept["a"])
 
 
 def test_multiface_numbers_sentences_without_regard_to_case(made):
@@ -304,25 +265,6 @@ def test_mocha_is_read_as_text_and_binary(made):
     np.testing.assert_allclose(binary.values[0, 1], 10 * samples.numbers(5, 16)[0, [1, 9]], rtol=1e-5)
 
 
-def test_tracks_that_cannot_be_read(tmp_path):
-    path = tmp_path / "a.ema"
-    with pytest.raises(CorpusError, match=r"a\.ema: cannot be read: No such file"):
-        read_est(path)
-    path.write_bytes(b"RIFF")
-    with pytest.raises(CorpusError, match=r"a\.ema: is no EST track; its first line is not 'EST_File Track'"):
-        read_est(path)
-    whole = samples.est(["a", "b"], samples.numbers(5, 2), 100)
-    path.write_bytes(whole[:-16])
-    with pytest.raises(CorpusError, match=r"a\.ema: is damaged \(4 frames of 5\); fetch it again"):
-        read_est(path)
-    path.write_bytes(samples.est(["a", "b"], samples.numbers(5, 2), np.inf))
-    with pytest.raises(CorpusError, match=r"a\.ema: is damaged \(its time does not go on\)"):
-        read_est(path)
-    path.write_bytes(whole)
-    with pytest.raises(CorpusError, match=r"a\.ema: has none of the channels x; it has a, b"):
-        sensors(path, {"X": ("x",)}, 1.0)
-
-
 def test_hprc_holds_sound_and_phones(made):
     _, recordings = made("hprc")
     first = recordings[0]
@@ -331,85 +273,3 @@ def test_hprc_holds_sound_and_phones(made):
     np.testing.assert_allclose(first.frames().values[:, 0], samples.numbers(5, 6)[:, :3], rtol=1e-6)
     assert first.sound().rate == 44100
     assert first.phones() == (Interval("SIL", 0.0, 0.1), Interval("M", 0.1, 0.2))
-
-
-def test_matlab_files_that_cannot_be_used(tmp_path, monkeypatch):
-    savemat = pytest.importorskip("scipy.io", reason="needs the extra train").savemat
-    path = tmp_path / "F01_B01_S01_R01_N.mat"
-    path.write_bytes(b"none")
-    (recording,) = load_dataset("hprc").recordings(tmp_path)
-    with pytest.raises(CorpusError, match=r"R01_N\.mat: is no MATLAB file of named signals"):
-        recording.frames()
-    savemat(path, {"a": samples.structures([samples.signal("TT", 100, np.zeros((5, 6)), [])] * 2)})
-    with pytest.raises(CorpusError, match=r"R01_N\.mat: has no element AUDIO; it has TT"):
-        recording.sound()
-    read_signals.cache_clear()
-    savemat(path, {"a": samples.structures([samples.signal("AUDIO", 100, np.zeros((5, 1)), [])] * 2)})
-    with pytest.raises(CorpusError, match=r"R01_N\.mat: holds no sensors with SRATE and SIGNAL"):
-        recording.frames()
-    read_signals.cache_clear()
-    monkeypatch.setitem(__import__("sys").modules, "scipy.io", None)
-    with pytest.raises(MissingExtraError, match=r"MATLAB files need SciPy: pip install 'phonanim\[train\]'"):
-        recording.frames()
-
-
-def test_arrays_and_lists_that_cannot_be_read(tmp_path):
-    np.save(tmp_path / "a.npy", np.array([{}]))
-    with pytest.raises(CorpusError, match=r"a\.npy: cannot be read as an array of numbers: Object arrays"):
-        load_array(tmp_path / "a.npy")
-    np.save(tmp_path / "a.npy", np.zeros((4, 5)))
-    with pytest.raises(CorpusError, match=r"shape \(4, 5\); needed are frames of a multiple of 3 numbers"):
-        frames_of(tmp_path / "a.npy", 25, 3)
-    with pytest.raises(CorpusError, match=r"shape \(4, 5\); needed are frames of 2 numbers"):
-        frames_of(tmp_path / "a.npy", 25, 1, ("x", "y"))
-    with pytest.raises(CorpusError, match=r"a\.lst: cannot be read as a list of names: .*No such file"):
-        read_list(tmp_path / "a.lst")
-
-
-def test_import_brings_a_data_set_into_one_layout(made, tmp_path):
-    folder, _ = made("mngu0")
-    done = []
-    rows = import_dataset("mngu0", folder, tmp_path / "out", 2, progress=done.append)
-    assert done[-1] == 1
-    with (tmp_path / "out" / "recordings.csv").open() as stream:
-        table = list(csv.DictReader(stream))
-    assert [row["split"] for row in table] == ["train", "validation", "test", ""]
-    assert (table[0]["frames"], table[0]["fps"], table[0]["seconds"]) == ("3", "100.0", "0.2")
-    assert np.load(tmp_path / "out/motion/mngu0_s1_0001.npy").shape == (3, 6, 3)
-    facts = json.loads((tmp_path / "out" / "dataset.json").read_text())
-    assert facts["names"][0] == "TT"
-    assert (facts["fps"], facts["unit"]) == (100, "mm")
-    kept = read_sound(tmp_path / "out/audio/mngu0_s1_0001.wav")
-    given = read_sound(folder / "mngu0_s1_wav_16kHz_1.1.0/mngu0_s1_0001.wav")
-    np.testing.assert_allclose(kept.samples, given.samples, atol=2 / 32768)
-    assert (tmp_path / "out/textgrid/mngu0_s1_0001.TextGrid").is_file()
-    assert len(rows) == 4
-
-
-def test_import_of_what_is_not_there(made, tmp_path):
-    folder, _ = made("mngu0")
-    with pytest.raises(CorpusError, match="mngu0: has no recordings of the split test_b"):
-        import_dataset("mngu0", folder, tmp_path / "out", splits=["test_b"])
-    assert not (tmp_path / "out").exists()
-
-
-def test_names_cannot_leave_the_folder(made, tmp_path):
-    folder, _ = made("vocaset")
-    index = pickle.loads((folder / "subj_seq_to_idx.pkl").read_bytes())
-    rows = next(iter(index.values()))["sentence21"]
-    (folder / "subj_seq_to_idx.pkl").write_bytes(pickle.dumps({"..": {"/../a21": rows}}))
-    with pytest.raises(CorpusError, match=r"\.\._/\.\./a21: is no name for a file; the data set is damaged"):
-        import_dataset("vocaset", folder, tmp_path / "out")
-
-
-def test_the_commands(made, tmp_path, capsys):
-    folder, _ = made("mngu0")
-    assert run(["corpus", "datasets", "--json"]) == 0
-    assert set(json.loads(capsys.readouterr().out)) == set(NAMES)
-    assert run(["corpus", "datasets", "mngu0"]) == 0
-    assert "split    the file sets of the corpus" in capsys.readouterr().out
-    arguments = ["corpus", "import", "mngu0", str(folder), "-o", str(tmp_path / "out")]
-    assert run([*arguments, "--split", "test", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["splits"] == {"test": 1}
-    assert run(["corpus", "import", "biwi", str(folder), "-o", str(tmp_path / "out")]) == 2
-    assert "is not laid out as BIWI; looked for faces/" in capsys.readouterr().err

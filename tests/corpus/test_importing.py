@@ -1,0 +1,63 @@
+"""A data set of others is brought into the layout of a corpus."""
+
+import csv
+import json
+import pickle
+
+import numpy as np
+import pytest
+
+from phonanim.__main__ import run
+from phonanim.corpus.importing import import_dataset
+from phonanim.datasets import dataset_names
+from phonanim.errors import CorpusError
+from phonanim.media.audio import read_sound
+
+
+def test_import_brings_a_data_set_into_one_layout(made, tmp_path):
+    folder, _ = made("mngu0")
+    done = []
+    rows = import_dataset("mngu0", folder, tmp_path / "out", 2, progress=done.append)
+    assert done[-1] == 1
+    with (tmp_path / "out" / "recordings.csv").open() as stream:
+        table = list(csv.DictReader(stream))
+    assert [row["split"] for row in table] == ["train", "validation", "test", ""]
+    assert (table[0]["frames"], table[0]["fps"], table[0]["seconds"]) == ("3", "100.0", "0.2")
+    assert np.load(tmp_path / "out/motion/mngu0_s1_0001.npy").shape == (3, 6, 3)
+    facts = json.loads((tmp_path / "out" / "dataset.json").read_text())
+    assert facts["names"][0] == "TT"
+    assert (facts["fps"], facts["unit"]) == (100, "mm")
+    kept = read_sound(tmp_path / "out/audio/mngu0_s1_0001.wav")
+    given = read_sound(folder / "mngu0_s1_wav_16kHz_1.1.0/mngu0_s1_0001.wav")
+    np.testing.assert_allclose(kept.samples, given.samples, atol=2 / 32768)
+    assert (tmp_path / "out/textgrid/mngu0_s1_0001.TextGrid").is_file()
+    assert len(rows) == 4
+
+
+def test_import_of_what_is_not_there(made, tmp_path):
+    folder, _ = made("mngu0")
+    with pytest.raises(CorpusError, match="mngu0: has no recordings of the split test_b"):
+        import_dataset("mngu0", folder, tmp_path / "out", splits=["test_b"])
+    assert not (tmp_path / "out").exists()
+
+
+def test_names_cannot_leave_the_folder(made, tmp_path):
+    folder, _ = made("vocaset")
+    index = pickle.loads((folder / "subj_seq_to_idx.pkl").read_bytes())
+    rows = next(iter(index.values()))["sentence21"]
+    (folder / "subj_seq_to_idx.pkl").write_bytes(pickle.dumps({"..": {"/../a21": rows}}))
+    with pytest.raises(CorpusError, match=r"\.\._/\.\./a21: is no name for a file; the data set is damaged"):
+        import_dataset("vocaset", folder, tmp_path / "out")
+
+
+def test_the_commands(made, tmp_path, capsys):
+    folder, _ = made("mngu0")
+    assert run(["corpus", "datasets", "--json"]) == 0
+    assert set(json.loads(capsys.readouterr().out)) == set(dataset_names())
+    assert run(["corpus", "datasets", "mngu0"]) == 0
+    assert "split    the file sets of the corpus" in capsys.readouterr().out
+    arguments = ["corpus", "import", "mngu0", str(folder), "-o", str(tmp_path / "out")]
+    assert run([*arguments, "--split", "test", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["splits"] == {"test": 1}
+    assert run(["corpus", "import", "biwi", str(folder), "-o", str(tmp_path / "out")]) == 2
+    assert "is not laid out as BIWI; looked for faces/" in capsys.readouterr().err
