@@ -89,7 +89,7 @@ def untrained(kind: str, **more: Any) -> Streamed:
 def test_an_encoder_that_hears_everything_cannot_be_streamed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from test_encoders import put_whisper
+    from encoder_samples import put_whisper
 
     put_whisper(tmp_path)
     monkeypatch.setenv("PHONANIM_ENCODERS", str(tmp_path))
