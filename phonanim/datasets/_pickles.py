@@ -1,21 +1,142 @@
-"""Pickles of arrays, read without running what else a pickle may hold."""
+"""Pickles of arrays, read without calling anything that a pickle names.
+
+A pickle is a program. Here it can only build numbers, texts, lists, dicts and arrays of plain numbers:
+each name that real files use stands for a checked constructor of our own, and no NumPy object takes its
+state from the file.
+"""
 
 from __future__ import annotations
 
+import math
 import pickle
+import pickletools
+import re
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
 
 from phonanim.errors import CorpusError
 
-ALLOWED = {
-    ("_codecs", "encode"),
-    ("collections", "OrderedDict"),
-    ("numpy", "dtype"),
-    ("numpy", "ndarray"),
-    ("numpy.core.multiarray", "_reconstruct"),
-    ("numpy.core.multiarray", "scalar"),
-    ("numpy.core.numeric", "_frombuffer"),
+PLAIN_DTYPE = re.compile(r"[<>|=]?([biufc]\d{1,2}|S\d{1,9}|U\d{1,9})")
+MOST_STEPS = 4_000_000  # operations of one file; the largest known one has a tenth of this
+DEEPEST = 50  # containers within containers
+FAULTS = (
+    OSError,
+    pickle.UnpicklingError,
+    EOFError,
+    AttributeError,
+    ImportError,
+    TypeError,
+    ValueError,
+    IndexError,
+    KeyError,
+    OverflowError,
+    MemoryError,
+    RecursionError,
+)
+
+
+def read_pickle(path: Path) -> Any:
+    """The content of a pickle of Python 2 or 3. Raises CorpusError when it is damaged or not of arrays."""
+    try:
+        with path.open("rb") as stream:
+            _check_steps(stream, path.stat().st_size)
+            stream.seek(0)
+            return _finished(_Arrays(stream, encoding="latin1").load())
+    except FAULTS as error:
+        reason = str(error) or type(error).__name__
+        raise CorpusError(f"{path}: cannot be read as a pickle of arrays: {reason}") from error
+
+
+def _check_steps(stream: BinaryIO, size: int) -> None:
+    """Raise ValueError where a pickle has too many steps, or one that needs more memory than the file has."""
+    for number, (operation, argument, _) in enumerate(pickletools.genops(stream)):
+        if number > MOST_STEPS:
+            raise ValueError(f"it has more than {MOST_STEPS:,} steps")
+        if operation.name in ("LONG_BINPUT", "PUT") and int(argument or 0) > size:
+            raise ValueError(f"it stores item {argument} of a file of {size} bytes")
+
+
+class _Type:
+    """A dtype that is still to be told its byte order."""
+
+    def __init__(self, name: Any, align: Any = False, copy: Any = False) -> None:
+        if not isinstance(name, str) or not PLAIN_DTYPE.fullmatch(name):
+            raise pickle.UnpicklingError(f"it holds an array of {name!r}, which are no plain numbers")
+        self.dtype = np.dtype(name)
+
+    def __setstate__(self, state: Any) -> None:
+        order = state[1]
+        if order not in ("<", ">", "|", "="):
+            raise pickle.UnpicklingError(f"its byte order is {order!r}")
+        self.dtype = self.dtype.newbyteorder(order)
+
+
+class _Array:
+    """An array that is still to be filled."""
+
+    value: NDArray[Any] | None = None
+
+    def __setstate__(self, state: Any) -> None:
+        _, shape, kind, fortran, content = state
+        self.value = _array(content, kind, shape, "F" if fortran else "C")
+
+
+class _Subtype:
+    """Stands for numpy.ndarray, which a pickle may name and never call."""
+
+    def __new__(cls, *arguments: Any) -> _Subtype:
+        raise pickle.UnpicklingError("it wants to call numpy.ndarray")
+
+
+def _array(content: Any, kind: Any, shape: Any, order: Any = "C") -> NDArray[Any]:
+    """A copy of bytes as an array, once their number is that of the shape."""
+    if isinstance(content, str):
+        content = content.encode("latin1")
+    if not (isinstance(kind, _Type) and isinstance(content, bytes | bytearray) and isinstance(shape, tuple)):
+        raise pickle.UnpicklingError("it holds an array that is not of plain numbers")
+    counts = [int(count) for count in shape]
+    if min(counts, default=0) < 0 or math.prod(counts) * kind.dtype.itemsize != len(content):
+        raise pickle.UnpicklingError(f"it holds {len(content)} bytes for an array of shape {shape}")
+    if kind.dtype.itemsize == 0:
+        return np.zeros(counts, kind.dtype)
+    return (
+        np.frombuffer(bytes(content), kind.dtype).reshape(counts, order="F" if order == "F" else "C").copy()
+    )
+
+
+def _reconstruct(subtype: Any, shape: Any, code: Any) -> _Array:
+    if subtype is not _Subtype:
+        raise pickle.UnpicklingError("it holds an array of an unknown class")
+    return _Array()
+
+
+def _scalar(kind: Any, content: Any = b"") -> Any:
+    return _array(content, kind, ())[()]
+
+
+def _encode(text: Any, encoding: Any = "latin1") -> bytes:
+    if not isinstance(text, str) or encoding not in ("latin1", "latin-1"):
+        raise pickle.UnpicklingError(f"it wants to encode as {encoding!r}")
+    return text.encode("latin1")
+
+
+def _no_bytes() -> bytes:
+    """What protocols 0 to 2 call for bytes of no length."""
+    return b""
+
+
+CONSTRUCTORS = {
+    ("__builtin__", "bytes"): _no_bytes,
+    ("_codecs", "encode"): _encode,
+    ("collections", "OrderedDict"): dict,
+    ("numpy", "dtype"): _Type,
+    ("numpy", "ndarray"): _Subtype,
+    ("numpy.core.multiarray", "_reconstruct"): _reconstruct,
+    ("numpy.core.multiarray", "scalar"): _scalar,
+    ("numpy.core.numeric", "_frombuffer"): _array,
 }
 
 
@@ -23,28 +144,31 @@ class _Arrays(pickle.Unpickler):
     """Knows numbers, texts, containers and arrays."""
 
     def find_class(self, module: str, name: str) -> Any:
-        """The class or function, where it is one that makes an array."""
+        """The constructor of our own for a name. Raises UnpicklingError for every other name."""
         public = module.replace("numpy._core", "numpy.core")
-        if (public, name) not in ALLOWED:
+        if (public, name) not in CONSTRUCTORS:
             raise pickle.UnpicklingError(f"it wants to run {module}.{name}")
-        try:  # NumPy 2 has the underscore, NumPy 1 has not
-            return super().find_class(public.replace("numpy.core", "numpy._core"), name)
-        except ModuleNotFoundError:
-            return super().find_class(public, name)
+        return CONSTRUCTORS[public, name]
 
 
-def read_pickle(path: Path) -> Any:
-    """The content of a pickle of Python 2 or 3. Raises CorpusError when it is damaged or not of arrays."""
-    try:
-        with path.open("rb") as stream:
-            return _Arrays(stream, encoding="latin1").load()
-    except (
-        OSError,
-        pickle.UnpicklingError,
-        EOFError,
-        AttributeError,
-        ValueError,
-        IndexError,
-        KeyError,
-    ) as error:
-        raise CorpusError(f"{path}: cannot be read as a pickle of arrays: {error}") from error
+def _finished(value: Any, depth: int = 0, done: dict[int, Any] | None = None) -> Any:
+    """Containers with real arrays in them. Raises UnpicklingError for an array that was never filled.
+
+    A container that stands in many places is finished once: `done` maps its identity to the result.
+    """
+    done = {} if done is None else done
+    if depth > DEEPEST:
+        raise pickle.UnpicklingError(f"it nests more than {DEEPEST} containers")
+    if isinstance(value, _Array):
+        if value.value is None:
+            raise pickle.UnpicklingError("it holds an array without content")
+        return value.value
+    if isinstance(value, dict | list | tuple):
+        if id(value) not in done:
+            pairs = value.items() if isinstance(value, dict) else enumerate(value)
+            parts = {key: _finished(item, depth + 1, done) for key, item in pairs}
+            done[id(value)] = parts if isinstance(value, dict) else type(value)(parts.values())
+        return done[id(value)]
+    if isinstance(value, _Type | _Subtype) or callable(value):
+        raise pickle.UnpicklingError("it holds something that is neither a number, a text nor an array")
+    return value
