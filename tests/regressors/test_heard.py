@@ -218,7 +218,7 @@ def test_minmax_and_scale_give_millimetres(data: Examples) -> None:
 
 
 def test_shares_of_layers_sum_to_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: Examples) -> None:
-    from test_encoders import put_whisper
+    from encoder_samples import put_whisper
 
     put_whisper(tmp_path)
     monkeypatch.setenv("PHONANIM_ENCODERS", str(tmp_path))
