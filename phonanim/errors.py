@@ -53,3 +53,7 @@ class EvaluationError(PhonanimError):
 
 class MissingExtraError(PhonanimError):
     """An optional dependency is absent; the text names the extra that brings it."""
+
+
+class PluginError(PhonanimError):
+    """A plugin of another package that cannot be used; the text names the plugin and its package."""

@@ -8,18 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache
-from importlib import import_module
 from pathlib import Path
 from typing import Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.plugins import Registry
 from phonanim.errors import CorpusError, OptionError
 from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import Sound
 from phonanim.speech.alignment import Interval
+
+DATASETS = Registry("phonanim.datasets", needs=("CARD", "recordings"))
 
 SPLITS = ("train", "validation", "test", "test_b", "")
 """`test_b` is of speakers that training lacks; recordings without a split take no part in the paper."""
@@ -73,7 +74,7 @@ class Card:
 
 
 class Dataset(Protocol):
-    """What a module of this folder offers."""
+    """What a module of this folder, or a plugin of the group `phonanim.datasets`, offers."""
 
     CARD: Card
 
@@ -81,17 +82,17 @@ class Dataset(Protocol):
         """The recordings in a folder, sorted by name. Raises CorpusError where it is laid out otherwise."""
 
 
-@cache
 def dataset_names() -> tuple[str, ...]:
     """The data sets, by the stem of their file."""
-    return tuple(sorted(path.stem for path in Path(__file__).parent.glob("[a-z]*.py")))
+    return DATASETS.names()
 
 
 def load_dataset(name: str) -> Dataset:
     """The module of one data set. Raises OptionError when there is none of that name."""
-    if name not in dataset_names():
+    found = DATASETS.find(name)
+    if found is None:
         raise OptionError(f"no data set is called {name!r}; there are {', '.join(dataset_names())}")
-    return cast("Dataset", import_module(f"{__name__}.{name}"))
+    return cast("Dataset", found)
 
 
 def not_found(folder: Path, title: str, *looked_for: str) -> CorpusError:

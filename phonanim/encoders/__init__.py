@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
-from importlib import import_module
-from pathlib import Path
-from typing import Protocol
+from typing import Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.plugins import Registry
 from phonanim.encoders._cache import kept
 from phonanim.errors import AudioError, ModelError
 from phonanim.media.audio import Sound, resample
@@ -19,6 +18,8 @@ from phonanim.media.audio import Sound, resample
 RATE = 16000  # hertz that every encoder hears
 HOP = 320  # samples from one step to the next: 20 ms, as in the papers
 STEPS = RATE / HOP  # steps a second
+
+ENCODERS = Registry("phonanim.encoders", needs=("load",))
 
 Array = NDArray[np.float64]
 Values = NDArray[np.float16]
@@ -57,10 +58,11 @@ class Features:
 
 
 class Encoder(Protocol):
-    """What `load` of each file returns. `run` sees at most `window` whole seconds at a time.
+    """What `load()` of each file, or of a plugin of the group `phonanim.encoders`, returns.
 
-    `margin` whole seconds at each end of a window are heard and then left out, `start` is the centre of
-    the first step in seconds, `identity` changes whenever the features would.
+    `run` sees at most `window` whole seconds at a time. `margin` whole seconds at each end of a
+    window are heard and then left out, `start` is the centre of the first step in seconds, `identity`
+    changes whenever the features would.
     """
 
     @property
@@ -93,17 +95,17 @@ class Encoder(Protocol):
 
 def names() -> tuple[str, ...]:
     """Every encoder: the stems of this folder's files."""
-    return tuple(sorted(p.stem for p in Path(__file__).parent.glob("*.py") if not p.stem.startswith("_")))
+    return ENCODERS.names()
 
 
 def load_encoder(name: str) -> Encoder:
     """An encoder by name, with its weights. Raises ModelError, MissingExtraError; each says what to get."""
-    if name not in names():
+    found = ENCODERS.find(name)
+    if found is None:
         near = get_close_matches(name, names(), n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise ModelError(f"there is no encoder {name!r}{hint} (known: {', '.join(names())})")
-    found: Encoder = import_module(f"phonanim.encoders.{name}").load()
-    return found
+    return cast("Encoder", found.load())
 
 
 def encode(encoder: Encoder, sound: Sound) -> Features:

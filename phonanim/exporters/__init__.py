@@ -1,46 +1,58 @@
 """Files to write: one module per suffix, named after it with `_` for the dots within (`metahuman_csv`).
 
-Each module has `SUMMARY`, one line for people, and `write(animation, path, **options)`; where the format
-can be read back, `read(path) -> Animation`. A name that begins with `_` is a helper.
+Each module is an `Exporter`. A name that begins with `_` is a helper.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import cache
-from importlib import import_module
+from collections.abc import Callable, Mapping, Sequence
 from inspect import signature
 from pathlib import Path
-from types import ModuleType
-from typing import Any
+from typing import Any, Protocol, cast
 
 import numpy as np
 
 from phonanim.animation.animation import Animation
+from phonanim.core.plugins import Registry
 from phonanim.errors import OutputError
 
+EXPORTERS = Registry("phonanim.exporters", needs=("SUMMARY", "write"))
 
-@cache
+
+class Exporter(Protocol):
+    """What a module of this folder, or a plugin of the group `phonanim.exporters`, offers.
+
+    The parameters of `write` after the first two are the options of the format. A format that can be read
+    back also has `read(path) -> Animation`.
+    """
+
+    SUMMARY: str  # one line for people
+
+    def write(self, animation: Animation, path: Path) -> None:
+        """Write a file, whole or not at all. Raises OutputError when that cannot be done."""
+
+
 def suffixes() -> tuple[str, ...]:
     """Every suffix that can be written, sorted."""
-    stems = (path.stem for path in Path(__file__).parent.glob("[!_]*.py"))
-    return tuple(sorted("." + stem.replace("_", ".") for stem in stems))
+    return tuple(sorted(map(_suffix, EXPORTERS.names())))
 
 
 def readable() -> tuple[str, ...]:
     """The suffixes of formats that can be read back."""
-    return tuple(suffix for suffix in suffixes() if hasattr(_module(suffix), "read"))
+    return tuple(suffix for suffix in suffixes() if hasattr(_exporter(suffix), "read"))
 
 
-def find_exporter(path: Path) -> ModuleType:
-    """The module for the longest suffix that a name ends with. Raises OutputError when none fits."""
+def find_exporter(path: Path) -> Exporter:
+    """The exporter for the longest suffix that a name ends with; a built-in one goes first.
+
+    Raises OutputError when none fits, PluginError when a plugin cannot be used.
+    """
     name = path.name.lower()
-    known = [suffix for suffix in suffixes() if name.endswith(suffix) and name != suffix]
-    if not known:
-        raise OutputError(
-            f"{path}: no format has this suffix; end the name with one of {' '.join(suffixes())}"
-        )
-    return _module(max(known, key=len))
+    for names in (EXPORTERS.built_in, EXPORTERS.plugins):
+        known = [suffix for suffix in map(_suffix, names()) if name.endswith(suffix) and name != suffix]
+        if known:
+            return _exporter(max(known, key=len))
+    raise OutputError(f"{path}: no format has this suffix; end the name with one of {' '.join(suffixes())}")
 
 
 def options_of(path: Path) -> tuple[str, ...]:
@@ -57,7 +69,7 @@ def allotted(options: Mapping[str, Any], paths: Sequence[Path]) -> tuple[list[di
 
 def formats() -> dict[str, str]:
     """What each suffix holds, one line each."""
-    return {suffix: str(_module(suffix).SUMMARY) for suffix in suffixes()}
+    return {suffix: _exporter(suffix).SUMMARY for suffix in suffixes()}
 
 
 def save(animation: Animation, path: Path, **options: object) -> None:
@@ -72,7 +84,8 @@ def save(animation: Animation, path: Path, **options: object) -> None:
     if unknown:
         taken = ", ".join(options_of(path)) or "none"
         raise OutputError(f"{path}: this format has no option {unknown[0]}; those it has: {taken}")
-    exporter.write(animation, path, **options)
+    write: Callable[..., None] = exporter.write
+    write(animation, path, **options)
 
 
 def load(path: Path) -> Animation:
@@ -81,16 +94,21 @@ def load(path: Path) -> Animation:
     Raises OutputError when its format cannot be read back or it holds values that are not finite.
     """
     exporter = find_exporter(path)
-    if not hasattr(exporter, "read"):
+    read: Callable[[Path], Animation] | None = getattr(exporter, "read", None)
+    if read is None:
         known = " ".join(readable())
         raise OutputError(f"{path}: this format can only be written; those that can be read are {known}")
-    animation: Animation = exporter.read(path)
+    animation = read(path)
     _check_finite(animation, path)
     return animation
 
 
-def _module(suffix: str) -> ModuleType:
-    return import_module("phonanim.exporters." + suffix[1:].replace(".", "_"))
+def _suffix(name: str) -> str:
+    return "." + name.replace("_", ".")
+
+
+def _exporter(suffix: str) -> Exporter:
+    return cast("Exporter", EXPORTERS.find(suffix[1:].replace(".", "_")))
 
 
 def _check(animation: Animation, path: Path) -> None:

@@ -4,18 +4,22 @@ and `read(file)`, which returns every tier that the file holds.
 
 from __future__ import annotations
 
-import pkgutil
-from importlib import import_module
+from itertools import chain
 from typing import Protocol, cast
 
+from phonanim.core.plugins import Registry
+from phonanim.errors import AlignmentError
 from phonanim.speech.alignment import Recording
 from phonanim.speech.alignment_file import AlignmentFile
 
+READERS = Registry("phonanim.readers", needs=("FORMAT", "recognizes", "read"))
+COMMONEST = "textgrid"  # is tried first: the other readers then need not be imported
+
 
 class Reader(Protocol):
-    """What a module of this folder offers."""
+    """What a module of this folder, or a plugin of the group `phonanim.readers`, offers."""
 
-    FORMAT: str
+    FORMAT: str  # the format in a few words, for people
 
     def recognizes(self, source: AlignmentFile) -> bool:
         """Whether the content is of this format."""
@@ -26,21 +30,23 @@ class Reader(Protocol):
 
 def reader_names() -> tuple[str, ...]:
     """The formats, by the stem of their file."""
-    return tuple(sorted(module.name for module in pkgutil.iter_modules(__path__) if module.name[0] != "_"))
+    return READERS.names()
 
 
 def load_reader(name: str) -> Reader:
-    """The reader of one format."""
-    return cast("Reader", import_module(f"{__name__}.{name}"))
+    """The reader of one format. Raises AlignmentError when there is none, PluginError when it is broken."""
+    found = READERS.find(name)
+    if found is None:
+        raise AlignmentError(f"there is no reader {name!r}; there are {', '.join(reader_names())}")
+    return cast("Reader", found)
 
 
 def find_reader(source: AlignmentFile) -> Reader:
     """The reader that recognizes the content. Raises AlignmentError when none does."""
-    # TextGrid, the commonest, is tried first: the other readers then need not be imported.
-    names = sorted(reader_names(), key=lambda name: name != "textgrid")
-    for reader in map(load_reader, names):
+    for reader in map(load_reader, chain([COMMONEST], READERS.search())):
         if reader.recognizes(source):
             return reader
+    names = sorted(reader_names(), key=lambda name: name != COMMONEST)
     formats = ", ".join(load_reader(name).FORMAT for name in names)
     kind = "no alignment in a known format" if source.text else "a binary file"
     raise source.error(f"is {kind}; what can be read: {formats}")

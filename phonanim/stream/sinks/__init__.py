@@ -1,7 +1,6 @@
 """Where frames go as they fall due: one module per protocol, named after it.
 
-Each module has `SUMMARY`, one line for people, `ADDRESS`, the host and port when none is named (None where
-there is none), and `open_sink(stage, address) -> Sink`.
+Each module is a `SinkModule`. A name that begins with `_` is a helper.
 """
 
 from __future__ import annotations
@@ -10,15 +9,15 @@ import socket
 from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import get_close_matches
-from importlib import import_module
-from pathlib import Path
-from types import ModuleType
-from typing import Protocol
+from typing import Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.plugins import Registry
 from phonanim.errors import MissingExtraError, OptionError, OutputError
+
+SINKS = Registry("phonanim.stream.sinks", needs=("SUMMARY", "ADDRESS", "open_sink"), group="phonanim.sinks")
 
 Address = tuple[str, int]
 
@@ -44,29 +43,42 @@ class Sink(Protocol):
         """Let go of the place."""
 
 
+class SinkModule(Protocol):
+    """What a module of this folder, or a plugin of the group `phonanim.sinks`, offers."""
+
+    SUMMARY: str  # one line for people
+    ADDRESS: Address | None  # the host and port when none is named; None where there is none
+
+    def open_sink(self, stage: Stage, address: Address | None) -> Sink:
+        """Open the place. Raises OSError when that fails, ImportError when a package is absent."""
+
+
 def names() -> tuple[str, ...]:
-    """Every sink: the stems of this folder's files."""
-    return tuple(sorted(p.stem for p in Path(__file__).parent.glob("[!_]*.py")))
+    """Every sink: the stems of this folder's files, and the plugins."""
+    return SINKS.names()
 
 
-def find_sink(name: str) -> ModuleType:
+def find_sink(name: str) -> SinkModule:
     """The module of a sink. Raises OptionError with the nearest name."""
-    if name not in names():
+    found = SINKS.find(name)
+    if found is None:
         near = get_close_matches(name, names(), n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise OptionError(f"there is no sink {name!r}{hint} (known: {', '.join(names())})")
-    return import_module(f"phonanim.stream.sinks.{name}")
+    return cast("SinkModule", found)
 
 
 def open_named(text: str, stage: Stage) -> Sink:
     """A sink from NAME, NAME=HOST:PORT or NAME=PORT. Raises OptionError, OutputError, MissingExtraError."""
     name, given, place = text.partition("=")
     module = find_sink(name)
-    if given and module.ADDRESS is None:
+    address = module.ADDRESS
+    if given and address is None:
         raise OptionError(f"{text}: {name} has no address; write {name}")
-    address = parse_address(place, module.ADDRESS, text) if given else module.ADDRESS
+    if given and address is not None:
+        address = parse_address(place, address, text)
     try:
-        opened: Sink = module.open_sink(stage, address)
+        opened = module.open_sink(stage, address)
     except ImportError as error:
         raise MissingExtraError(f"{name} needs pip install 'phonanim[stream]' ({error.name})") from error
     except OSError as error:
