@@ -12,6 +12,7 @@ import click
 from click.exceptions import NoArgsIsHelpError
 
 from phonanim import __version__
+from phonanim.core.plugins import find_culprit
 from phonanim.errors import PhonanimError
 
 BAD_INPUT = 2
@@ -62,6 +63,13 @@ def run(arguments: Sequence[str] | None = None) -> int:
         return _complain(f"phonanim: {error}")
     except click.Abort:
         return INTERRUPTED
+    except Exception as error:
+        plugin = find_culprit(error.__traceback__)
+        if plugin is None:
+            raise
+        return _complain(
+            f"phonanim: {plugin} failed: {type(error).__name__}: {error}; update or uninstall it"
+        )
 
 
 def main() -> NoReturn:

@@ -21,7 +21,7 @@ from phonanim.animation.animation import Animation
 from phonanim.animation.blinks import blinking, lids
 from phonanim.animation.style import drawn
 from phonanim.core.files import content_hash
-from phonanim.core.lexicon import LEXICON
+from phonanim.core.lexicon import find_tables
 from phonanim.errors import OptionError
 from phonanim.face.contacts import CONTACTS
 from phonanim.options import Overlay
@@ -36,7 +36,6 @@ else:
 
 Array = NDArray[np.float64]
 
-POSES = LEXICON / "poses"
 EASE = 0.25  # seconds in which an overlay comes and goes
 HOLD = 0.12  # seconds before and after a contact in which the mouth leaves its overlay and takes it up
 SHARE = 0.5  # of an overlay that the mouth takes while it speaks; set by eye
@@ -88,19 +87,19 @@ def hashes(overlays: Sequence[Overlay]) -> list[str]:
 
 
 def is_pose(source: str) -> bool:
-    """Whether an overlay is a shipped pose, by its name."""
-    return source in [path.stem for path in POSES.glob("*.toml")]
+    """Whether an overlay is a pose, shipped or on PHONANIM_PATH, by its name."""
+    return source in find_tables("poses")
 
 
 def find_overlay(source: str) -> Path:
-    """The file of an overlay: a path, or the name of a shipped pose. Raises OptionError with the nearest."""
-    if is_pose(source):
-        return POSES / f"{source}.toml"
+    """The file of an overlay: a path, or the name of a pose. Raises OptionError with the nearest."""
+    poses = find_tables("poses")
+    if source in poses:
+        return poses[source]
     if Path(source).is_file():
         return Path(source)
-    names = sorted(path.stem for path in POSES.glob("*.toml"))
-    near = get_close_matches(source, names, n=1)
-    hint = f"did you mean {near[0]}?" if near else f"name a file, or one of {', '.join(names)}"
+    near = get_close_matches(source, poses, n=1)
+    hint = f"did you mean {near[0]}?" if near else f"name a file, or one of {', '.join(poses)}"
     raise OptionError(f"overlay {source}: there is no such file or pose; {hint}")
 
 

@@ -87,7 +87,7 @@ def look_ahead(regressor: regressors.Regressor) -> str:
 
     For windows and convolutions it is exact; a kind that is not told of here may look at all of a line.
     """
-    found = _AHEAD.get(type(regressor).__module__.rpartition(".")[2])
+    found = _AHEAD.get(regressors.kind_of(regressor))
     return found(regressor) if found else LINE
 
 

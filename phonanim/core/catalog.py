@@ -9,6 +9,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from phonanim.core.lexicon import search_path
 from phonanim.errors import ModelError
 
 SHIPPED = Path(__file__).parent.parent / "models"
@@ -27,9 +28,13 @@ class ModelEntry:
 
 
 def local_folders() -> tuple[Path, ...]:
-    """Where local models are looked for: the folders of PHONANIM_MODELS, or else ./models."""
+    """Where local models are looked for: the folders of PHONANIM_MODELS, or else ./models.
+
+    Then the folders `models` on PHONANIM_PATH.
+    """
     places = os.environ.get("PHONANIM_MODELS", "models")
-    return tuple(Path(place) for place in places.split(os.pathsep) if place)
+    own = (Path(place) for place in places.split(os.pathsep) if place)
+    return (*own, *(folder / "models" for folder in search_path()))
 
 
 def list_models() -> tuple[ModelEntry, ...]:

@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields
 from difflib import get_close_matches
-from importlib import import_module
 from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.core.files import atomic_path
+from phonanim.core.plugins import Registry
 from phonanim.core.typed import check_types
 from phonanim.errors import ModelError
 from phonanim.face.model import FaceModel
@@ -21,6 +21,8 @@ from phonanim.inputs.speech_input import InputModality as InputModality
 from phonanim.media.audio import Sound
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.phones import PhoneTrack, silence
+
+REGRESSORS = Registry("phonanim.regressors", needs=("REGRESSOR",))
 
 Tensors = dict[str, NDArray[Any]]
 Progress = Callable[[float], None]
@@ -59,7 +61,9 @@ class Examples:
 
 
 class Regressor(Protocol):
-    """What each file of this folder provides as `REGRESSOR`; `config_class` a frozen dataclass.
+    """What each file of this folder, or a plugin of the group `phonanim.regressors`, has as `REGRESSOR`.
+
+    `config_class` is a frozen dataclass.
 
     One that is driven by "phones" ignores the sound, one by "audio" the track; "both" needs both.
     """
@@ -116,24 +120,29 @@ class Model:
         if track is None and sound is not None and modality == "audio":
             track = silence(sound.duration)
         if track is None or (sound is None and modality != "phones"):
-            kind = type(self.regressor).__module__.rpartition(".")[2]
-            raise ModelError(f"a model of kind {kind} needs {NEEDS[modality]}")
+            raise ModelError(f"a model of kind {kind_of(self.regressor)} needs {NEEDS[modality]}")
         return self.regressor.predict(track, start + np.arange(frames) / fps, sound)
 
 
 def kinds() -> tuple[str, ...]:
     """Every kind of regressor: the stems of this folder's files."""
-    return tuple(sorted(p.stem for p in Path(__file__).parent.glob("*.py") if not p.stem.startswith("_")))
+    return REGRESSORS.names()
+
+
+def kind_of(regressor: Regressor) -> str:
+    """The name of a regressor's kind: that of the file or of the plugin whose module defines its class."""
+    return REGRESSORS.name_of(type(regressor).__module__)
 
 
 def regressor_class(kind: str) -> type[Regressor]:
     """The class behind a kind. Raises ModelError with the nearest name when there is none."""
-    if kind not in kinds():
+    found = REGRESSORS.find(kind)
+    if found is None:
         near = get_close_matches(kind, kinds(), n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise ModelError(f"there is no regressor {kind!r}{hint} (known: {', '.join(kinds())})")
-    found: type[Regressor] = import_module(f"phonanim.regressors.{kind}").REGRESSOR
-    return found
+    regressor: type[Regressor] = found.REGRESSOR
+    return regressor
 
 
 def make_config(kind: str, values: dict[str, Any], where: str) -> Any:
@@ -163,7 +172,7 @@ def save(model: Model, folder: Path) -> None:
         path.write_bytes(serialized({name: np.ascontiguousarray(t) for name, t in learned.items()}))
     card = {
         "format": FORMAT,
-        "kind": type(model.regressor).__module__.rpartition(".")[2],
+        "kind": kind_of(model.regressor),
         "config": asdict(model.regressor.config),
         "inventory": list(INVENTORY.phones),
         "face": model.face.id,

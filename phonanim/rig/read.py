@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from phonanim.core.lexicon import LEXICON
+from phonanim.core.lexicon import find_tables
 from phonanim.errors import RigError
 from phonanim.rig.rig import MEAN, POSES, Array, Rig, Through, Visemes
 from phonanim.rig.tables import read_hinges, read_mixture, read_shapes, read_visemes
@@ -22,7 +22,6 @@ else:
     import tomli as tomllib
 
 FILES = ("direct", "head", "landmarks", "accents", "tongue", "visemes", "shapes")
-FOLDER = LEXICON / "rigs"
 KEYS = (
     *("name", "title", "source", "face", "head", "landmarks", "accents", "tongue", "direct", "speech"),
     *("through", "table", "visemes", "shapes", "stepped"),
@@ -31,12 +30,12 @@ KEYS = (
 
 
 def rig_names() -> tuple[str, ...]:
-    """The rigs that are shipped."""
-    return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
+    """The rigs that are shipped, then those on PHONANIM_PATH."""
+    return tuple(find_tables("rigs"))
 
 
 def load_rig(name: str) -> Rig:
-    """Read a rig: a shipped one by its name, or one of your own by the path of its TOML file.
+    """Read a rig: a shipped one or one on PHONANIM_PATH by its name, any other by the path of its TOML file.
 
     Raises RigError that names the file, the place in it and the mend.
     """
@@ -51,12 +50,13 @@ def load_rig(name: str) -> Rig:
 
 def find_rig(name: str) -> Path:
     """The TOML file of a rig. Raises RigError, with the nearest name."""
-    if name in rig_names():
-        return FOLDER / f"{name}.toml"
+    known = find_tables("rigs")
+    if name in known:
+        return known[name]
     if Path(name).suffix == ".toml" and Path(name).is_file():
         return Path(name)
     raise RigError(
-        f"there is no rig {name!r}{_hint(name, rig_names())}; shipped are {', '.join(rig_names())}, "
+        f"there is no rig {name!r}{_hint(name, known)}; shipped are {', '.join(known)}, "
         "and any .toml file that `phonanim rig new` writes"
     )
 

@@ -7,10 +7,11 @@ import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
+from pathlib import Path
 from typing import Any, Literal
 from unicodedata import normalize
 
-from phonanim.core.lexicon import LEXICON
+from phonanim.core.lexicon import LEXICON, find_tables
 from phonanim.errors import LabelError
 from phonanim.speech.alignment_file import brief
 from phonanim.speech.inventory import INVENTORY
@@ -107,8 +108,8 @@ class Language:
 
 
 def language_names() -> tuple[str, ...]:
-    """The languages there are."""
-    return tuple(sorted(path.stem for path in (LEXICON / "languages").glob("*.toml")))
+    """The languages that are shipped, then those on PHONANIM_PATH."""
+    return tuple(find_tables("languages"))
 
 
 @cache
@@ -137,7 +138,7 @@ def is_silent(label: str) -> bool:
 
 @cache
 def _silences() -> dict[str, Sound]:
-    table = _toml("silences.toml")
+    table = _toml(LEXICON / "silences.toml")
     return dict.fromkeys(table["noise"], NOISE_SOUND) | dict.fromkeys(table["silent"], SILENCE_SOUND)
 
 
@@ -151,7 +152,34 @@ def _bare(label: str) -> str:
 
 @cache
 def _read_language(name: str) -> Language:
-    table = _toml(f"languages/{name}.toml")
+    """A language by the name of its file. Raises LabelError when a file of one's own is not a language."""
+    path = find_tables("languages")[name]
+    try:
+        language = _build_language(name, _toml(path))
+        if LEXICON not in path.parents:  # the tests check those that are shipped
+            _check_sounds(language)
+    except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
+        reason = f"has no {error}" if isinstance(error, KeyError) else error
+        raise LabelError(
+            f"{path}: is not a language: {reason}; docs/languages.md describes the file"
+        ) from error
+    return language
+
+
+def _check_sounds(language: Language) -> None:
+    """Raise ValueError where a label stands for no phone of the inventory and for no IPA."""
+    for phones in (*language.phones.values(), *language.closures.values()):
+        for phone in phones.split():
+            if phone not in INVENTORY.phones:
+                raise ValueError(f"{phone!r} is not one of the phones {' '.join(INVENTORY.phones)}")
+    for sounds in language.ipa.values():
+        _codes_of_ipa(sounds)
+    for alphabet in language.alphabets:
+        if alphabet not in _READ:
+            raise ValueError(f"{alphabet!r} is not one of the alphabets {', '.join(_READ)}")
+
+
+def _build_language(name: str, table: dict[str, Any]) -> Language:
     fold = bool(table.get("fold", False))
 
     def entries(key: str) -> dict[str, str]:
@@ -199,7 +227,7 @@ def _read_sampa(label: str) -> tuple[str, ...]:
 _READ = {"IPA": _read_ipa, "SAMPA": _read_sampa}
 
 
-def _toml(name: str) -> dict[str, Any]:
-    with (LEXICON / name).open("rb") as file:
+def _toml(path: Path) -> dict[str, Any]:
+    with path.open("rb") as file:
         table: dict[str, Any] = tomllib.load(file)
     return table

@@ -21,7 +21,7 @@ from phonanim.face.appearance import BACKDROP, AppearanceModel, load_appearance,
 from phonanim.media.audio import Sound, read_audio, resample
 from phonanim.media.pixels import Image, draw_text
 from phonanim.media.video import SOUND_RATE, write_film
-from phonanim.regressors import Regressor, make_config, regressor_class
+from phonanim.regressors import Regressor, kind_of, make_config, regressor_class
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.labels import is_silent
 from phonanim.speech.phones import PhoneTrack
@@ -96,8 +96,11 @@ def save_mouth(mouth: Mouth, folder: Path) -> None:
     with atomic_path(folder / "joint.safetensors") as path:
         tensors = mouth.regressor.tensors()
         path.write_bytes(save({name: np.ascontiguousarray(part) for name, part in tensors.items()}))
-    kind = type(mouth.regressor).__module__.rpartition(".")[2]
-    facts = {"kind": kind, "config": asdict(mouth.regressor.config), "inventory": list(INVENTORY.phones)}
+    facts = {
+        "kind": kind_of(mouth.regressor),
+        "config": asdict(mouth.regressor.config),
+        "inventory": list(INVENTORY.phones),
+    }
     write_text(folder / CARD, json.dumps(facts | mouth.card, indent=1) + "\n")
 
 

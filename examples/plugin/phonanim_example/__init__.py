@@ -1,0 +1,1 @@
+"""Parts for phonanim: a reader, an exporter and a regressor."""
