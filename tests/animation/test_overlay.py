@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from phonanim.animation.overlay import POSES, SHARE, find_overlay, freedom, hashes
+from phonanim.animation.overlay import SHARE, find_overlay, freedom, hashes
+from phonanim.core.lexicon import LEXICON
 from phonanim.errors import OptionError
 from phonanim.exporters import save
 from phonanim.face.model import INNER_LIP_PAIRS
@@ -163,7 +164,7 @@ def test_drawn_mouths_take_nothing_and_say_so(line):
 
 def test_shipped_poses_are_arkit_poses_within_limits(line):
     rig = load_rig("arkit")
-    for path in POSES.glob("*.toml"):
+    for path in (LEXICON / "poses").glob("*.toml"):
         (note,) = animate(line, Options(overlays=(Overlay(path.stem, 1.0, (90.0, 95.0)),))).provenance[
             "notes"
         ]
@@ -219,7 +220,7 @@ def test_an_animation_of_another_character(tmp_path, plain, line):
 
 
 def test_names_that_are_not_there():
-    assert find_overlay("smile") == POSES / "smile.toml"
+    assert find_overlay("smile") == LEXICON / "poses/smile.toml"
     with pytest.raises(
         OptionError, match=r"overlay smil: there is no such file or pose; did you mean smile\?"
     ):
