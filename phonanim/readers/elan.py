@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import defaultdict
 from xml.etree import ElementTree
 
+import numpy as np
+
 from phonanim.speech.alignment import Interval, Recording, Tier
 from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 
@@ -45,7 +47,11 @@ class _Document:
             for element in tier.iter("REF_ANNOTATION"):
                 key = (tier.attrib["TIER_ID"], element.attrib["ANNOTATION_REF"])
                 self.children[key].append(element.attrib["ANNOTATION_ID"])
-        self.parents = {child: key for key, children in self.children.items() for child in children}
+        self.places = {
+            child: (key, place)
+            for key, children in self.children.items()
+            for place, child in enumerate(children)
+        }
 
     def tier(self, element: ElementTree.Element, number: int) -> Tier:
         """One tier, in time order."""
@@ -65,11 +71,9 @@ class _Document:
             return self.spans[identity]
         if depth > 20:
             raise ValueError("annotations refer to each other in a circle")
-        key = self.parents[identity]
+        key, place = self.places[identity]
         start, end = self.span(key[1], depth + 1)
-        siblings = self.children[key]
-        share = (end - start) / len(siblings)
-        place = siblings.index(identity)
+        share = (end - start) / len(self.children[key])
         return start + place * share, start + (place + 1) * share
 
 
@@ -80,10 +84,5 @@ def _slots(root: ElementTree.Element) -> dict[str, float]:
     known = [(n, float(value) / 1000) for n, value in enumerate(values) if value is not None]
     if not known:
         return {}
-    seconds: dict[str, float] = {}
-    for n, name in enumerate(names):
-        before = max((pair for pair in known if pair[0] <= n), default=known[0])
-        after = min((pair for pair in known if pair[0] >= n), default=known[-1])
-        share = (n - before[0]) / (after[0] - before[0]) if after[0] > before[0] else 0.0
-        seconds[name] = before[1] + share * (after[1] - before[1])
-    return seconds
+    places, times = zip(*known, strict=True)
+    return dict(zip(names, np.interp(range(len(names)), places, times).tolist(), strict=True))

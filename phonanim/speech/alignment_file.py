@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from phonanim.core.files import read_bounded
 from phonanim.errors import AlignmentError
 
 MAX_BYTES = 64 << 20
@@ -64,10 +65,7 @@ def open_alignment_file(path: Path) -> AlignmentFile:
     if path.is_dir():
         raise AlignmentError(f"{path}: is a folder; name one alignment file in it")
     try:
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            raise AlignmentError(f"{path}: has {size >> 20} MB; an alignment has at most {MAX_BYTES >> 20}")
-        data = path.read_bytes()
+        data = read_bounded(path, MAX_BYTES)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise AlignmentError(f"{path}: cannot be read: {reason}") from error

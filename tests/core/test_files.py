@@ -4,7 +4,7 @@ import os
 import numpy as np
 import pytest
 
-from phonanim.core.files import atomic_path, content_hash, gathered, write_text
+from phonanim.core.files import atomic_path, content_hash, gathered, read_bounded, write_text
 from phonanim.errors import OutputError
 
 
@@ -82,3 +82,21 @@ def test_no_room_for_large_arrays_is_one_line(monkeypatch):
         OutputError, match=r"has no room for 0 MB or more \(No space left .*; set TMPDIR to a larger folder"
     ):
         gathered([np.zeros(3)])
+
+
+def test_reading_is_bounded(tmp_path):
+    (tmp_path / "a").write_bytes(b"x" * (1 << 20))
+    assert len(read_bounded(tmp_path / "a", 1 << 20)) == 1 << 20
+    (tmp_path / "a").write_bytes(b"x" * ((1 << 20) + 1))
+    with pytest.raises(ValueError, match="it has more than 1 MB"):
+        read_bounded(tmp_path / "a", 1 << 20)
+    with pytest.raises(FileNotFoundError):
+        read_bounded(tmp_path / "b", 1)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs a system with named pipes")
+def test_pipes_and_devices_are_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", "/dev/zero"):
+        with pytest.raises(ValueError, match="it is a pipe or a device; save its content to a plain file"):
+            read_bounded(path, 1)

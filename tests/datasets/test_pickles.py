@@ -112,7 +112,7 @@ from phonanim.errors import CorpusError
 rng, path = random.Random(int(sys.argv[2])), pathlib.Path(sys.argv[1])
 seeds = [pickle.dumps({"a": np.arange(5.0), "b": [np.float32(1), ("x", 2)]}, protocol=p) for p in range(6)]
 names = [b"cnumpy\\nndarray\\n", b"cnumpy\\ndtype\\n", b"R", b"b", b"\\x81", b"(", b"t", b"."]
-for _ in range(2000):
+for _ in range(400):
     data = bytearray(rng.choice(seeds))
     for _ in range(rng.randint(1, 6)):
         at = rng.randrange(len(data))

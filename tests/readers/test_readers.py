@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -179,10 +180,10 @@ def test_a_folder_and_an_absent_file(tmp_path: Path) -> None:
 
 
 def test_an_unreadable_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(path: Path) -> bytes:
+    def refuse(path: Path, most: int) -> bytes:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "read_bytes", refuse)
+    monkeypatch.setattr(alignment_file, "read_bounded", refuse)
     with pytest.raises(AlignmentError, match=r"x: cannot be read: Permission denied"):
         read_alignment(written(tmp_path, b"x"))
 
@@ -190,7 +191,7 @@ def test_an_unreadable_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 def test_a_vast_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(alignment_file, "MAX_BYTES", 1 << 20)
     path = written(tmp_path, b"x" * (3 << 20))
-    with pytest.raises(AlignmentError, match=r"x: has 3 MB; an alignment has at most 1"):
+    with pytest.raises(AlignmentError, match=r"x: cannot be read: it has more than 1 MB"):
         read_alignment(path)
 
 
@@ -229,3 +230,34 @@ def test_find_reader_names_the_formats_once() -> None:
         find_reader(source(b"?"))
     for name in reader_names():
         assert load_reader(name).FORMAT in str(error.value)
+
+
+def test_a_large_elan_file_takes_time_in_step_with_its_size() -> None:
+    def calls(slots: int) -> int:
+        times = "".join(f'<TIME_SLOT TIME_SLOT_ID="t{n}" TIME_VALUE="{n}"/>' for n in range(slots))
+        items = "".join(
+            f'<ANNOTATION><ALIGNABLE_ANNOTATION ANNOTATION_ID="a{n}" TIME_SLOT_REF1="t{n}" '
+            f'TIME_SLOT_REF2="t{n + 1}"><ANNOTATION_VALUE>a</ANNOTATION_VALUE>'
+            "</ALIGNABLE_ANNOTATION></ANNOTATION>"
+            for n in range(slots - 1)
+        )
+        text = (
+            f"<ANNOTATION_DOCUMENT><TIME_ORDER>{times}</TIME_ORDER>"
+            f'<TIER TIER_ID="phones">{items}</TIER></ANNOTATION_DOCUMENT>'
+        )
+        count = 0
+
+        def counted(frame: object, event: str, argument: object) -> object:
+            nonlocal count
+            count += 1
+            return counted
+
+        previous = sys.gettrace()
+        sys.settrace(counted)
+        try:
+            load_reader("elan").read(AlignmentFile("x", "x", text.encode()))
+        finally:
+            sys.settrace(previous)
+        return count
+
+    assert calls(800) < 2.5 * calls(400)
