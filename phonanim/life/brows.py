@@ -1,0 +1,53 @@
+"""Brows: up on some accents and on questions, down on the rare emphasis.
+
+Speakers raise their brows with rises of pitch, but at few of them, and at some when they are silent
+(Guaïtella et al. 2009, Language and Speech 52); the raise begins a little before its accent (Flecha-García
+2010, Speech Communication 52), and goes with questions (Ekman 1979, About Brows).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.life.chance import number_of, uniform, wander
+from phonanim.life.shapes import bumps
+from phonanim.speech.prosody import Prosody
+
+Array = NDArray[np.float64]
+
+RAISED, LOWERED = 0.2, 0.05  # share of accents with which brows go up, and down
+STRONG = 0.45  # least strength of an accent that moves them
+LEAD = 0.16  # seconds before the middle of the vowel at which they begin
+HEIGHT, MORE = 0.1, 0.22  # of full weight, and more for strong accents
+FROWN = 0.14
+QUESTION = 0.3
+DRIFT = 0.02
+PERIOD = 3.0  # seconds
+
+
+def raised(seed: int, prosody: Prosody, times: Array) -> Array:
+    """How far the brows are up, (frames,) 0 to 1."""
+    numbers = number_of(prosody.accents)
+    kept = (prosody.strengths >= STRONG) & (uniform(seed, "raised", numbers) < RAISED)
+    accents = _moved(seed, prosody, times, kept, HEIGHT + MORE * prosody.strengths)
+    begins, ends = prosody.questions.T
+    each = np.ones(len(begins))
+    asked = bumps(times, begins - 0.1, 0.2 * each, ends - begins, 0.35 * each, QUESTION * each)
+    resting = DRIFT * (1 + wander(seed, "brows", times, PERIOD))
+    return np.maximum(np.maximum(accents, asked), np.maximum(resting, 0.0))
+
+
+def lowered(seed: int, prosody: Prosody, times: Array) -> Array:
+    """How far the brows are down, (frames,) 0 to 1."""
+    chance = uniform(seed, "raised", number_of(prosody.accents))
+    kept = (prosody.strengths >= STRONG) & (chance > 1 - LOWERED)
+    return _moved(seed, prosody, times, kept, FROWN * np.ones(len(kept)))
+
+
+def _moved(seed: int, prosody: Prosody, times: Array, kept: NDArray[np.bool_], heights: Array) -> Array:
+    onsets = np.maximum(prosody.accents[kept] - LEAD, prosody.accents_from[kept])
+    numbers = number_of(prosody.accents[kept])
+    holds = 0.06 + 0.25 * uniform(seed, "brow hold", numbers)
+    rises = 0.12 + 0.08 * uniform(seed, "brow rise", numbers)
+    return bumps(times, onsets, rises, holds, 0.3 + 0 * rises, heights[kept])

@@ -1,0 +1,76 @@
+"""Chance that is a function of a seed, a name and a number, so that any stretch of time can be asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from hashlib import sha256
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+BLOCK = 64.0  # seconds after which a row of events begins anew
+GOLDEN = 0x9E3779B97F4A7C15
+
+
+def seed_of(line: str) -> int:
+    """The seed of a line, from its name."""
+    return int.from_bytes(sha256(line.encode()).digest()[:6], "big")
+
+
+def uniform(seed: int, name: str, index: Index) -> Array:
+    """A number between 0 and 1 for each index, always the same one (SplitMix64, Steele et al. 2014)."""
+    key = int.from_bytes(sha256(f"{seed} {name}".encode()).digest()[:8], "big")
+    with np.errstate(over="ignore"):
+        x = np.asarray(index).astype(np.uint64) * np.uint64(GOLDEN) + np.uint64(key)
+        x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        x = x ^ (x >> np.uint64(31))
+    return np.asarray((x >> np.uint64(11)).astype(float) + 0.5) / 2**53
+
+
+def normal(seed: int, name: str, index: Index) -> Array:
+    """A number from the standard normal distribution for each index (Box and Muller 1958)."""
+    radius = np.sqrt(-2 * np.log(uniform(seed, name, index)))
+    return np.asarray(radius * np.cos(2 * np.pi * uniform(seed, f"{name} turn", index)))
+
+
+def lognormal(seed: int, name: str, index: Index, mean: float, spread: float) -> Array:
+    """Numbers of a log-normal distribution by its mean and the deviation of the logarithm."""
+    return np.asarray(np.exp(np.log(mean) - spread**2 / 2 + spread * normal(seed, name, index)))
+
+
+def events(
+    seed: int, name: str, gap: Callable[[Index], Array], least: float, start: float, end: float
+) -> tuple[Array, Index]:
+    """Events between two instants that follow each other by gaps: (events,) seconds, and their numbers.
+
+    `gap` gives seconds for each number, none below `least`; the row begins anew every 64 seconds.
+    """
+    blocks = np.arange(int(start // BLOCK), int(end // BLOCK) + 1)
+    most = int(BLOCK / least) + 1
+    numbers = blocks[:, None] * most + np.arange(most)
+    gaps = gap(numbers)
+    gaps[:, 0] = least / 2 + (gaps[:, 0] - least / 2) * uniform(seed, f"{name} first", blocks)
+    places = np.cumsum(gaps, axis=1)
+    times = places + blocks[:, None] * BLOCK
+    kept = (places < BLOCK - least / 2) & (times >= start) & (times < end)
+    return times[kept], numbers[kept]
+
+
+def wander(seed: int, name: str, times: Array, period: float) -> Array:
+    """A curve without aim that turns about every `period` seconds, (frames,), of deviation near 1."""
+    place = times / period
+    cell = np.floor(place).astype(np.int64)
+    share = place - cell
+    share = share**3 * (share * (6 * share - 15) + 10)
+    known, back = np.unique(np.append(cell, cell + 1), return_inverse=True)
+    values = normal(seed, name, known)[back].reshape(2, -1)
+    return np.asarray(1.2 * (values[0] + (values[1] - values[0]) * share))
+
+
+def number_of(times: Array) -> Index:
+    """A number for each event by its instant, in milliseconds."""
+    return np.rint(np.asarray(times) * 1000).astype(np.int64)

@@ -1,0 +1,128 @@
+"""Head: nods at accents, turns with phrases and gaze, drifts slowly, and settles at the end.
+
+Heads move with pitch and loudness (Munhall et al. 2004, Psychological Science 15(2)), nod at stressed
+syllables and change posture at boundaries (Hadar et al. 1984, Human Movement Science 3; Graf, Cosatto,
+Strom and Huang 2002, Visual Prosody). Sizes stay below those of lively speakers (Busso et al. 2007, IEEE
+Transactions on Audio, Speech and Language Processing 15(3)). The head takes a part of a shift of gaze,
+after the eyes (Freedman 2008, Experimental Brain Research 190).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.life.chance import lognormal, normal, number_of, uniform, wander
+from phonanim.life.shapes import bumps
+from phonanim.speech.prosody import Prosody, eased
+
+Array = NDArray[np.float64]
+
+DRIFT = (0.8, 1.3, 0.7)  # degrees of pitch, yaw and roll that the head drifts
+PERIODS = (2.6, 3.4, 4.1)  # seconds in which each turns
+QUIET = 0.45  # of the drift that is left while nobody speaks
+NODDED = 0.8  # share of accents at which the head nods
+NOD, MORE = 0.6, 2.0  # degrees of a nod, and more for a strong accent
+LEAD = 0.14  # seconds before the middle of the vowel at which a nod begins
+POSTURE = (1.0, 2.2, 1.2)  # degrees of pitch, yaw and roll of the posture that a phrase begins with
+TAKES, KEEPS, LEAVES = 0.5, 1.2, 1.8  # seconds to take up a posture, to keep it, to leave it
+BOW = 1.2  # degrees that the head lowers as a phrase ends
+TURN = 0.2  # of a look away that the head takes
+SLOW = 0.45  # seconds in which it does
+TUNE = 0.22  # degrees up for each semitone of pitch
+STEPS = 0.02  # seconds between places at which pitch is smoothed
+SMOOTH = 0.3  # seconds of pitch that are one motion
+LIMIT = 9.0  # degrees that the head turns at most
+
+
+@dataclass(frozen=True)
+class Turns:
+    """Degrees of the head, (frames,) each: `pitch` down, `yaw` to its left, `roll` to its right shoulder."""
+
+    pitch: Array
+    yaw: Array
+    roll: Array
+
+    def scaled(self, gain: Array) -> Turns:
+        """The same turns, more or less of them at each frame."""
+        return Turns(self.pitch * gain, self.yaw * gain, self.roll * gain)
+
+
+def turn(
+    seed: int, prosody: Prosody, times: Array, shifts: tuple[Array, Array], towards: tuple[float, float]
+) -> Turns:
+    """How the head turns at instants; `shifts` are the onsets of gaze and its places (n, 2), left and up.
+
+    `towards` are the degrees to the left and up at which the listener is.
+    """
+    calm = QUIET + (1 - QUIET) * prosody.speaking(times)
+    axes = [
+        size * calm * wander(seed, f"drift {axis}", times, period)
+        + _posture(seed, prosody, times, axis, posture)
+        for axis, size, period, posture in zip("pyr", DRIFT, PERIODS, POSTURE, strict=True)
+    ]
+    follow = _follow(*shifts, times, towards)
+    pitch = (
+        axes[0] + _nods(seed, prosody, times) + _bows(prosody, times) - follow[:, 1] - _tune(prosody, times)
+    )
+    return Turns(*(LIMIT * np.tanh(axis / LIMIT) for axis in (pitch, axes[1] + follow[:, 0], axes[2])))
+
+
+def _nods(seed: int, prosody: Prosody, times: Array) -> Array:
+    numbers = number_of(prosody.accents)
+    kept = uniform(seed, "nodded", numbers) < NODDED
+    chosen, numbers = prosody.accents[kept], numbers[kept]
+    onsets = np.maximum(chosen - LEAD, prosody.accents_from[kept])
+    heights = NOD + MORE * prosody.strengths[kept] * uniform(seed, "nod", numbers)
+    rises = 0.12 + 0.08 * uniform(seed, "nod rise", numbers)
+    falls = lognormal(seed, "nod fall", numbers, 0.32, 0.2)
+    return bumps(times, onsets, rises, np.full(len(rises), 0.02), falls, heights)
+
+
+def _posture(seed: int, prosody: Prosody, times: Array, axis: str, size: float) -> Array:
+    """The posture that each phrase begins with and leaves."""
+    heights = size * np.clip(normal(seed, f"posture {axis}", number_of(prosody.starts)), -2, 2)
+    onsets = np.maximum(prosody.starts - 0.2, prosody.starts_from)
+    each = np.ones(len(onsets))
+    return bumps(times, onsets, TAKES * each, KEEPS * each, LEAVES * each, heights)
+
+
+def _bows(prosody: Prosody, times: Array) -> Array:
+    """The head goes down a little as a phrase ends, and comes up."""
+    known = np.isfinite(prosody.ends)
+    onsets = prosody.ends_from[known]
+    each = np.ones(len(onsets))
+    return bumps(times, onsets, 0.35 * each, 0.15 * each, 0.8 * each, BOW * each)
+
+
+def _follow(onsets: Array, places: Array, times: Array, towards: tuple[float, float]) -> Array:
+    """The part of gaze that the head takes, (frames, 2) degrees to the left and up."""
+    total = np.tile(np.array(towards) * 0.6, (len(times), 1))
+    if not len(onsets):
+        return total
+    taken = TURN * np.where(np.abs(places - towards) > 5.0, places - towards, 0.0)
+    last = np.searchsorted(onsets, times, side="right") - 1
+    steps = np.diff(taken, axis=0, prepend=taken[:1])
+    total += taken[np.maximum(last, 0)]
+    for before in range(12):
+        index = np.maximum(last - before, 0)
+        left = 1 - eased((times - onsets[index] - 0.05) / SLOW)
+        total -= np.where(last >= before, left, 0.0)[:, None] * steps[index]
+    return total
+
+
+def _tune(prosody: Prosody, times: Array) -> Array:
+    """Degrees up with the pitch of the voice, where there is sound."""
+    if prosody.voice is None or not len(prosody.voice.level):
+        return np.zeros(len(times))
+    melody = np.clip(prosody.voice.melody(), -8, 8)
+    size = round(SMOOTH * 100)
+    # The mean of what has been heard lately, so that nothing but the past decides.
+    summed = np.cumsum(np.pad(melody, (2 * size, 0)))
+    mean = (summed[size:] - summed[:-size]) / size
+    smooth = np.cumsum(np.pad(mean, (1, 0)))
+    double = (smooth[size:] - smooth[:-size]) / size
+    curve = double[-len(melody) :]
+    return TUNE * np.interp(times, prosody.voice.start + np.arange(len(curve)) / 100, curve)

@@ -1,0 +1,33 @@
+"""Shapes in time that behaviours are made of."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.speech.prosody import eased
+
+Array = NDArray[np.float64]
+
+
+def bumps(times: Array, onsets: Array, rises: Array, holds: Array, falls: Array, heights: Array) -> Array:
+    """The largest of bumps that rise, hold and fall, all (bumps,) seconds, at instants, (frames,).
+
+    Heights of either sign; where bumps overlap, the one that is farther from 0 shows.
+    """
+    total = np.zeros(len(times))
+    for onset, rise, hold, fall, height in zip(onsets, rises, holds, falls, heights, strict=True):
+        rows = slice(*np.searchsorted(times, [onset, onset + rise + hold + fall]))
+        past = times[rows] - onset
+        going = height * eased(past / rise) * eased((rise + hold + fall - past) / fall)
+        total[rows] = np.where(np.abs(going) > np.abs(total[rows]), going, total[rows])
+    return total
+
+
+def fade(times: Array, duration: float, ahead: float, rise: float = 0.4, fall: float = 0.5) -> Array:
+    """0 where a line begins and ends, 1 in between, (frames,)."""
+    fall = min(fall, ahead)
+    going = eased(times / rise)
+    if np.isfinite(duration) and fall > 0:
+        going = going * eased((duration - times) / fall)
+    return np.asarray(going)

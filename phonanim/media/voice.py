@@ -1,0 +1,152 @@
+"""Level and pitch of a voice, a hundred times a second, from samples as they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Floats = NDArray[np.float32]
+
+FRAMES = 100  # a second
+HALF = 0.02  # seconds to either side of a frame that its level and pitch are taken from
+RATE = 4000  # hertz at least that pitch is looked for at; more samples are averaged
+LOWEST, HIGHEST = 70.0, 400.0  # hertz of speaking voices (Titze 1994, Principles of Voice Production)
+VOICED = 0.5  # of the energy that a period must repeat
+FLOOR = -55.0  # dB of full scale; less is silence
+RANGE = 30.0  # dB below the loudest of the last seconds that is still speech
+MEMORY = 3.0  # seconds that level and pitch are compared with
+NEAR = 0.08  # seconds to either side of a syllable's peak that are lower
+CLOSE = 12.0  # dB below the loudest of the last seconds at which a syllable may bear an accent
+STRONG = 6.0  # semitones that make the strongest accent
+CHUNK = 2000  # frames at a time
+RIPE = 3  # frames that a change of level takes to be one
+
+
+@dataclass(frozen=True)
+class Voice:
+    """`level` (frames,) dB of full scale and `pitch` (frames,) hertz, NaN where no voice is.
+
+    Frame n stands at `start` + n / 100 seconds, and is known `settled` seconds later.
+    """
+
+    level: Array
+    pitch: Array
+    start: float = 0.0
+
+    settled = HALF + RIPE / FRAMES
+
+    def active(self) -> NDArray[np.bool_]:
+        """Where somebody speaks, (frames,): by level, next to the loudest of the last seconds."""
+        loud = self.level > np.maximum(_trailing_max(self.level, MEMORY) - RANGE, FLOOR)
+        steady = np.convolve(loud, np.ones(RIPE), "full")[RIPE - 1 :] >= RIPE  # this frame and the next two
+        return np.asarray(np.convolve(steady, np.ones(RIPE), "full")[: len(loud)] > 0)
+
+    def melody(self) -> Array:
+        """Semitones above the mean of the last seconds of voice, (frames,); 0 where no voice is."""
+        voiced = np.isfinite(self.pitch)
+        height = np.where(voiced, 12 * np.log2(np.where(voiced, self.pitch, 1.0)), 0.0)
+        size = round(MEMORY * FRAMES)
+        count = np.maximum(_trailing_sum(voiced.astype(float), size), 1)
+        return np.where(voiced, height - _trailing_sum(height, size) / count, 0.0)
+
+    def melody_at(self, times: Array) -> Array:
+        """The highest of the melody within 50 ms of instants, (times,)."""
+        padded = np.pad(self.melody(), 5)
+        around = np.lib.stride_tricks.sliding_window_view(padded, 11).max(axis=1)
+        rows = np.rint((times - self.start) * FRAMES).astype(np.int64)
+        return np.asarray(around[np.clip(rows, 0, len(around) - 1)]) if len(around) else np.zeros(len(times))
+
+    def peaks(self) -> tuple[Array, Array, Array]:
+        """Syllables that stand out: instants, strengths 0 to 1, and when each is known, (peaks,) each."""
+        near = round(NEAR * FRAMES)
+        level = np.convolve(np.pad(self.level, 2, "edge"), np.ones(5) / 5, "valid")
+        around = np.lib.stride_tricks.sliding_window_view(np.pad(level, near, "edge"), 2 * near + 1)
+        loudest = _trailing_max(self.level, MEMORY)
+        found = (level >= around.max(axis=1)) & (level > loudest - CLOSE) & self.active()
+        rows = np.flatnonzero(found & np.isfinite(self.pitch))
+        louder = 1 - (loudest[rows] - level[rows]) / CLOSE
+        higher = np.clip(self.melody()[rows] / STRONG, 0.0, 1.0)
+        times = self.start + rows / FRAMES
+        return times, np.clip(0.5 * louder + 0.6 * higher, 0.0, 1.0), times + NEAR + HALF + 2 / FRAMES
+
+
+def hear_voice(samples: Floats, rate: int, first: int = 0, count: int | None = None) -> Voice:
+    """Level and pitch of mono samples in -1..1, (samples,), at `rate` hertz: `count` frames from `first` on.
+
+    Pitch is the best repetition of 40 ms by their autocorrelation over that of their window (Boersma 1993,
+    Proceedings of the Institute of Phonetic Sciences 17), at every other frame; without his path over frames,
+    so that a frame needs nothing but its own 40 ms.
+    """
+    total = -(-len(samples) * FRAMES // rate) if count is None else first + count
+    levels, pitches = [np.zeros(0)], [np.zeros(0)]
+    for begin in range(first - first % 2, total, CHUNK):
+        numbers = np.arange(begin, min(begin + CHUNK, total))
+        cut = _around(samples, np.rint(numbers * rate / FRAMES).astype(np.int64), rate)
+        level = 10 * np.log10((cut**2).mean(axis=1) + 1e-10)
+        pitch = np.full(len(level[::2]), np.nan)
+        loud = level[::2] > FLOOR
+        pitch[loud] = _pitch(cut[::2][loud], rate / max(1, rate // RATE))
+        levels.append(level)
+        pitches.append(np.repeat(pitch, 2)[: len(level)])
+    skipped = first % 2
+    return Voice(np.concatenate(levels)[skipped:], np.concatenate(pitches)[skipped:], first / FRAMES)
+
+
+def _around(samples: Floats, centres: NDArray[np.int64], rate: int) -> Array:
+    """40 ms around centres at about RATE, (frames, samples); silence beyond the ends."""
+    step = max(1, rate // RATE)
+    half = round(HALF * rate / step)
+    low = int(centres[0]) - half * step
+    high = int(centres[-1]) + half * step
+    inner = samples[max(low, 0) : max(high, 0)]
+    padded = np.pad(inner, (max(-low, 0), max(high - low - len(inner) - max(-low, 0), 0)))
+    # Sums over the samples of a step begin at any of them, as centres do.
+    summed = np.cumsum(np.pad(padded.astype(float), (1, 0)))
+    rows = (centres - half * step - low)[:, None] + np.arange(2 * half + 1) * step
+    edges = summed[rows]
+    return np.asarray((edges[:, 1:] - edges[:, :-1]) / step)
+
+
+def _pitch(cut: Array, rate: float) -> Array:
+    """Hertz of the strongest period of each row, NaN where none repeats, (frames, samples) -> (frames,)."""
+    size = cut.shape[1]
+    window = np.hanning(size)
+    cut = (cut - cut.mean(axis=1, keepdims=True)) * window
+    length = 1 << (2 * size - 1).bit_length()
+    repeats = np.fft.irfft(np.abs(np.fft.rfft(cut, length)) ** 2, length)
+    own = np.fft.irfft(np.abs(np.fft.rfft(window, length)) ** 2, length)
+    shortest, longest = int(rate / HIGHEST), min(int(rate / LOWEST), int(0.75 * size))
+    lags = slice(shortest, longest + 1)
+    alike = repeats[:, lags] / (repeats[:, :1] + 1e-9) / (own[lags] / own[0])
+    # Of periods that repeat almost as well, the shortest.
+    peak = np.zeros(alike.shape, bool)
+    peak[:, 1:-1] = (alike[:, 1:-1] >= alike[:, :-2]) & (alike[:, 1:-1] >= alike[:, 2:])
+    peak &= alike >= 0.9 * alike.max(axis=1, keepdims=True)
+    best = peak.argmax(axis=1)
+    rows = np.arange(len(alike))
+    before, at, after = (alike[rows, np.clip(best + k, 0, alike.shape[1] - 1)] for k in (-1, 0, 1))
+    bend = before - 2 * at + after
+    finer = np.where(bend < 0, 0.5 * (before - after) / np.where(bend < 0, bend, 1.0), 0.0)
+    found = peak.any(axis=1) & (at > VOICED)
+    return np.where(found, rate / (best + finer + shortest), np.nan)
+
+
+def _trailing_sum(values: Array, size: int) -> Array:
+    """Sums over each value and the ones before it, `size` in all."""
+    total = np.append(0.0, np.cumsum(values))
+    return total[1:] - total[np.maximum(np.arange(1, len(values) + 1) - size, 0)]
+
+
+def _trailing_max(values: Array, seconds: float) -> Array:
+    """The largest of each value and those of some seconds before it."""
+    size = round(seconds * FRAMES)
+    padded = np.concatenate([np.full(size - 1, -np.inf), values])
+    blocks = -(-len(padded) // size) * size
+    padded = np.pad(padded, (0, blocks - len(padded)), constant_values=-np.inf).reshape(-1, size)
+    ahead = np.maximum.accumulate(padded, axis=1).ravel()
+    back = np.maximum.accumulate(padded[:, ::-1], axis=1)[:, ::-1].ravel()
+    count = len(values)
+    return np.maximum(back[:count], ahead[size - 1 : size - 1 + count])

@@ -1,0 +1,191 @@
+"""Prosody: where a line's phrases, accents and questions lie, from its phones, its words and its sound."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.media.voice import FRAMES, Voice
+from phonanim.speech.alignment import Interval
+from phonanim.speech.inventory import INVENTORY, SILENCE
+from phonanim.speech.phones import PhoneTrack
+
+Array = NDArray[np.float64]
+
+PAUSE = (
+    0.2  # seconds of silence that part two phrases (Goldman-Eisler 1968 counts from 0.25, TIMIT from 0.15)
+)
+LONG = 0.75  # seconds of a phrase that is an utterance, and no "yes"
+APART = 0.35  # seconds after an accent in which a weaker one is none
+REDUCED, FULL = 0.05, 0.18  # seconds of a vowel that has no accent by its length, and of one that has all
+LEAST = 0.25  # strength of an accent that is one
+ROSE = 6.0  # semitones of pitch above the voice's own that make the strongest accent
+STRESS = re.compile(r"^[A-Z]{2}([012])(?:_[BIES])?$")
+PRIMARY, SECONDARY = 'ˈ"', "ˌ%"  # of IPA and of SAMPA
+VOWELS = INVENTORY.where(kind="vowel")
+SILENT = INVENTORY.code(SILENCE)
+NONE: Array = np.zeros(0)
+
+
+@dataclass(frozen=True)
+class Prosody:
+    """Events of a line in seconds.
+
+    Phrases last from `starts` to `ends` (phrases,), inf where the end has not come. `accents` (accents,) are
+    the middles of accented vowels, `strengths` 0 to 1. `questions` (questions, 2) are the words that end a
+    question. `duration` is the end of the line, inf while it goes on. `ahead` is how many seconds of what
+    comes may decide a frame: an event does nothing before its instant in `starts_from`, `ends_from`,
+    `long_from` (phrases, inf for a short one) or `accents_from`, where it is known so far ahead.
+    `voice` holds level and pitch where there is sound.
+    """
+
+    starts: Array
+    ends: Array
+    starts_from: Array
+    ends_from: Array
+    long_from: Array
+    accents: Array
+    strengths: Array
+    accents_from: Array
+    questions: Array
+    duration: float
+    ahead: float
+    voice: Voice | None = None
+
+    def speaking(self, times: Array, rise: float = 0.3, fall: float = 0.6) -> Array:
+        """How much somebody speaks at instants, (frames,) -> (frames,) 0 to 1, with soft ends."""
+        total = np.zeros(len(times))
+        for start, end in zip(self.starts_from, self.ends_from, strict=True):
+            rows = slice(*np.searchsorted(times, [start, end + fall]))
+            going = eased((times[rows] - start) / rise) - eased((times[rows] - end) / fall)
+            total[rows] = np.maximum(total[rows], going)
+        return total
+
+    def pauses(self) -> Array:
+        """Seconds of silence before each phrase, (phrases,)."""
+        return self.starts - np.append(0.0, self.ends)[: len(self.starts)]
+
+
+def eased(share: Array) -> Array:
+    """From 0 to 1 with soft ends."""
+    share = np.clip(share, 0.0, 1.0)
+    return np.asarray(share**2 * (3 - 2 * share))
+
+
+def read_prosody(
+    track: PhoneTrack,
+    words: tuple[Interval, ...] = (),
+    ahead: float = np.inf,
+    ended: bool = True,
+    voice: Voice | None = None,
+) -> Prosody:
+    """The prosody of phones, with the question marks of words and the pitch of a voice where they are known.
+
+    Of a line that goes on (`ended` False), the last phrase has no end before it is sure to be one.
+    """
+    first, last = _phrases(track.codes != SILENT, track.bounds)
+    begins, finishes = track.bounds[first], track.bounds[last + 1]
+    sure_end = np.minimum(finishes + PAUSE, track.duration)
+    open_end = ~np.array(ended) & (finishes + PAUSE > track.duration)
+    known = _known(track)
+    long = [_long(track, known, a, b) for a, b in zip(first, last, strict=True)]
+    accents, strengths, sure = _accents(track, known, voice)
+    return Prosody(
+        starts=begins,
+        ends=np.where(open_end, np.inf, finishes),
+        starts_from=known[first] - ahead,
+        ends_from=np.where(open_end, np.inf, np.maximum(finishes, sure_end - ahead)),
+        long_from=np.maximum(np.array(long, float) - ahead, begins),
+        accents=accents,
+        strengths=strengths,
+        accents_from=sure - ahead,
+        questions=_questions(words),
+        duration=track.duration if ended else np.inf,
+        ahead=ahead,
+        voice=voice,
+    )
+
+
+def hear_prosody(voice: Voice, ahead: float = np.inf, ended: bool = True) -> Prosody:
+    """The prosody of a recording without phones: phrases by level, accents by peaks of level and pitch."""
+    active = voice.active()
+    times = voice.start + np.arange(len(active) + 1) / FRAMES
+    first, last = _phrases(active, times)
+    begins, finishes = times[first], times[last + 1]
+    until = float(times[-1])
+    open_end = ~np.array(ended) & (finishes + PAUSE > until)
+    accents, strengths, sure = _apart(*voice.peaks())
+    long = np.where(finishes - begins >= LONG, begins + LONG, np.inf)
+    return Prosody(
+        starts=begins,
+        ends=np.where(open_end, np.inf, finishes),
+        starts_from=begins + voice.settled - ahead,
+        ends_from=np.where(open_end, np.inf, np.maximum(finishes, finishes + PAUSE - ahead)),
+        long_from=np.maximum(long - ahead, begins),
+        accents=accents,
+        strengths=strengths,
+        accents_from=sure - ahead,
+        questions=np.zeros((0, 2)),
+        duration=until if ended else np.inf,
+        ahead=ahead,
+        voice=voice,
+    )
+
+
+def _phrases(spoken: NDArray[np.bool_], bounds: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First and last segment of each phrase; shorter silences are part of one."""
+    edges = np.diff(np.concatenate([[0], spoken.astype(np.int8), [0]]))
+    first, last = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
+    apart = bounds[first[1:]] - bounds[last[:-1] + 1] >= PAUSE
+    return first[np.append(True, apart)[: len(first)]], last[np.append(apart, True)[: len(last)]]
+
+
+def _known(track: PhoneTrack) -> Array:
+    """When each segment is known, (segments,): where its label ends, which may be that of several."""
+    other = np.array([a != b for a, b in zip(track.labels, track.labels[1:], strict=False)], bool)
+    last = np.append(np.flatnonzero(other), len(track.codes) - 1)
+    return track.bounds[1:][last[np.searchsorted(last, np.arange(len(track.codes)))]]
+
+
+def _long(track: PhoneTrack, known: Array, first: int, last: int) -> float:
+    """When it is known that a phrase is long: the end of the label that makes it so; inf if it is short."""
+    enough = np.flatnonzero(track.bounds[first + 1 : last + 2] >= track.bounds[first] + LONG)
+    return float(known[first + enough[0]]) if len(enough) else np.inf
+
+
+def _accents(track: PhoneTrack, known: Array, voice: Voice | None) -> tuple[Array, Array, Array]:
+    """Middles, strengths and ends of accented vowels: by their stress marks, else by their length."""
+    rows = np.flatnonzero(VOWELS[track.codes])
+    middles = (track.bounds[rows] + track.bounds[rows + 1]) / 2
+    length = np.clip((track.bounds[rows + 1] - track.bounds[rows] - REDUCED) / (FULL - REDUCED), 0.0, 1.0)
+    marks = np.array([stress(track.labels[row]) for row in rows], float)
+    strengths = np.where(np.isnan(marks), 0.8 * length, marks * (0.4 + 0.6 * length))
+    if voice is not None:
+        strengths *= 0.75 + 0.5 * np.clip(voice.melody_at(middles) / ROSE, -0.5, 1.0)
+        strengths = np.minimum(strengths, 1.0)
+    kept = strengths >= LEAST
+    return _apart(middles[kept], strengths[kept], known[rows][kept])
+
+
+def _apart(times: Array, strengths: Array, sure: Array) -> tuple[Array, Array, Array]:
+    """Without accents that follow a stronger one too soon."""
+    before = np.searchsorted(times, times - APART)
+    kept = [not (strengths[a:i] >= strengths[i]).any() for i, a in enumerate(before)]
+    return times[kept], strengths[kept], sure[kept]
+
+
+def stress(label: str) -> float:
+    """The stress that a label marks: 1 primary, 0.5 secondary, 0 none, NaN where it marks nothing."""
+    if digit := STRESS.match(label):
+        return (0.0, 1.0, 0.5)[int(digit[1])]
+    if any(mark in label for mark in PRIMARY):
+        return 1.0
+    return 0.5 if any(mark in label for mark in SECONDARY) else np.nan
+
+
+def _questions(words: tuple[Interval, ...]) -> Array:
+    spans = [(word.start, word.end) for word in words if word.label.rstrip("\"')”»").endswith(("?", "？"))]
+    return np.array(spans, float).reshape(-1, 2)
