@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from hashlib import sha256
 
 import numpy as np
@@ -11,8 +12,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-BLOCK = 64.0  # seconds after which a row of events begins anew
-GOLDEN = 0x9E3779B97F4A7C15
+BLOCK = 32.0  # seconds after which a row of events begins anew
+GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+FACTORS = np.array([0xBF58476D1CE4E5B9, 0x94D049BB133111EB], np.uint64)
+SHIFTS = np.array([30, 27, 31, 11], np.uint64)
 
 
 def seed_of(line: str) -> int:
@@ -22,13 +25,17 @@ def seed_of(line: str) -> int:
 
 def uniform(seed: int, name: str, index: Index) -> Array:
     """A number between 0 and 1 for each index, always the same one (SplitMix64, Steele et al. 2014)."""
-    key = int.from_bytes(sha256(f"{seed} {name}".encode()).digest()[:8], "big")
-    with np.errstate(over="ignore"):
-        x = np.asarray(index).astype(np.uint64) * np.uint64(GOLDEN) + np.uint64(key)
-        x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-        x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-        x = x ^ (x >> np.uint64(31))
-    return np.asarray((x >> np.uint64(11)).astype(float) + 0.5) / 2**53
+    x = np.asarray(index, np.int64).astype(np.uint64) * GOLDEN  # wraps around, as it should
+    x += _key(seed, name)
+    x = (x ^ (x >> SHIFTS[0])) * FACTORS[0]
+    x = (x ^ (x >> SHIFTS[1])) * FACTORS[1]
+    x ^= x >> SHIFTS[2]
+    return ((x >> SHIFTS[3]) + 0.5) / 2**53
+
+
+@lru_cache(maxsize=4096)
+def _key(seed: int, name: str) -> np.uint64:
+    return np.uint64(int.from_bytes(sha256(f"{seed} {name}".encode()).digest()[:8], "big"))
 
 
 def normal(seed: int, name: str, index: Index) -> Array:
@@ -47,7 +54,7 @@ def events(
 ) -> tuple[Array, Index]:
     """Events between two instants that follow each other by gaps: (events,) seconds, and their numbers.
 
-    `gap` gives seconds for each number, none below `least`; the row begins anew every 64 seconds.
+    `gap` gives seconds for each number, none below `least`; the row begins anew every 32 seconds.
     """
     blocks = np.arange(int(start // BLOCK), int(end // BLOCK) + 1)
     most = int(BLOCK / least) + 1

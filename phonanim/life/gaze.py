@@ -24,9 +24,7 @@ Array = NDArray[np.float64]
 
 FRONT = (0.0, 0.0, 1.0)  # metres from the eyes to the listener's: to the left, up, ahead
 EYES_APART, MOUTH_BELOW = 0.063, 0.065  # metres in the listener's face
-ON_EYES = (
-    0.7  # share of fixations of the face that lie on the eyes (Rogers et al. 2018, Scientific Reports 8)
-)
+ON_EYES = 0.7  # share of fixations of the face that lie on the eyes
 FIXATION, LEAST = 0.85, 0.25  # seconds on one of them on average, and at least
 TALK_CYCLE, TALK_AWAY = 4.06, 0.93  # seconds from one look away to the next, and of the look away
 LISTEN_CYCLE, LISTEN_AWAY = 8.35, 0.43

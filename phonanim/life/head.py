@@ -106,7 +106,7 @@ def _follow(onsets: Array, places: Array, times: Array, towards: tuple[float, fl
     last = np.searchsorted(onsets, times, side="right") - 1
     steps = np.diff(taken, axis=0, prepend=taken[:1])
     total += taken[np.maximum(last, 0)]
-    for before in range(12):
+    for before in range(6):
         index = np.maximum(last - before, 0)
         left = 1 - eased((times - onsets[index] - 0.05) / SLOW)
         total -= np.where(last >= before, left, 0.0)[:, None] * steps[index]

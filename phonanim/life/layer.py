@@ -19,7 +19,6 @@ Array = NDArray[np.float64]
 
 BEHAVIOURS = ("blinks", "gaze", "head", "brows", "breath")
 HEAD = ("headPitch", "headYaw", "headRoll")  # controls in degrees
-AHEAD = 0.8  # seconds that a frame looks ahead
 BACK = 6.0  # seconds of the past that it looks at
 ACROSS, RISE, SINK = 25.0, 20.0, 25.0  # degrees that the eyes turn at full weight of a control
 LIDS = 0.35  # of the way down at which the upper lid follows eyes that look fully down

@@ -16,7 +16,9 @@ def bumps(times: Array, onsets: Array, rises: Array, holds: Array, falls: Array,
     Heights of either sign; where bumps overlap, the one that is farther from 0 shows.
     """
     total = np.zeros(len(times))
-    for onset, rise, hold, fall, height in zip(onsets, rises, holds, falls, heights, strict=True):
+    seen = (onsets <= times[-1:]) & (onsets + rises + holds + falls >= times[:1])
+    shapes = [part[seen] for part in (onsets, rises, holds, falls, heights)]
+    for onset, rise, hold, fall, height in zip(*shapes, strict=True):
         rows = slice(*np.searchsorted(times, [onset, onset + rise + hold + fall]))
         past = times[rows] - onset
         going = height * eased(past / rise) * eased((rise + hold + fall - past) / fall)

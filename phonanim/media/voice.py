@@ -40,6 +40,8 @@ class Voice:
 
     def active(self) -> NDArray[np.bool_]:
         """Where somebody speaks, (frames,): by level, next to the loudest of the last seconds."""
+        if not len(self.level):
+            return np.zeros(0, bool)
         loud = self.level > np.maximum(_trailing_max(self.level, MEMORY) - RANGE, FLOOR)
         steady = np.convolve(loud, np.ones(RIPE), "full")[RIPE - 1 :] >= RIPE  # this frame and the next two
         return np.asarray(np.convolve(steady, np.ones(RIPE), "full")[: len(loud)] > 0)
@@ -54,13 +56,17 @@ class Voice:
 
     def melody_at(self, times: Array) -> Array:
         """The highest of the melody within 50 ms of instants, (times,)."""
+        if not len(self.level):
+            return np.zeros(len(times))
         padded = np.pad(self.melody(), 5)
         around = np.lib.stride_tricks.sliding_window_view(padded, 11).max(axis=1)
         rows = np.rint((times - self.start) * FRAMES).astype(np.int64)
-        return np.asarray(around[np.clip(rows, 0, len(around) - 1)]) if len(around) else np.zeros(len(times))
+        return np.asarray(around[np.clip(rows, 0, len(around) - 1)])
 
     def peaks(self) -> tuple[Array, Array, Array]:
         """Syllables that stand out: instants, strengths 0 to 1, and when each is known, (peaks,) each."""
+        if not len(self.level):
+            return np.zeros(0), np.zeros(0), np.zeros(0)
         near = round(NEAR * FRAMES)
         level = np.convolve(np.pad(self.level, 2, "edge"), np.ones(5) / 5, "valid")
         around = np.lib.stride_tricks.sliding_window_view(np.pad(level, near, "edge"), 2 * near + 1)

@@ -15,11 +15,11 @@ from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 
-PAUSE = (
-    0.2  # seconds of silence that part two phrases (Goldman-Eisler 1968 counts from 0.25, TIMIT from 0.15)
-)
+AHEAD = 0.8  # seconds of what comes that decide a frame
+PAUSE = 0.2  # seconds of silence that part two phrases
 LONG = 0.75  # seconds of a phrase that is an utterance, and no "yes"
-APART = 0.35  # seconds after an accent in which a weaker one is none
+APART, TOO_NEAR = 0.35, 0.18  # seconds after an accent in which a weaker one, or any, is none
+WEAKER = 0.8  # of the strength of the one before
 REDUCED, FULL = 0.05, 0.18  # seconds of a vowel that has no accent by its length, and of one that has all
 LEAST = 0.25  # strength of an accent that is one
 ROSE = 6.0  # semitones of pitch above the voice's own that make the strongest accent
@@ -58,7 +58,8 @@ class Prosody:
     def speaking(self, times: Array, rise: float = 0.3, fall: float = 0.6) -> Array:
         """How much somebody speaks at instants, (frames,) -> (frames,) 0 to 1, with soft ends."""
         total = np.zeros(len(times))
-        for start, end in zip(self.starts_from, self.ends_from, strict=True):
+        seen = (self.starts_from < times[-1:]) & (self.ends_from + fall > times[:1])
+        for start, end in zip(self.starts_from[seen], self.ends_from[seen], strict=True):
             rows = slice(*np.searchsorted(times, [start, end + fall]))
             going = eased((times[rows] - start) / rise) - eased((times[rows] - end) / fall)
             total[rows] = np.maximum(total[rows], going)
@@ -78,7 +79,7 @@ def eased(share: Array) -> Array:
 def read_prosody(
     track: PhoneTrack,
     words: tuple[Interval, ...] = (),
-    ahead: float = np.inf,
+    ahead: float = AHEAD,
     ended: bool = True,
     voice: Voice | None = None,
 ) -> Prosody:
@@ -109,7 +110,7 @@ def read_prosody(
     )
 
 
-def hear_prosody(voice: Voice, ahead: float = np.inf, ended: bool = True) -> Prosody:
+def hear_prosody(voice: Voice, ahead: float = AHEAD, ended: bool = True) -> Prosody:
     """The prosody of a recording without phones: phrases by level, accents by peaks of level and pitch."""
     active = voice.active()
     times = voice.start + np.arange(len(active) + 1) / FRAMES
@@ -173,7 +174,9 @@ def _accents(track: PhoneTrack, known: Array, voice: Voice | None) -> tuple[Arra
 def _apart(times: Array, strengths: Array, sure: Array) -> tuple[Array, Array, Array]:
     """Without accents that follow a stronger one too soon."""
     before = np.searchsorted(times, times - APART)
-    kept = [not (strengths[a:i] >= strengths[i]).any() for i, a in enumerate(before)]
+    near = np.diff(times, prepend=-np.inf) < TOO_NEAR
+    louder = [(WEAKER * strengths[a:i] > strengths[i]).any() for i, a in enumerate(before)]
+    kept = ~(near | np.array(louder, bool))
     return times[kept], strengths[kept], sure[kept]
 
 
