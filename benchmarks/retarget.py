@@ -28,10 +28,9 @@ from phonanim.face.model import FaceModel, fit_face, lip_aperture, lip_protrusio
 from phonanim.metrics import correlation, jerk, phone_middles, spoken
 from phonanim.pipeline import load_model
 from phonanim.rig import Rig, load_rig
-from phonanim.rig.fit import closed_face
 from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import read_landmarks
-from phonanim.rig.motion import read_motion
+from phonanim.rig.motion import closed_face, read_motion
 from phonanim.rig.puppet import Puppet, make_puppet
 from phonanim.rig.retarget import retarget
 from phonanim.rig.solve import solve

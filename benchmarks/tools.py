@@ -45,10 +45,9 @@ from phonanim.metrics import (
 from phonanim.options import Options
 from phonanim.pipeline import animate, load_model
 from phonanim.rig import Rig, load_rig
-from phonanim.rig.fit import closed_face
 from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmarks import read_landmarks
-from phonanim.rig.motion import read_motion
+from phonanim.rig.motion import closed_face, read_motion
 from phonanim.rig.puppet import Puppet, make_puppet, straightened
 from phonanim.rig.solve import solve
 from phonanim.rig.visemes import spoken_shapes

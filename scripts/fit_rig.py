@@ -26,10 +26,10 @@ from phonanim.exporters.csv import N_ARKIT, columns
 from phonanim.face.model import FaceModel, fit_face
 from phonanim.pipeline import load_model
 from phonanim.rig import HingeMap, Rig
-from phonanim.rig.fit import closed_face, fit_rig
+from phonanim.rig.fit import fit_rig
 from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import shipped_landmarks
-from phonanim.rig.motion import SHIPPED, sample_motion, write_motion
+from phonanim.rig.motion import SHIPPED, closed_face, sample_motion, write_motion
 from phonanim.rig.puppet import Puppet, make_puppet
 from phonanim.rig.tables import VRM, read_viseme_shapes, write_shapes
 from phonanim.rig.write import write_rig

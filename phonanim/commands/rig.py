@@ -139,7 +139,8 @@ def fit_command(
     from dataclasses import replace
 
     from phonanim.pipeline import load_model
-    from phonanim.rig.character import fit_character, load_character, quality
+    from phonanim.rig.character import load_character
+    from phonanim.rig.fit_character import fit_character, quality
     from phonanim.rig.landmarks import read_landmarks, write_landmarks
     from phonanim.rig.stance import doubts
     from phonanim.rig.write import write_rig

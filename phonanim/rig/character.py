@@ -1,8 +1,8 @@
-"""A character's file as a head to fit: every mesh that has morph targets, and which of them are speech."""
+"""A character's file as a head: every mesh that has morph targets."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -11,29 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import RigError
-from phonanim.face.model import OUTER_LIPS, FaceModel, lip_aperture, lip_protrusion, lip_width
 from phonanim.media.glb import Glb, read_glb, world
-from phonanim.metrics import correlation
-from phonanim.rig.fit import fit_rig
-from phonanim.rig.head import TONGUE, Head, load_head, reflected
-from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
+from phonanim.rig.head import Head, reflected
 from phonanim.rig.meshes import read_obj
-from phonanim.rig.morphs import Morphs, find_morphs, plain
-from phonanim.rig.motion import read_motion
-from phonanim.rig.puppet import Puppet, control_partners, make_puppet
-from phonanim.rig.read import load_rig
-from phonanim.rig.register import suggest_landmarks
-from phonanim.rig.retarget import retarget
-from phonanim.rig.rig import Rig
+from phonanim.rig.morphs import Morphs, find_morphs
 
 Array = NDArray[np.float64]
 
 GREY = 0.3  # what the parts of a character reflect in pictures, where the file itself does not tell
-# Shapes that move the lips but say nothing.
-MOODS = frozenset({"happy", "angry", "sad", "relaxed", "surprised", "joy", "sorrow", "fun", "cheekpuff"})
-LEAST_MOTION = 1.0  # mm of some lip point: less is no shape of speech
-CANCELLING = 0.5  # of the two sides' motion: less is left where they pull against each other
-ENOUGH_ARKIT = 10  # speech controls with ARKit's names: then these are the character's
 
 
 def load_character(path: Path) -> Head:
@@ -139,64 +124,3 @@ def _moved(glb: Glb, target: dict[str, int], count: int) -> Array:
     return (
         glb.accessor(target["POSITION"]).astype(np.float64) if "POSITION" in target else np.zeros((count, 3))
     )
-
-
-def fit_character(
-    head: Head, face: FaceModel, name: str, spots: MeshLandmarks | None = None
-) -> tuple[Rig, MeshLandmarks]:
-    """A rig for a head with blendshapes, and where the landmarks lie on it (suggested when not given).
-
-    Raises RigError when the face cannot be found or no shape moves the lips.
-    """
-    arkit, head = load_rig("arkit"), head.without(TONGUE)
-    if spots is None:
-        spots = suggest_landmarks(load_head(), shipped_landmarks(), head)
-    puppet = make_puppet(head, spots, face)
-    rig = blank(head, name, speech_controls(puppet, face, arkit))
-    return fit_rig(rig, puppet, face, read_motion().modes(face)), spots
-
-
-def blank(head: Head, name: str, speech: tuple[str, ...]) -> Rig:
-    """A head's shapes as controls from 0 to 1, not yet fitted."""
-    zeros, ones = np.zeros(len(head.targets)), np.ones(len(head.targets))
-    places = {plain(target): number for number, target in enumerate(head.targets)}
-    rig = Rig(
-        name, f"{name}, fitted", "phonanim rig fit", head.targets, zeros, ones, zeros, zeros, zeros[None][:0]
-    )
-    if "mouthclose" in places and "jawopen" in places:
-        rig = replace(rig, at_most=((places["mouthclose"], places["jawopen"]),))
-    return replace(rig, speech=speech)
-
-
-def speech_controls(puppet: Puppet, face: FaceModel, arkit: Rig) -> tuple[str, ...]:
-    """The controls that speech moves: ARKit's by name, else all that move the lips and are no mood.
-
-    Pairs that pull the mouth to either side cancel each other and are left out. Raises RigError when
-    nothing is left.
-    """
-    known = {plain(name) for name in arkit.speech}
-    named = tuple(name for name in puppet.controls if plain(name) in known)
-    if len(named) >= ENOUGH_ARKIT:
-        return named
-    lips = puppet.shapes[:, face.rows(OUTER_LIPS)]
-    both = lips + lips[control_partners(puppet)]
-    size = np.linalg.norm(lips, axis=(1, 2))
-    moving = np.linalg.norm(lips, axis=2).max(axis=1) > LEAST_MOTION
-    apart = np.linalg.norm(both, axis=(1, 2)) < CANCELLING * 2 * size
-    chosen = tuple(
-        name
-        for name, speaks in zip(puppet.controls, moving & ~apart, strict=True)
-        if speaks and plain(name) not in MOODS
-    )
-    if not chosen:
-        raise RigError("no shape of the head moves its lips; check its morph targets, or give --landmarks")
-    return chosen
-
-
-def quality(rig: Rig, head: Head, spots: MeshLandmarks, face: FaceModel) -> dict[str, float]:
-    """How well the lips of a fitted head follow the face on the motion sample: correlations by measure."""
-    modes = read_motion().modes(face)
-    posed = make_puppet(head, spots, face).pose(retarget(modes, face, rig))
-    shapes = face.instance(modes)
-    measures = {"aperture": lip_aperture, "width": lip_width, "protrusion": lip_protrusion}
-    return {name: round(correlation(of(posed, face), of(shapes, face)), 4) for name, of in measures.items()}

@@ -7,17 +7,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.face.model import INNER_LIP_PAIRS, FaceModel, lip_aperture
+from phonanim.face.model import INNER_LIP_PAIRS, FaceModel
 from phonanim.rig.descent import Problem, descend
+from phonanim.rig.motion import closed_face
 from phonanim.rig.puppet import Puppet
-from phonanim.rig.retarget import pose_map
-from phonanim.rig.rig import POSED_MODES, SIGMAS, HingeMap, Rig
+from phonanim.rig.rig import POSED_MODES, SIGMAS, HingeMap, Rig, pose_map
 from phonanim.rig.sight import Energy, observe, targets
 from phonanim.rig.solve import Unknowns, solve
 
 Array = NDArray[np.float64]
 
-CLOSED_APERTURE = 0.6  # mm: lips that touch are tracked as this far apart or less
 ENERGY = Energy(smooth=0.0)  # the frames to fit are a sample, not a film
 POSE_PRIOR = 20.0  # L1 per unit of control: an artist reads and edits the poses
 STILLS = 0.005  # weight of each posed still, as a share of all frames
@@ -37,12 +36,6 @@ def fit_rig(rig: Rig, puppet: Puppet, face: FaceModel, modes: Array) -> Rig:
     mean, poses = fit_poses(rig, puppet, face, modes, closed)
     direct = fit_direct(rig, puppet, face, modes, closed)
     return replace(rig, mean=mean, poses=poses, direct=direct, face=face.id)
-
-
-def closed_face(face: FaceModel, modes: Array) -> Array:
-    """The mean face of the frames whose lips are shut, (frames, m) -> (landmarks, 3) mm."""
-    shut = lip_aperture(face.instance(modes), face) < CLOSED_APERTURE
-    return np.asarray(face.instance(modes[shut].mean(axis=0, keepdims=True))[0])
 
 
 def fit_poses(rig: Rig, puppet: Puppet, face: FaceModel, modes: Array, closed: Array) -> tuple[Array, Array]:

@@ -13,7 +13,6 @@ from phonanim.core.files import write_text
 from phonanim.core.lexicon import LEXICON
 from phonanim.errors import RigError
 from phonanim.face.model import FaceModel, lip_aperture
-from phonanim.rig.fit import CLOSED_APERTURE
 
 Array = NDArray[np.float64]
 
@@ -67,3 +66,12 @@ def write_motion(path: Path, motion: Motion) -> None:
         for row, values in enumerate(motion.standardized, start=1)
     ]
     write_text(path, "\n".join(lines) + "\n")
+
+
+CLOSED_APERTURE = 0.6  # mm: lips that touch are tracked as this far apart or less
+
+
+def closed_face(face: FaceModel, modes: Array) -> Array:
+    """The mean face of the frames whose lips are shut, (frames, m) -> (landmarks, 3) mm."""
+    shut = lip_aperture(face.instance(modes), face) < CLOSED_APERTURE
+    return np.asarray(face.instance(modes[shut].mean(axis=0, keepdims=True))[0])

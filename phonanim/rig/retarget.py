@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from phonanim.errors import RigError
 from phonanim.face.model import FaceModel
 from phonanim.rig.accents import accented, read_accents
-from phonanim.rig.rig import POSED_MODES, SIGMAS, HingeMap, Rig, Through
+from phonanim.rig.rig import HingeMap, Rig, Through, pose_map
 from phonanim.rig.tongue import place_tongue, read_places
 from phonanim.rig.visemes import show
 from phonanim.speech.phones import PhoneTrack
@@ -70,16 +70,6 @@ def _mapped(modes: NDArray[np.floating], face: FaceModel, rig: Rig, how: How) ->
     return values
 
 
-def pose_map(rig: Rig) -> HingeMap:
-    """Equations 2 and 3 as hinges: w = max(p / (u sqrt(p_k)), 0), controls = r_0 + (R - r_0) w.
-
-    The hinges lie in the order of `Rig.poses`: u = -3 and +3 for each of the first four modes.
-    """
-    loads = np.repeat(np.eye(POSED_MODES), 2, axis=0) * np.tile([-1.0, 1.0], POSED_MODES)[:, None] / SIGMAS
-    names = tuple(f"mode{k + 1}{sign}" for k in range(POSED_MODES) for sign in "-+")
-    return HingeMap(names, loads, np.zeros(len(loads)), rig.poses - rig.mean, rig.mean)
-
-
 def _through(values: NDArray[np.float32], through: Through) -> NDArray[np.float32]:
     """Another rig's controls as one's own, (frames, other's) -> (frames, own)."""
     own: NDArray[np.float32] = values @ through.table.astype(np.float32)
@@ -105,9 +95,8 @@ def _mapping(rig: Rig, how: How) -> HingeMap:
 def _solved(modes: NDArray[np.floating], face: FaceModel, rig: Rig) -> NDArray[np.float32]:
     """Frame by frame on the rig's own head (Medina 2023, section 3.3)."""
     from phonanim.rig.character import load_character
-    from phonanim.rig.fit import closed_face
     from phonanim.rig.landmarks import read_landmarks
-    from phonanim.rig.motion import read_motion
+    from phonanim.rig.motion import closed_face, read_motion
     from phonanim.rig.puppet import make_puppet
     from phonanim.rig.solve import solve
 

@@ -114,3 +114,13 @@ class Rig:
     def posed(self) -> bool:
         """Whether it has its own eight poses."""
         return len(self.poses) > 0
+
+
+def pose_map(rig: Rig) -> HingeMap:
+    """Equations 2 and 3 as hinges: w = max(p / (u sqrt(p_k)), 0), controls = r_0 + (R - r_0) w.
+
+    The hinges lie in the order of `Rig.poses`: u = -3 and +3 for each of the first four modes.
+    """
+    loads = np.repeat(np.eye(POSED_MODES), 2, axis=0) * np.tile([-1.0, 1.0], POSED_MODES)[:, None] / SIGMAS
+    names = tuple(f"mode{k + 1}{sign}" for k in range(POSED_MODES) for sign in "-+")
+    return HingeMap(names, loads, np.zeros(len(loads)), rig.poses - rig.mean, rig.mean)

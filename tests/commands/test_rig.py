@@ -15,7 +15,8 @@ from phonanim.face.model import INNER_LIP_PAIRS, MOUTH_CORNER_LEFT, MOUTH_CORNER
 from phonanim.pipeline import load_model
 from phonanim.rig import load_rig
 from phonanim.rig.align import with_visemes
-from phonanim.rig.character import fit_character, load_character, quality, speech_controls
+from phonanim.rig.character import load_character
+from phonanim.rig.fit_character import fit_character, quality, speech_controls
 from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.meshes import read_obj, write_head, write_obj

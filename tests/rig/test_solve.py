@@ -14,10 +14,10 @@ from phonanim.face.model import lip_aperture, lip_width
 from phonanim.pipeline import load_model
 from phonanim.rig import load_rig
 from phonanim.rig.descent import Problem, descend
-from phonanim.rig.fit import closed_face, fit_rig, hinges_of
+from phonanim.rig.fit import fit_rig, hinges_of
 from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import read_landmarks, shipped_landmarks
-from phonanim.rig.motion import read_motion
+from phonanim.rig.motion import closed_face, read_motion
 from phonanim.rig.puppet import control_partners, landmark_partners, make_puppet, mirrored
 from phonanim.rig.retarget import retarget
 from phonanim.rig.sight import CLOSED_GAP, Energy
