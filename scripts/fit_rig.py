@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from phonanim.core.files import write_text
 from phonanim.core.lexicon import LEXICON
 from phonanim.corpus.corpus import Corpus, load_corpus
-from phonanim.exporters.csv import N_ARKIT, columns
+from phonanim.exporters._livelink import N_ARKIT, columns
 from phonanim.face.model import FaceModel, fit_face
 from phonanim.pipeline import load_model
 from phonanim.rig import HingeMap, Rig

@@ -11,8 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.animation.animation import Animation
 from phonanim.core.files import atomic_path
 from phonanim.errors import MissingExtraError, OutputError
+from phonanim.exporters._curves import agreed
+from phonanim.speech.alignment import unpack_intervals
 
 Weights = tuple[NDArray[np.float64], tuple[str, ...], float, float, dict[str, Any]]
 
@@ -86,3 +89,24 @@ def _shape_names(stage: Any) -> dict[str, str]:
             if re.fullmatch(re.escape(target.name) + r"_?\d+", token):
                 found[token] = str(target.name)
     return found
+
+
+def read(path: Path) -> Animation:
+    """Read the blend shape weights of the first SkelAnimation that has any, in a stage of any writer.
+
+    Needs the extra `usd`. Raises OutputError when there is none or two meshes disagree, MissingExtraError.
+    """
+    weights, names, start, fps, about = read_weights(path)
+    curves: dict[str, NDArray[np.float64]] = {}
+    for name, curve in zip(names, weights.T, strict=True):
+        curves[name] = agreed(curves.get(name), curve, name, path)
+    return Animation(
+        values=np.stack(list(curves.values()), axis=1).astype(np.float32),
+        channels=tuple(curves),
+        fps=fps,
+        rig=str(about.get("rig", "arkit")),
+        start=start,
+        phones=unpack_intervals(about.get("phones", [])),
+        words=unpack_intervals(about.get("words", [])),
+        provenance=dict(about.get("provenance", {"input": path.name})),
+    )

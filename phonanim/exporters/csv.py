@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 import csv
-from functools import cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.animation.timecode import Timecode, clock_for
 from phonanim.core.files import write_text
-from phonanim.core.lexicon import LEXICON
 from phonanim.errors import OptionError, OutputError
+from phonanim.exporters._curves import rate_of
+from phonanim.exporters._livelink import N_ARKIT, columns
 
 SUMMARY = "Live Link Face: a row per frame, ARKit controls by name (rigs with ARKit controls)"
-LEAD = ("Timecode", "BlendShapeCount")
-N_ARKIT = 52  # the first columns; head and eye turns follow
 NOMINAL = 60  # the app's timecode counts 60 frames per second, whatever the rate of the rows
-USUAL_RATES = (24000 / 1001, 24.0, 25.0, 30000 / 1001, 30.0, 48.0, 50.0, 60000 / 1001, 60.0, 90.0, 120.0)
-RATE_TOLERANCE = 5e-4  # timecodes are written to a thousandth of a frame
 
 
 def write(animation: Animation, path: Path, timecode: str | None = None) -> None:
@@ -75,20 +70,6 @@ def read(path: Path) -> Animation:
     return Animation(np.stack(curves, axis=1).astype(np.float32), names, fps, "arkit", provenance=about)
 
 
-@cache
-def columns() -> tuple[str, ...]:
-    """Control names in the order of the file, in Apple's spelling."""
-    lines = (LEXICON / "formats" / "livelink.txt").read_text(encoding="utf-8").split("\n")
-    return tuple(line[:1].lower() + line[1:] for line in lines if line and not line.startswith("#"))
-
-
-def rate_of(times: NDArray[np.float64]) -> float:
-    """Frames per second of rising times, as the usual rate if one is near."""
-    rate = 1 / float(np.median(np.diff(times)))
-    nearest = min(USUAL_RATES, key=lambda usual: abs(usual - rate))
-    return nearest if abs(nearest - rate) < RATE_TOLERANCE * rate else rate
-
-
 def _capital(name: str) -> str:
     return name[:1].upper() + name[1:]
 
@@ -115,3 +96,6 @@ def _numbers(path: Path, line: int, row: list[str], count: int, clock: Timecode)
     if len(values) != 1 + count or not np.isfinite(values).all():
         raise OutputError(f"{path}, row {line}: needs {count} finite numbers after the timecode")
     return values
+
+
+LEAD = ("Timecode", "BlendShapeCount")

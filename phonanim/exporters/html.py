@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import base64
 import html
-import json
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +13,10 @@ from phonanim.core.files import write_text
 from phonanim.errors import OutputError
 from phonanim.media.glb import Glb, read_glb
 from phonanim.rig.head import SHIPPED
-from phonanim.rig.morphs import moving_morphs
 from phonanim.speech.alignment import pack_intervals
+from phonanim.viewer.page import base64_text, filled, page_file, script_data, targets_of
 
 SUMMARY = "viewer in one file that works offline: head, sound, timeline, curves, two takes side by side"
-PAGE = Path(__file__).parent.parent / "viewer"
 SCRIPTS = ("three.js", "data.js", "stage.js", "timeline.js", "player.js")
 AUDIO_TYPES = {".wav": "audio/wav", ".flac": "audio/flac", ".ogg": "audio/ogg", ".mp3": "audio/mpeg"}
 
@@ -51,18 +47,6 @@ def write(
     write_text(path, filled(page_file("page.html"), fields))
 
 
-def filled(page: str, fields: dict[str, str]) -> str:
-    """A page with its fields."""
-    for field, text in fields.items():
-        page = page.replace("{{" + field + "}}", text)
-    return page
-
-
-def script_data(data: dict[str, Any]) -> str:
-    """JSON that may stand within a page."""
-    return json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/")
-
-
 def _take(animation: Animation, glb: Glb) -> dict[str, Any]:
     """One take for the page: curves as float32, frame after frame."""
     return {
@@ -75,14 +59,6 @@ def _take(animation: Animation, glb: Glb) -> dict[str, Any]:
         "words": pack_intervals(animation.words),
         "curves": base64_text(np.ascontiguousarray(animation.values, "<f4").tobytes()),
     }
-
-
-def targets_of(channels: tuple[str, ...], glb: Glb) -> dict[str, str]:
-    """The morph target of a character that each channel moves. Raises RigError when there is none at all."""
-    found: dict[str, str] = {}
-    for morphs in moving_morphs(glb, channels):
-        found |= {channels[column]: morphs.names[target] for column, target, _ in morphs.moved(channels)}
-    return found
 
 
 def _facts(animation: Animation) -> str:
@@ -101,14 +77,3 @@ def _sound(path: Path) -> str:
         return f"data:{kind};base64,{base64_text(path.read_bytes())}"
     except OSError as error:
         raise OutputError(f"{path}: cannot be read: {error.strerror}") from error
-
-
-def base64_text(data: bytes) -> str:
-    """Bytes as text."""
-    return base64.b64encode(data).decode("ascii")
-
-
-@cache
-def page_file(name: str) -> str:
-    """One of the parts of the page."""
-    return (PAGE / name).read_text(encoding="utf-8")

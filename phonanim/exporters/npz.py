@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from phonanim.animation.animation import Animation
 from phonanim.core.files import atomic_path
 from phonanim.errors import OutputError
-from phonanim.exporters.json import document, from_document
+from phonanim.exporters._document import document, from_document
 
 SUMMARY = "NumPy archive: `values` (frames, channels), `channels`, `fps`, phones, words, provenance"
 EPOCH = (1980, 1, 1, 0, 0, 0)  # the same input gives the same bytes on any day

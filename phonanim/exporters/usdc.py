@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from phonanim.animation.animation import Animation
-from phonanim.exporters.usda import read as read
-from phonanim.exporters.usda import stage_text
+from phonanim.exporters._usd import read as read
+from phonanim.exporters._usd import write_binary
+from phonanim.exporters._usd_stage import stage_text
 from phonanim.rig.head import SHIPPED
 
 SUMMARY = "USD in binary form (needs the extra usd)"
@@ -14,6 +15,4 @@ SUMMARY = "USD in binary form (needs the extra usd)"
 
 def write(animation: Animation, path: Path, character: Path = SHIPPED) -> None:
     """Write a stage as `usda.write` does. Raises MissingExtraError without the extra `usd`."""
-    from phonanim.exporters._usd import write_binary
-
     write_binary(stage_text(animation, character), path)

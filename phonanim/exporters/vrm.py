@@ -6,8 +6,8 @@ from pathlib import Path
 
 from phonanim.animation.animation import Animation
 from phonanim.errors import OutputError
-from phonanim.exporters import glb
-from phonanim.exporters.glb import read as read
+from phonanim.exporters._gltf import add_to_character
+from phonanim.exporters._gltf import read as read
 
 SUMMARY = "VRM 0.x or 1.0: your own character, speaking"
 
@@ -19,4 +19,4 @@ def write(animation: Animation, path: Path, character: Path | None = None, keys:
     """
     if character is None:
         raise OutputError(f"{path}: a .vrm is made from a character of yours; name it, or write a .glb")
-    glb.write(animation, path, character, keys)
+    add_to_character(animation, path, character, keys)

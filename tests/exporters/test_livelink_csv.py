@@ -8,7 +8,7 @@ from animations import line, only
 
 from phonanim.errors import OptionError, OutputError
 from phonanim.exporters import load, save
-from phonanim.exporters.csv import columns
+from phonanim.exporters._livelink import columns
 
 
 def rows_of(path):

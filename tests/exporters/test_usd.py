@@ -10,7 +10,7 @@ from animations import line
 
 from phonanim.errors import OutputError, RigError
 from phonanim.exporters import load, save
-from phonanim.exporters.usda import stage_text
+from phonanim.exporters._usd_stage import stage_text
 from phonanim.rig.head import load_head
 
 Usd = pytest.importorskip("pxr.Usd", reason="needs the extra usd")

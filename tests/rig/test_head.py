@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from phonanim.errors import RigError
-from phonanim.exporters.csv import N_ARKIT, columns
+from phonanim.exporters._livelink import N_ARKIT, columns
 from phonanim.media.glb import glb_bytes, read_glb
 from phonanim.rig.head import PARTS, SHIPPED, TONGUE, load_head
 

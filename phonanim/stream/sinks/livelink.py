@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import OptionError
-from phonanim.exporters.csv import N_ARKIT, columns
+from phonanim.exporters._livelink import N_ARKIT, columns
 from phonanim.stream.sinks import Address, Datagrams, Stage, datagrams
 
 SUMMARY = "Live Link Face over UDP, as the app sends it (rigs with ARKit controls)"

@@ -118,9 +118,9 @@ def open_sink(stage: Stage, address: Address) -> Broadcast:
 
 def live_page(stage: Stage) -> str:
     """The page, whole."""
-    from phonanim.exporters.html import base64_text, filled, page_file, script_data, targets_of
     from phonanim.media.glb import read_glb
     from phonanim.rig.head import SHIPPED
+    from phonanim.viewer.page import base64_text, filled, page_file, script_data, targets_of
 
     data = {
         "facts": f"{stage.rig} · {stage.fps:g} fps · {len(stage.controls)} controls",

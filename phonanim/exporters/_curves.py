@@ -1,0 +1,37 @@
+"""What readers of several formats need: the frame rate of times, one curve for each target."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import OutputError
+
+DIFFERENT = 1e-3  # of full weight
+
+
+def agreed(
+    known: NDArray[np.float64] | None, curve: NDArray[np.float64], name: str, path: Path
+) -> NDArray[np.float64]:
+    """The curve of a target that several meshes have: one for all that move it. Raises OutputError."""
+    if known is None or not known.any():
+        return curve
+    if curve.any() and np.abs(curve - known).max() > DIFFERENT:
+        raise OutputError(
+            f"{path}: two of its meshes move {name} differently; "
+            "key them alike, or export the one that you changed by itself"
+        )
+    return known
+
+
+USUAL_RATES = (24000 / 1001, 24.0, 25.0, 30000 / 1001, 30.0, 48.0, 50.0, 60000 / 1001, 60.0, 90.0, 120.0)
+RATE_TOLERANCE = 5e-4  # timecodes are written to a thousandth of a frame
+
+
+def rate_of(times: NDArray[np.float64]) -> float:
+    """Frames per second of rising times, as the usual rate if one is near."""
+    rate = 1 / float(np.median(np.diff(times)))
+    nearest = min(USUAL_RATES, key=lambda usual: abs(usual - rate))
+    return nearest if abs(nearest - rate) < RATE_TOLERANCE * rate else rate

@@ -1,0 +1,215 @@
+"""Animations in binary glTF, which `.glb` and `.vrm` are: added to a character's file, and read back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.animation.animation import Animation
+from phonanim.animation.keys import reduce_curves
+from phonanim.core.files import atomic_path
+from phonanim.errors import OutputError, RigError
+from phonanim.exporters._curves import agreed, rate_of
+from phonanim.media.glb import Glb, glb_bytes, read_glb
+from phonanim.rig.head import TONGUE
+from phonanim.rig.morphs import Morphs, find_morphs, moving_morphs
+from phonanim.speech.alignment import pack_intervals, unpack_intervals
+
+FLOAT = 5126
+SPAN = 0.02  # seconds by which tracks of one animation may end apart
+ROUNDING = 1e-6  # seconds: a key that is stored as float32 may lie this far after its frame
+
+
+def add_to_character(animation: Animation, path: Path, character: Path, keys: float | None) -> None:
+    """Write a character's file with the animation added; see `glb.write`. Raises RigError, OutputError."""
+    glb = read_glb(character)
+    with atomic_path(path) as partial:
+        partial.write_bytes(spliced(glb, animation, path.name.split(".")[0], keys))
+
+
+def spliced(glb: Glb, animation: Animation, name: str, keys: float | None = None) -> bytes:
+    """The bytes of a character's file with one animation more."""
+    tracks = moving_morphs(glb, animation.channels)
+    binary = Appended(glb)
+    samplers = [
+        _sampler(binary, animation, morphs.weights(animation.values, animation.channels), keys)
+        for morphs in tracks
+    ]
+    channels = [
+        {"sampler": number, "target": {"node": morphs.node, "path": "weights"}}
+        for number, morphs in enumerate(tracks)
+    ]
+    extras = {
+        "fps": animation.fps,
+        "start": animation.start,
+        "rig": animation.rig,
+        "phones": pack_intervals(animation.phones),
+        "words": pack_intervals(animation.words),
+        "audio": animation.audio.name if animation.audio else None,
+        "provenance": animation.provenance,
+    }
+    added = {"name": name, "samplers": samplers, "channels": channels, "extras": extras}
+    return binary.file({"animations": [*glb.tree.get("animations", []), added]})
+
+
+def _sampler(
+    binary: Appended, animation: Animation, weights: NDArray[np.float64], keys: float | None
+) -> dict[str, Any]:
+    """A track of weights, (frames, targets): every frame, or few keys."""
+    times = animation.times - min(0.0, animation.start)  # glTF has no time before zero
+    if keys is not None:
+        reduced = reduce_curves(weights, keys)
+        times, weights = times[reduced.frames], reduced.values
+    return {
+        "input": binary.accessor(times.astype("<f4"), bounds=True),
+        "output": binary.accessor(weights.astype("<f4").ravel()),
+        "interpolation": "LINEAR",
+    }
+
+
+class Appended:
+    """A character's file with more data at the end of its binary chunk."""
+
+    def __init__(self, glb: Glb) -> None:
+        self.glb = glb
+        self.pieces = [glb.binary, b"\0" * (-len(glb.binary) % 4)]
+        self.views: list[dict[str, Any]] = []
+        self.accessors: list[dict[str, Any]] = []
+
+    def accessor(self, values: NDArray[np.float32], bounds: bool = False) -> int:
+        """Append scalars, (n,), and return the number of their accessor."""
+        offset = sum(map(len, self.pieces))
+        self.pieces.append(values.tobytes())
+        view = len(self.glb.tree.get("bufferViews", [])) + len(self.views)
+        self.views.append({"buffer": 0, "byteOffset": offset, "byteLength": values.nbytes})
+        limits = {"min": [float(values.min())], "max": [float(values.max())]} if bounds else {}
+        spec = {"bufferView": view, "componentType": FLOAT, "count": len(values), "type": "SCALAR", **limits}
+        self.accessors.append(spec)
+        return len(self.glb.tree.get("accessors", [])) + len(self.accessors) - 1
+
+    def file(self, changes: dict[str, Any]) -> bytes:
+        """The bytes of the whole file, with these top-level entries of its JSON changed as well."""
+        tree = {**self.glb.tree, **changes}
+        tree["bufferViews"] = [*tree.get("bufferViews", []), *self.views]
+        tree["accessors"] = [*tree.get("accessors", []), *self.accessors]
+        first, *others = tree.get("buffers") or [{}]
+        if "uri" in first:
+            raise RigError(
+                f"{self.glb.source}: its first buffer is outside the file; "
+                "pack it with: npx @gltf-transform/cli copy IN.glb OUT.glb"
+            )
+        tree["buffers"] = [{**first, "byteLength": sum(map(len, self.pieces))}, *others]
+        return glb_bytes(tree, self.pieces)
+
+
+def read(path: Path) -> Animation:
+    """Read the last animation that moves morph targets, by their names.
+
+    Programs that write an animation per mesh are understood: earlier ones of other meshes that last as long
+    belong to it. Keys that lie on no regular grid are interpolated onto one. Raises RigError when the file is
+    damaged, OutputError when it has no such animation or two meshes disagree.
+    """
+    glb = read_glb(path)
+    morphs = {found.node: found for found in find_morphs(glb)}
+    tracks = _tracks(glb, morphs)
+    if not tracks:
+        raise OutputError(
+            f"{path}: has no animation of morph targets with names; export it with its shape keys"
+        )
+    return _animation(glb, tracks, morphs, path)
+
+
+@dataclass(frozen=True)
+class _Track:
+    """Weights of one node: the sampler, its keys in seconds, and what was noted beside its animation."""
+
+    node: int
+    sampler: dict[str, Any]
+    clock: NDArray[np.float64]
+    extras: dict[str, Any]
+
+
+def _tracks(glb: Glb, morphs: dict[int, Morphs]) -> list[_Track]:
+    """The last track of each node that lasts as long as the last one of all, in the order of the file."""
+    found: dict[int, _Track] = {}
+    for entry in reversed(glb.tree.get("animations", [])):
+        extras = entry.get("extras", {}) if isinstance(entry.get("extras", {}), dict) else {}
+        for channel in entry["channels"]:
+            node = channel["target"].get("node")
+            if channel["target"]["path"] != "weights" or node not in morphs or node in found:
+                continue
+            sampler = entry["samplers"][channel["sampler"]]
+            track = _Track(node, sampler, glb.accessor(sampler["input"])[:, 0].astype(float), extras)
+            if all(_as_long(track, other) for other in found.values()):
+                found[node] = track
+    return list(found.values())
+
+
+def _as_long(one: _Track, other: _Track) -> bool:
+    return bool(np.allclose(one.clock[[0, -1]], other.clock[[0, -1]], atol=SPAN))
+
+
+def _animation(glb: Glb, tracks: list[_Track], morphs: dict[int, Morphs], path: Path) -> Animation:
+    extras, clock = tracks[0].extras, max((track.clock for track in tracks), key=len)
+    if len(clock) < 2 and "fps" not in extras:
+        raise OutputError(f"{path}: its animation has one key alone, so there is no motion to read")
+    fps = float(extras["fps"]) if "fps" in extras else rate_of(clock)
+    grid = clock[0] + np.arange(round((clock[-1] - clock[0]) * fps) + 1) / fps
+    curves: dict[str, NDArray[np.float64]] = {}
+    for track in tracks:
+        names = morphs[track.node].names
+        sampled = _sampled(glb, track, len(names), grid)
+        for name, curve in zip(names, sampled, strict=True):
+            curves[name] = agreed(curves.get(name), curve, name, path)
+    if not any(
+        curves[name].any() for name in TONGUE if name in curves
+    ):  # the shipped head's, moved by few rigs
+        curves = {name: curve for name, curve in curves.items() if name not in TONGUE}
+    return Animation(
+        values=np.stack(list(curves.values()), axis=1).astype(np.float32),
+        channels=tuple(curves),
+        fps=fps,
+        rig=str(extras.get("rig", "arkit")),
+        start=float(extras.get("start", clock[0])),
+        phones=unpack_intervals(extras.get("phones", [])),
+        words=unpack_intervals(extras.get("words", [])),
+        audio=path.parent / extras["audio"] if extras.get("audio") else None,
+        provenance=dict(extras.get("provenance", {})),
+    )
+
+
+def _sampled(glb: Glb, track: _Track, count: int, grid: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(targets, frames): keys on a grid of seconds, by the sampler's own interpolation."""
+    sampler, keys = track.sampler, track.clock
+    values = glb.accessor(sampler["output"]).astype(float).reshape(len(keys), -1, count)
+    interpolation = sampler.get("interpolation", "LINEAR")
+    if interpolation == "LINEAR" and len(keys) == len(grid) and np.allclose(keys, grid, atol=1e-4):
+        return np.asarray(values[:, 0].T)
+    first = np.clip(np.searchsorted(keys, grid + ROUNDING, side="right") - 1, 0, len(keys) - 1)
+    if interpolation == "STEP":
+        return np.asarray(values[first, 0].T)
+    if interpolation == "LINEAR":
+        return np.array([np.interp(grid, keys, curve) for curve in values[:, 0].T])
+    after = np.minimum(first + 1, len(keys) - 1)
+    return _cubic(grid - keys[first], keys[after] - keys[first], values[first], values[after]).T
+
+
+def _cubic(
+    past: NDArray[np.float64],
+    length: NDArray[np.float64],
+    left: NDArray[np.float64],
+    right: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Cubic Hermite spans (glTF 2.0, appendix C.5), `past` seconds after their first key: (n, targets).
+
+    `left` and `right` are (n, 3, targets): slope before, value and slope after the keys on both sides.
+    """
+    length = np.where(length > 0, length, 1)[:, None]
+    t = np.clip(past[:, None] / length, 0, 1)
+    u = 1 - t
+    values = left[:, 1] * (1 + 2 * t) * u**2 + right[:, 1] * (3 - 2 * t) * t**2
+    return np.asarray(values + length * t * u * (left[:, 2] * u - right[:, 0] * t))

@@ -1,0 +1,45 @@
+"""What pages that show a moving head share: the parts of the page, and the data within it."""
+
+from __future__ import annotations
+
+import base64
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from phonanim.media.glb import Glb
+from phonanim.rig.morphs import moving_morphs
+
+PAGE = Path(__file__).parent
+
+
+def filled(page: str, fields: dict[str, str]) -> str:
+    """A page with its fields."""
+    for field, text in fields.items():
+        page = page.replace("{{" + field + "}}", text)
+    return page
+
+
+def script_data(data: dict[str, Any]) -> str:
+    """JSON that may stand within a page."""
+    return json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/")
+
+
+def targets_of(channels: tuple[str, ...], glb: Glb) -> dict[str, str]:
+    """The morph target of a character that each channel moves. Raises RigError when there is none at all."""
+    found: dict[str, str] = {}
+    for morphs in moving_morphs(glb, channels):
+        found |= {channels[column]: morphs.names[target] for column, target, _ in morphs.moved(channels)}
+    return found
+
+
+def base64_text(data: bytes) -> str:
+    """Bytes as text."""
+    return base64.b64encode(data).decode("ascii")
+
+
+@cache
+def page_file(name: str) -> str:
+    """One of the parts of the page."""
+    return (PAGE / name).read_text(encoding="utf-8")
