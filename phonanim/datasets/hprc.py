@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from phonanim.core.mat import DAMAGE, read_signals
 from phonanim.datasets import Card, Frames, Recording, not_found
-from phonanim.datasets._mat import DAMAGE, read_signals
 from phonanim.errors import CorpusError
 from phonanim.media.audio import Sound
 from phonanim.speech.alignment import Interval

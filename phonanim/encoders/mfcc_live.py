@@ -6,7 +6,7 @@ and for its long windows are better spent on what is said next.
 
 from __future__ import annotations
 
-from phonanim.encoders.mfcc import Cepstra
+from phonanim.encoders._cepstra import Cepstra
 
 SIZE = 640  # samples
 

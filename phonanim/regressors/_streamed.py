@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from phonanim.encoders import RATE
-from phonanim.encoders.mfcc import Cepstra
+from phonanim.encoders._cepstra import Cepstra
 from phonanim.errors import ModelError
 from phonanim.regressors._audio import AudioRegressor
 from phonanim.regressors._convolution import convolve_within, receptive_field, steps_before

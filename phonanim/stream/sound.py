@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from phonanim.animation.rates import frame_count
 from phonanim.animation.style import dial
 from phonanim.encoders import HOP, RATE, STEPS
-from phonanim.encoders.mfcc import Cepstra
+from phonanim.encoders._cepstra import Cepstra
 from phonanim.errors import MissingExtraError, OptionError, StreamError
 from phonanim.media.audio import Level
 from phonanim.options import Options

@@ -6,10 +6,10 @@ import dataset_samples as samples
 import numpy as np
 import pytest
 
+from phonanim.core.mat import read_signals
 from phonanim.datasets import load_dataset
 from phonanim.datasets._est import read_est, sensors
 from phonanim.datasets._files import frames_of, load_array, read_list
-from phonanim.datasets._mat import read_signals
 from phonanim.datasets._pickles import read_pickle
 from phonanim.errors import CorpusError, MissingExtraError
 

@@ -11,7 +11,7 @@ import ema_samples as samples
 import numpy as np
 import pytest
 
-from phonanim.datasets._mat import read_signals
+from phonanim.core.mat import read_signals
 from phonanim.ema import Articulation, load_utterances
 from phonanim.ema.articulation import oriented, renamed, standard_name
 from phonanim.ema.readers import read_articulation

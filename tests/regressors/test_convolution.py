@@ -11,7 +11,7 @@ import pytest
 from speech import made_up_examples
 
 from phonanim.encoders import HOP, RATE, load_encoder
-from phonanim.encoders.mfcc import Cepstra
+from phonanim.encoders._cepstra import Cepstra
 from phonanim.errors import ModelError
 from phonanim.regressors import make_config, regressor_class
 from phonanim.regressors._convolution import convolution_shapes, convolve, receptive_field

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from phonanim.datasets._mat import DAMAGE, read_signals
+from phonanim.core.mat import DAMAGE, read_signals
 from phonanim.ema.articulation import Articulation
 from phonanim.errors import CorpusError
 
