@@ -30,7 +30,7 @@ from scipy.spatial import cKDTree
 
 from phonanim.face.model import INNER_LIP_PAIRS
 from phonanim.rig import load_rig
-from phonanim.rig.deform import face_normals
+from phonanim.rig.geometry import face_normals
 from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
 from phonanim.rig.morphs import plain

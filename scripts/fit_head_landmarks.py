@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from phonanim.core.lexicon import LEXICON
 from phonanim.face.model import INNER_LIP_PAIRS, INNER_LIPS, MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT, OUTER_LIPS
-from phonanim.rig.align import normals
+from phonanim.rig.geometry import vertex_normals
 from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmarks import MeshLandmarks, write_landmarks
 from phonanim.rig.rims import View, hit, put_on_rims
@@ -60,7 +60,9 @@ def view_of(head: Head) -> View:
 def draw(head: Head) -> NDArray[np.uint8]:
     """A picture of the head as a camera sees it, (height, width, 3)."""
     seen = view_of(head).show(head.vertices, head.triangles)
-    light = np.clip(normals(head.vertices, head.triangles) @ (0.2, 0.4, 0.9), 0, 1)[:, None] * 0.5 + 0.5
+    light = (
+        np.clip(vertex_normals(head.vertices, head.triangles) @ (0.2, 0.4, 0.9), 0, 1)[:, None] * 0.5 + 0.5
+    )
     pixels = seen.covered()
     image = np.full((SIZE * SIZE, 3), 0.85)
     image[pixels] = seen.at(pixels, (head.colors ** (1 / 2.2) * light).astype(np.float32))

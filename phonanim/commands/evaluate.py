@@ -37,7 +37,7 @@ LEADING = (
 @click.option("--mask", "masks", multiple=True, metavar="[REGION=]FILE", help="Vertices of a region.")
 @click.option("--alignment", type=PATH, help="What is said: a file, or a folder of them by stem.")
 @click.option("--language", default="auto", help="Label set of the alignment.")
-@click.option("--template", type=FILE, help="The mesh at rest: .ply, .obj or .npy.")
+@click.option("--template", type=FILE, help="The mesh at rest: .ply, .obj, .off or .npy.")
 @click.option("--reference-template", type=FILE, help="The reference's, where it is another face.")
 @click.option("--lips", help="Four vertices of the mesh: upper lip, lower lip, right and left corner.")
 @click.option("--unit", type=click.Choice(["m", "cm", "mm"]), help="Of vertices; found by size otherwise.")

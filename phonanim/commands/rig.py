@@ -169,7 +169,13 @@ def fit_command(
 
 @command.command("transfer")
 @click.option("--from", "source", type=click.Choice(["shipped"]), default="shipped", help="Whose shapes.")
-@click.option("--to", "mesh", type=FILE, required=True, help="OBJ or GLB of a head, y up, looking along z.")
+@click.option(
+    "--to",
+    "mesh",
+    type=FILE,
+    required=True,
+    help="A head (OBJ, PLY, STL, OFF, GLB), y up, facing z.",
+)
 @click.option("-o", "--output", type=PLACE, help="The GLB to write; MESH with .shapes.glb when left out.")
 @talk_options
 def transfer_command(source: str, mesh: Path, output: Path | None, talk: Talk) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
-from phonanim.errors import EvaluationError, MissingExtraError
+from phonanim.errors import EvaluationError
 from phonanim.exporters import load, readable, suffixes
 
 Array = NDArray[np.float64]
@@ -86,21 +86,19 @@ def from_array(array: NDArray[Any], source: str, fps: float, template: Array | N
 
 
 def read_template(path: Path) -> Array:
-    """Vertices of a mesh at rest, (vertices, 3), in the order of the .npy, .obj or .ply (extra `train`).
+    """Vertices of a mesh at rest, (vertices, 3), in the order of the .npy, .obj, .ply or .off (extra `rig`).
 
     Raises EvaluationError, RigError, MissingExtraError.
     """
     suffix = path.suffix.lower()
     if suffix == ".npy":
         points = _load(path)
-    elif suffix == ".obj":
-        from phonanim.rig.meshes import read_obj
+    elif suffix in (".obj", ".ply", ".off"):
+        from phonanim.rig.meshes import read_mesh
 
-        points = read_obj(path)[0]
-    elif suffix == ".ply":
-        points = _read_ply(path)
+        points = read_mesh(path)[0]
     else:
-        raise EvaluationError(f"{path}: a template is a .ply, an .obj or a .npy of vertices")
+        raise EvaluationError(f"{path}: a template is a .ply, an .obj, an .off or a .npy of vertices")
     if points.ndim != 2 or points.shape[1] != 3 or not np.issubdtype(points.dtype, np.number):
         raise EvaluationError(f"{path}: a template has shape (vertices, 3), this one {points.shape}")
     check_finite(points, str(path))
@@ -182,16 +180,3 @@ def _load(path: Path) -> NDArray[Any]:
         return np.asarray(np.load(path, allow_pickle=False))
     except (OSError, ValueError, EOFError) as error:
         raise EvaluationError(f"{path}: cannot be read as a NumPy array: {error}") from error
-
-
-def _read_ply(path: Path) -> NDArray[Any]:
-    try:
-        import trimesh
-    except ImportError as error:
-        raise MissingExtraError(
-            "reading .ply needs the extra 'train': pip install 'phonanim[train]'"
-        ) from error
-    try:
-        return np.asarray(trimesh.load(path, process=False).vertices)
-    except (OSError, ValueError, AttributeError, KeyError, IndexError) as error:
-        raise EvaluationError(f"{path}: cannot be read as a PLY mesh: {error}") from error

@@ -1,6 +1,6 @@
 """Two heads brought together: by what their shapes move, or by their faces alone.
 
-Needs scipy.
+Needs trimesh and scipy.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import MissingExtraError, RigError
+from phonanim.rig.geometry import vertex_normals
 from phonanim.rig.head import Head
 from phonanim.rig.landmarks import MeshLandmarks
 from phonanim.rig.morphs import plain
@@ -42,7 +43,11 @@ class Surface:
     def features(self) -> Array:
         """(points, 7): place, direction and how the point moves as the mouth opens, all in metres."""
         return np.column_stack(
-            [self.points, NORMAL_REACH * normals(self.points, self.triangles), OPENING_REACH * self.opening]
+            [
+                self.points,
+                NORMAL_REACH * vertex_normals(self.points, self.triangles),
+                OPENING_REACH * self.opening,
+            ]
         )
 
 
@@ -168,15 +173,6 @@ def surface_of(head: Head) -> Surface:
     return Surface(head.vertices, head.triangles[skin], opening)
 
 
-def normals(points: Array, triangles: NDArray[np.int64]) -> Array:
-    """Outward directions of length one at the vertices, (n, 3)."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    summed = np.zeros_like(points)
-    for corner in range(3):
-        np.add.at(summed, triangles[:, corner], np.cross(b - a, c - a))
-    return np.asarray(summed / np.linalg.norm(summed, axis=1, keepdims=True).clip(1e-12))
-
-
 def scipy_parts() -> tuple[Any, Any, Any]:
     """What is needed of scipy: sparse matrices, their factorization, nearest neighbours."""
     try:
@@ -184,5 +180,5 @@ def scipy_parts() -> tuple[Any, Any, Any]:
         from scipy.sparse.linalg import factorized
         from scipy.spatial import cKDTree
     except ImportError as error:
-        raise MissingExtraError("fitting a rig needs scipy: pip install 'phonanim[train]'") from error
+        raise MissingExtraError("fitting a rig needs scipy: pip install 'phonanim[rig]'") from error
     return sparse, factorized, cKDTree

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from phonanim.errors import RigError
 from phonanim.media.glb import Glb, read_glb, world
 from phonanim.rig.head import Head, reflected
-from phonanim.rig.meshes import read_obj
+from phonanim.rig.meshes import MESHES, read_mesh
 from phonanim.rig.morphs import Morphs, find_morphs
 
 Array = NDArray[np.float64]
@@ -31,9 +31,12 @@ def load_character(path: Path) -> Head:
 
 
 def load_mesh(path: Path) -> Head:
-    """Read a head without shapes, from an OBJ file or all meshes of a GLB file. Raises RigError."""
-    if path.suffix.lower() == ".obj":
-        points, triangles, parts = read_obj(path)
+    """Read a head without shapes: an OBJ, PLY, STL or OFF file, or all meshes of a GLB file.
+
+    Raises RigError, and MissingExtraError where trimesh is needed and absent.
+    """
+    if path.suffix.lower() in MESHES:
+        points, triangles, parts = read_mesh(path)
         return Head(points, triangles, parts, (), np.zeros((0, *points.shape)), np.full_like(points, GREY))
     glb = read_glb(path)
     nodes = [number for number, node in enumerate(glb.tree.get("nodes", [])) if "mesh" in node]

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.rig.align import NORMAL_REACH, Surface, normals, scipy_parts
+from phonanim.rig.align import NORMAL_REACH, Surface, scipy_parts
+from phonanim.rig.geometry import face_normals, vertex_normals, weld
 from phonanim.rig.head import Head
 from phonanim.rig.landmarks import MeshLandmarks
 from phonanim.rig.register import SAMPLE_WEIGHTS, sampled
@@ -31,7 +32,6 @@ HOLD, DRIFT = 1e-3, 1e-7  # how much rest counts against turns, where the model 
 LOOSE = 0.1  # how much a triangle counts that corresponds to none: it should not stiffen its neighbours
 REACH = 0.018  # metres: beyond this, where the model's motion carries a vertex counts more than turns
 PARTING = 10.0  # how much the lips' parting counts against turns
-SAME = 1e-6  # of a head's size: vertices nearer than this are one, split for textures
 
 
 class Deformation:
@@ -50,7 +50,7 @@ class Deformation:
         self.owner, _, self.matched = find(middles, face_normals(theirs.points, theirs.triangles))
         self.welded, self.place = weld(theirs.points, theirs.triangles)
         self.points = theirs.points[self.welded]
-        facing = normals(theirs.points, theirs.triangles)[self.welded]
+        facing = vertex_normals(theirs.points, theirs.triangles)[self.welded]
         nearest, self.within, carried = find(self.points, facing)
         self.near = self.triangles[nearest]
         self.gradient, self.normals, areas = _gradient(theirs, self.place, len(self.welded), sparse)
@@ -116,25 +116,6 @@ class Finder:
         near = np.linalg.norm(self.points[nearest] - points, axis=1) < FAR
         near &= (self.facing[nearest] * facing).sum(axis=1) > TURNED
         return self.owners[nearest], SAMPLE_WEIGHTS[nearest % len(SAMPLE_WEIGHTS)], near
-
-
-def face_normals(points: Array, triangles: Rows) -> Array:
-    """Directions of length one in which triangles face, (triangles, 3)."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True).clip(1e-12))
-
-
-def weld(points: Array, triangles: Rows) -> tuple[Rows, Rows]:
-    """Rows of distinct vertices of the triangles, and each vertex's place among them, -1 when unused."""
-    used = np.unique(triangles)
-    grain = SAME * float(np.ptp(points, axis=0).max())
-    _, first, inverse = np.unique(
-        np.round(points[used] / grain), axis=0, return_index=True, return_inverse=True
-    )
-    place = np.full(len(points), -1)
-    place[used] = inverse.ravel()
-    return used[first], place
 
 
 def _frames(points: Array, triangles: Rows) -> Array:

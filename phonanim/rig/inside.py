@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.rig.align import scipy_parts, skin_rows
-from phonanim.rig.deform import STILL, weld
+from phonanim.rig.deform import STILL
+from phonanim.rig.geometry import connected_labels, weld
 from phonanim.rig.head import Head
 
 Array = NDArray[np.float64]
@@ -99,13 +100,8 @@ def _pieces(head: Head, outer: Rows) -> list[tuple[str, Rows]]:
 
 def _joined(head: Head) -> Rows:
     """A number for each vertex, the same for those that triangles join, (vertices,)."""
-    sparse, _, _ = scipy_parts()
-    from scipy.sparse.csgraph import connected_components
-
     rows, place = weld(head.vertices, head.triangles)
-    edges = place[head.triangles[:, [0, 1, 1, 2]].reshape(-1, 2)]
-    graph = sparse.coo_matrix((np.ones(len(edges)), edges.T), shape=(len(rows), len(rows)))
-    labels = connected_components(graph, directed=False)[1]
+    labels = connected_labels(place[head.triangles], len(rows))
     return np.where(place >= 0, labels[place], -1)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.rig.align import Surface, align, face_rows, scipy_parts, surface_of
+from phonanim.rig.geometry import uniform_laplacian
 from phonanim.rig.head import Head
 from phonanim.rig.landmarks import MeshLandmarks
 from phonanim.rig.rims import put_on_rims
@@ -54,7 +55,7 @@ def warp(mine: Surface, theirs: Surface, rows: NDArray[np.int64], pins: Pins | N
     sparse, factorized, tree = scipy_parts()
     goal_points, goal_features, _ = sampled(theirs)
     search = tree(goal_features)
-    smooth = _laplacian(mine.triangles, rows, sparse)
+    smooth = _laplacian(mine.triangles, rows)
     smooth = smooth.T @ smooth
     start, points = mine.points[rows], mine.points.copy()
     held, pull = _held(pins, rows, start, sparse)
@@ -81,16 +82,12 @@ def _held(pins: Pins | None, rows: NDArray[np.int64], start: Array, sparse: Any)
     return held + PIN * blend.T @ blend, PIN * blend.T @ (pins.goals[inside] - blend @ start)
 
 
-def _laplacian(triangles: NDArray[np.int64], rows: NDArray[np.int64], sparse: Any) -> Any:
-    """How far each point's value lies from the mean of its neighbours', (rows, rows)."""
+def _laplacian(triangles: NDArray[np.int64], rows: NDArray[np.int64]) -> Any:
+    """The Laplacian of the edges between these rows alone, sparse (rows, rows)."""
     place = np.full(int(triangles.max()) + 1, -1)
     place[rows] = np.arange(len(rows))
-    edges = place[np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])]
-    edges = edges[(edges >= 0).all(axis=1)]
-    both = np.unique(np.concatenate([edges, edges[:, ::-1]]), axis=0)
-    near = sparse.csr_matrix((np.ones(len(both)), both.T), shape=(len(rows), len(rows)))
-    degree = np.maximum(np.asarray(near.sum(axis=1)).ravel(), 1)
-    return sparse.identity(len(rows)) - sparse.diags(1 / degree) @ near
+    edges = place[triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)]
+    return uniform_laplacian(edges[(edges >= 0).all(axis=1)], len(rows))
 
 
 def sampled(surface: Surface) -> tuple[Array, Array, NDArray[np.int64]]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.rig.align import scipy_parts
-from phonanim.rig.deform import face_normals, weld
+from phonanim.rig.geometry import face_normals, uniform_laplacian, weld
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -54,7 +54,7 @@ def _turned_back(still: Array, moved: Array, corners: Rows, facing: Array, patch
     sparse, factorized, _ = scipy_parts()
     own = patch[corners].any(axis=1)
     corners, facing = corners[own], facing[own]
-    even = _laplacian(corners, len(still), sparse)[patch][:, patch]
+    even = uniform_laplacian(corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), len(still))[patch][:, patch]
     stay = even.T @ even + KEEP * sparse.identity(int(patch.sum()))
     edges = _edges(corners, len(still), sparse)
     active, start, moved = np.zeros(len(corners), bool), moved[patch], moved.copy()
@@ -117,12 +117,3 @@ def _edges(corners: Rows, count: int, sparse: Any) -> Any:
     signs = np.tile((-1.0, 1.0), len(ends))
     places = (np.repeat(np.arange(len(ends)), 2), ends.ravel())
     return sparse.csr_matrix((signs, places), shape=(len(ends), count))
-
-
-def _laplacian(corners: Rows, count: int, sparse: Any) -> Any:
-    """How far each vertex's value lies from the mean of its neighbours', (count, count)."""
-    ends = corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    near = sparse.csr_matrix((np.ones(len(ends)), ends.T), shape=(count, count))
-    near = ((near + near.T) > 0).astype(float)
-    degree = np.maximum(np.asarray(near.sum(axis=1)).ravel(), 1)
-    return sparse.identity(count, format="csr") - sparse.diags(1 / degree) @ near

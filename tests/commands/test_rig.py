@@ -19,7 +19,7 @@ from phonanim.rig.character import load_character
 from phonanim.rig.fit_character import fit_character, quality, speech_controls
 from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmarks import shipped_landmarks
-from phonanim.rig.meshes import read_obj, write_head, write_obj
+from phonanim.rig.meshes import write_head
 from phonanim.rig.puppet import make_puppet
 from phonanim.rig.register import suggest_landmarks
 from phonanim.rig.rims import put_on_rims
@@ -76,39 +76,6 @@ def test_the_shipped_file_is_a_character() -> None:
     arkit, head = load_rig("arkit"), load_head()
     again = load_character(arkit.head)
     np.testing.assert_allclose(again.vertices, head.vertices, atol=1e-6)
-
-
-def test_obj_files(tmp_path: Path) -> None:
-    path = tmp_path / "a.obj"
-    path.write_text("o quad\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1/1 2/2 3/3 -1\n", encoding="utf-8")
-    points, triangles, parts = read_obj(path)
-    assert triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
-    assert parts == {"quad": slice(0, 4)}
-    write_obj(tmp_path / "b.obj", points, triangles)
-    np.testing.assert_array_equal(read_obj(tmp_path / "b.obj")[0], points)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("v 0 0 zero\n", "line 1: 'v 0 0 zero' is no v line of an OBJ file"),
-        ("v 0 0 0\nf 1 2 3\n", "line 2: 'f 1 2 3' is no f line"),
-        ("v 0 0 0\nv 1 0 0\nf 1 2\n", "line 3: 'f 1 2' is no f line"),
-        ("v 0 0 0\n", "holds no mesh; export the head as OBJ with its faces"),
-        ("v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "positions that are not finite"),
-    ],
-)
-def test_damaged_obj_files(tmp_path: Path, text: str, message: str) -> None:
-    path = tmp_path / "a.obj"
-    path.write_text(text, encoding="utf-8")
-    with pytest.raises(RigError) as caught:
-        read_obj(path)
-    assert message in str(caught.value)
-
-
-def test_a_missing_obj_file(tmp_path: Path) -> None:
-    with pytest.raises(RigError, match="cannot be read"):
-        read_obj(tmp_path / "gone.obj")
 
 
 def test_positions_that_are_not_finite(tmp_path: Path) -> None:
@@ -218,9 +185,7 @@ def test_a_head_whose_lips_do_not_move_is_said() -> None:
 
 def test_scipy_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "scipy", None)
-    with pytest.raises(
-        MissingExtraError, match=r"fitting a rig needs scipy: pip install 'phonanim\[train\]'"
-    ):
+    with pytest.raises(MissingExtraError, match=r"fitting a rig needs scipy: pip install 'phonanim\[rig\]'"):
         suggest_landmarks(load_head(), shipped_landmarks(), load_head())
 
 

@@ -14,7 +14,7 @@ from phonanim.__main__ import run
 from phonanim.errors import RigError
 from phonanim.face.model import INNER_LIP_PAIRS
 from phonanim.rig.character import load_character, load_mesh
-from phonanim.rig.deform import face_normals
+from phonanim.rig.geometry import face_normals
 from phonanim.rig.head import TONGUE, Head, load_head
 from phonanim.rig.inside import outer_rows
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks

@@ -1,0 +1,71 @@
+"""Questions about triangle meshes that trimesh answers: directions, adjacency, vertices that are one.
+
+Needs trimesh and scipy (extra `rig`).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.errors import MissingExtraError
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+SAME = 1e-6  # of a head's size: vertices nearer than this are one, split for textures
+
+
+def import_trimesh() -> Any:
+    """trimesh, imported where it is needed. Raises MissingExtraError naming the extra."""
+    try:
+        import trimesh
+    except ImportError as error:
+        raise MissingExtraError("working on meshes needs trimesh: pip install 'phonanim[rig]'") from error
+    return trimesh
+
+
+def face_normals(points: Array, triangles: Rows) -> Array:
+    """Directions of length one in which triangles face, (triangles, 3); noughts where one has no area."""
+    trimesh = import_trimesh()
+    return np.asarray(trimesh.unitize(trimesh.triangles.cross(points[triangles])))
+
+
+def vertex_normals(points: Array, triangles: Rows) -> Array:
+    """Outward directions of length one at the vertices, weighted by area, (vertices, 3)."""
+    trimesh = import_trimesh()
+    areas = trimesh.triangles.cross(points[triangles])
+    return np.asarray(trimesh.geometry.mean_vertex_normals(len(points), triangles, areas))
+
+
+def weld(points: Array, triangles: Rows) -> tuple[Rows, Rows]:
+    """Rows of distinct vertices of the triangles, and each vertex's place among them, -1 when unused."""
+    used = np.unique(triangles)
+    grain = SAME * float(np.ptp(points, axis=0).max())
+    first, inverse = import_trimesh().grouping.unique_rows(points[used] / grain, digits=0, keep_order=True)
+    place = np.full(len(points), -1)
+    place[used] = inverse
+    return used[first], place
+
+
+def connected_labels(triangles: Rows, count: int) -> Rows:
+    """A number for each of `count` vertices, the same for those that triangles join."""
+    trimesh = import_trimesh()
+    edges = trimesh.geometry.faces_to_edges(triangles)
+    return np.asarray(trimesh.graph.connected_component_labels(edges, count))
+
+
+def uniform_laplacian(edges: Rows, count: int) -> Any:
+    """How far each vertex's value lies from the mean of its neighbours', sparse (count, count).
+
+    `edges` (n, 2) may name an edge more than once and in either direction.
+    """
+    from scipy import sparse
+
+    one_way = import_trimesh().graph.edges_to_coo(edges, count).tocsr()
+    near = (one_way + one_way.T).astype(np.float64)
+    near.data[:] = 1.0
+    degree = np.maximum(np.asarray(near.sum(axis=1)).ravel(), 1)
+    return sparse.identity(count, format="csr") - sparse.diags(1 / degree) @ near
