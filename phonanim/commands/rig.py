@@ -192,9 +192,9 @@ def transfer_command(source: str, mesh: Path, output: Path | None, talk: Talk) -
     """
     from dataclasses import asdict
 
-    from phonanim.rig.character import load_mesh
     from phonanim.rig.head import load_head
     from phonanim.rig.landmarks import shipped_landmarks, write_landmarks
+    from phonanim.rig.mesh_file import load_mesh
     from phonanim.rig.meshes import write_head
     from phonanim.rig.transfer import transfer
 

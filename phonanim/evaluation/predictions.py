@@ -94,7 +94,7 @@ def read_template(path: Path) -> Array:
     if suffix == ".npy":
         points = _load(path)
     elif suffix in (".obj", ".ply", ".off"):
-        from phonanim.rig.meshes import read_mesh
+        from phonanim.rig.mesh_file import read_mesh
 
         points = read_mesh(path)[0]
     else:

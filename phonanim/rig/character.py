@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from phonanim.errors import RigError
 from phonanim.media.glb import Glb, read_glb, world
 from phonanim.rig.head import Head, reflected
-from phonanim.rig.meshes import MESHES, read_mesh
 from phonanim.rig.morphs import Morphs, find_morphs
 
 Array = NDArray[np.float64]
@@ -30,14 +29,8 @@ def load_character(path: Path) -> Head:
     return _joined([piece for morphs in find_morphs(glb) for piece in _pieces(glb, morphs)], path)
 
 
-def load_mesh(path: Path) -> Head:
-    """Read a head without shapes: an OBJ, PLY, STL or OFF file, or all meshes of a GLB file.
-
-    Raises RigError, and MissingExtraError where trimesh is needed and absent.
-    """
-    if path.suffix.lower() in MESHES:
-        points, triangles, parts = read_mesh(path)
-        return Head(points, triangles, parts, (), np.zeros((0, *points.shape)), np.full_like(points, GREY))
+def load_bare_character(path: Path) -> Head:
+    """Read all meshes of a GLB file, end to end, without their shapes. Raises RigError."""
     glb = read_glb(path)
     nodes = [number for number, node in enumerate(glb.tree.get("nodes", [])) if "mesh" in node]
     if not nodes:

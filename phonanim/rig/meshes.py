@@ -1,10 +1,7 @@
-"""Meshes in and out: OBJ, PLY, STL and OFF read, OBJ written, and heads with morph targets as GLB."""
+"""Meshes written: OBJ, and heads with morph targets as GLB."""
 
 from __future__ import annotations
 
-import re
-from io import BytesIO
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,71 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.core.files import atomic_path, write_text
-from phonanim.errors import RigError
 from phonanim.media.glb import glb_bytes
-from phonanim.rig.geometry import import_trimesh, weld
 from phonanim.rig.head import Head
 
 Array = NDArray[np.float64]
 
 FLOAT, UNSIGNED = 5126, 5125
-MESHES = (".obj", ".ply", ".stl", ".off")
-# trimesh reads as the file stands: nothing merged, sorted or fetched from beside it.
-IN_ORDER = {
-    "process": False,
-    "maintain_order": True,
-    "split_objects": True,
-    "split_groups": True,
-    "group_material": False,
-    "skip_materials": True,
-}
 STILL = 1e-7  # metres: a vertex that moves less in a shape is not stored with it
-
-
-def read_mesh(path: Path) -> tuple[Array, NDArray[np.int64], dict[str, slice]]:
-    """Read an OBJ, PLY, STL or OFF file with trimesh: vertices (n, 3), triangles (t, 3), rows of each part.
-
-    Vertices keep the order of the file; those of an STL file, which repeats them, are merged. The objects and
-    groups of an OBJ file are its parts. Raises RigError when the file is damaged or holds no mesh,
-    MissingExtraError without trimesh.
-    """
-    kind = path.suffix.lower().removeprefix(".")
-    load_scene = import_trimesh().load_scene
-    try:
-        data = path.read_bytes()
-        scene = load_scene(BytesIO(_plain_obj(data) if kind == "obj" else data), kind, **IN_ORDER)
-    except OSError as error:
-        raise RigError(f"{path}: cannot be read: {error.strerror}") from error
-    except Exception as error:  # whatever a parser trips over in damaged data
-        reason = " ".join(str(error).split())
-        raise RigError(f"{path}: is damaged or no {kind.upper()} file ({reason}); export it again") from error
-    meshes = {name: mesh for name, mesh in scene.geometry.items() if len(getattr(mesh, "faces", ()))}
-    if not meshes:
-        raise RigError(f"{path}: holds no mesh; export the head with its faces")
-    points = np.asarray(next(iter(meshes.values())).vertices, np.float64)
-    triangles = {name: np.asarray(mesh.faces, np.int64) for name, mesh in meshes.items()}
-    if not np.isfinite(points).all():
-        raise RigError(f"{path}: holds positions that are not finite; export it again")
-    if kind == "stl":
-        kept, place = weld(points, triangles[next(iter(triangles))])
-        points, triangles = points[kept], {name: place[faces] for name, faces in triangles.items()}
-    named = sorted(triangles, key=lambda name: int(triangles[name].min()))
-    return points, np.concatenate([triangles[name] for name in named]), _parts(triangles, named, len(points))
-
-
-def _plain_obj(data: bytes) -> bytes:
-    """An OBJ file without texture coordinates and normals, by which trimesh would split vertices."""
-    return re.sub(rb"(?m)^f[ \t].*$", lambda line: re.sub(rb"/\S*", b"", line[0]), data)
-
-
-def _parts(triangles: dict[str, NDArray[np.int64]], named: list[str], count: int) -> dict[str, slice]:
-    """The rows of each part, from its first vertex to that of the next; one part where they overlap."""
-    firsts = [int(triangles[name].min()) for name in named]
-    lasts = [int(triangles[name].max()) for name in named]
-    if any(last >= first for last, first in zip(lasts, firsts[1:], strict=False)):
-        return {"mesh": slice(0, count)}
-    starts = [0, *firsts[1:], count]
-    return {name: slice(*span) for name, span in zip(named, pairwise(starts), strict=True)}
 
 
 def write_obj(path: Path, vertices: Array, triangles: NDArray[np.int64]) -> None:

@@ -141,4 +141,4 @@ def test_animate_imports_nothing_heavier_than_numpy(root, tmp_path):
     outputs = [
         argument for suffix in ("csv", "npz", "glb") for argument in ("-o", str(tmp_path / f"a.{suffix}"))
     ]
-    assert not imported(["animate", line, *outputs], root) & (HEAVY | {"rich"})
+    assert not imported(["animate", line, *outputs], root) & (HEAVY | {"rich", "praatio"})

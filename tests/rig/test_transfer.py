@@ -13,11 +13,12 @@ import pytest
 from phonanim.__main__ import run
 from phonanim.errors import RigError
 from phonanim.face.model import INNER_LIP_PAIRS
-from phonanim.rig.character import load_character, load_mesh
+from phonanim.rig.character import load_character
 from phonanim.rig.geometry import face_normals
 from phonanim.rig.head import TONGUE, Head, load_head
 from phonanim.rig.inside import outer_rows
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
+from phonanim.rig.mesh_file import load_mesh
 from phonanim.rig.meshes import write_obj
 from phonanim.rig.transfer import Report, transfer
 from phonanim.rig.untangle import untangle

@@ -11,7 +11,8 @@ import trimesh
 
 from phonanim.errors import MissingExtraError, RigError
 from phonanim.rig.geometry import connected_labels, face_normals, uniform_laplacian, vertex_normals, weld
-from phonanim.rig.meshes import read_mesh, write_obj
+from phonanim.rig.mesh_file import read_mesh
+from phonanim.rig.meshes import write_obj
 
 CORNERS = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 9 9 9\n"
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
