@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
+from difflib import get_close_matches
 from pathlib import PurePath
 from typing import Any, Literal
 
 from phonanim.core.catalog import DEFAULT_MODEL
+from phonanim.core.typed import check_types
+from phonanim.errors import OptionError
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +35,12 @@ class Options:
     words alone, `fallback` is the language to take where `language` is one that nobody wrote.
     `gains` are of single controls, by name; `smooth` is seconds; `blinks` is the seed of a layer of blinks.
     60 frames per second show a closure of 30 ms, which 24 or 30 may miss.
+
+    Examples:
+        >>> import phonanim
+        >>> quiet = phonanim.Options(rig="metahuman", intensity=0.7)
+        >>> phonanim.animate("line.TextGrid", quiet, fps=24).rig
+        'metahuman'
     """
 
     rig: str = "arkit"
@@ -63,3 +72,21 @@ class Options:
 
 
 DEFAULTS = Options()
+
+
+def make_options(options: Options | None, settings: Mapping[str, Any]) -> Options:
+    """Options with single ones set by name.
+
+    Raises OptionError for an unknown name, with the nearest, and for a value of another type.
+    """
+    known = [field.name for field in fields(Options)]
+    for name in settings:
+        if name not in known:
+            near = get_close_matches(name, known, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"the options are {', '.join(known)}"
+            raise OptionError(f"there is no option {name!r}; {hint}")
+    plain: dict[str, Any] = {
+        name: str(value) if isinstance(value, PurePath) else value for name, value in settings.items()
+    }
+    check_types(plain, Options, "options", OptionError)
+    return replace(options or DEFAULTS, **plain)

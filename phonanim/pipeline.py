@@ -15,7 +15,7 @@ from phonanim.animation.animation import Animation
 from phonanim.animation.edit_file import read_edits
 from phonanim.animation.edits import apply
 from phonanim.animation.overlay import hashes, lay
-from phonanim.animation.rates import frame_count
+from phonanim.animation.rates import check_rate, frame_count
 from phonanim.animation.smooth import firmness, smoothed
 from phonanim.animation.style import dial, drawn, idle
 from phonanim.core.catalog import find_model
@@ -25,7 +25,7 @@ from phonanim.face import contacts
 from phonanim.face.model import FaceModel
 from phonanim.inputs.speech_input import SpeechInput, read_speech_input
 from phonanim.media.audio import Sound
-from phonanim.options import DEFAULTS, Options
+from phonanim.options import DEFAULTS, Options, make_options
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.retarget import retarget
 from phonanim.speech.phones import PhoneTrack
@@ -42,13 +42,31 @@ class Performance:
     face: FaceModel
 
 
-def animate(path: Path, options: Options = DEFAULTS, audio: Path | None = None) -> Animation:
-    """Read an alignment and move a rig. Raises the PhonanimError of the step that fails.
+def animate(
+    path: str | Path, options: Options | None = None, *, audio: str | Path | None = None, **settings: Any
+) -> Animation:
+    """Read an alignment and move a rig.
 
-    With a model that hears, `path` may be a recording. The frames lie at n / fps seconds, from 0 to the end
-    of it. Labels that had to be replaced (`options.unknown`) are told in `provenance["notes"]`.
+    The frames lie at n / fps seconds, from 0 to the end of the alignment. `provenance["notes"]` of the result
+    lists the labels that had to be replaced (option `unknown`).
+
+    Args:
+        path: An alignment, or a recording when the model is audio-driven.
+        options: How to animate; the defaults of `Options` when it is None.
+        audio: The recording, when it does not lie beside the alignment.
+        settings: Single options by name, such as `rig="arkit"` or `fps=30`; they override `options`.
+
+    Raises:
+        PhonanimError: The one of the step that fails: OptionError for an unknown option, AlignmentError for
+            a file that cannot be read, LabelError for a label that the language does not have.
+
+    Examples:
+        >>> import phonanim
+        >>> phonanim.animate("line.TextGrid", rig="arkit", fps=30).save("line.csv")
     """
-    return perform(path, options, audio).animation
+    options = make_options(options, settings)
+    check_rate(options.fps, f"{options.fps:g}")
+    return perform(Path(path), options, Path(audio) if audio else None).animation
 
 
 def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) -> Performance:
@@ -107,9 +125,23 @@ def with_edits(animation: Animation, path: Path, options: Options = DEFAULTS) ->
     return replace(edited, provenance={**known, **told})
 
 
+def load_model(name: str | Path) -> regressors.Model:
+    """A model by the name that `phonanim models` lists, or by the path of its folder; read once.
+
+    Raises:
+        ModelError: There is no such model, or its folder is damaged.
+
+    Examples:
+        >>> import phonanim
+        >>> phonanim.load_model("default").card["fps"]
+        25.0
+    """
+    return load_cached_model(str(name))
+
+
 @lru_cache(maxsize=8)
-def load_model(name: str) -> regressors.Model:
-    """A model by name or path, read once."""
+def load_cached_model(name: str) -> regressors.Model:
+    """The model of `load_model`; its cache can be cleared."""
     return regressors.load(find_model(name))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,14 @@ class Animation:
     `values` is (frames, channels) float32; `channels` are the control names of `rig`;
     `phones` and `words` are the labels as spoken (for timelines); `audio` is the recording;
     `provenance` says what made it (input hash, model, rig, options, version).
+
+    Examples:
+        >>> import phonanim
+        >>> animation = phonanim.animate("line.TextGrid", fps=30)
+        >>> animation.values.shape == (len(animation.times), len(animation.channels))
+        True
+        >>> jaw = animation.channel("jawOpen")  # (frames,)
+        >>> animation.save("line.csv")
     """
 
     values: NDArray[np.float32]
@@ -54,6 +63,14 @@ class Animation:
             np.minimum(first + 1, len(self.values) - 1)
         ]
         return replace(self, values=values.astype(np.float32), fps=fps)
+
+    def save(self, path: str | Path, **options: Any) -> None:
+        """Write the animation in the format of the path's suffix; the same as `phonanim.save`.
+
+        Raises OutputError when there is no such format or the file cannot be written.
+        """
+        # The exporters lie above this module and import it, so they are found by name when they are needed.
+        import_module("phonanim.exporters").save(self, path, **options)
 
     def with_values(self, values: NDArray[np.float32]) -> Animation:
         """The same animation with other curves, (frames, channels)."""

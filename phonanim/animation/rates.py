@@ -20,9 +20,14 @@ def parse_rate(text: str) -> float:
         rate = Fraction(NTSC[stripped] * 1000, 1001) if stripped in NTSC else Fraction(stripped)
     except (ValueError, ZeroDivisionError) as error:
         raise OptionError(f"{text!r} is no frame rate; write it as 60, 29.97 or 30000/1001") from error
+    check_rate(rate, text)
+    return float(rate)
+
+
+def check_rate(rate: float | Fraction, text: str) -> None:
+    """Raise OptionError, naming the rate as it was written, when nobody could mean it."""
     if not LOWEST <= rate <= HIGHEST:
         raise OptionError(f"{text} frames per second: the rate must lie from {LOWEST} to {HIGHEST}")
-    return float(rate)
 
 
 def frame_count(duration: float, fps: float) -> int:

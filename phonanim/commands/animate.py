@@ -71,7 +71,7 @@ def command(
         if click.get_current_context().get_parameter_source("rig") is ParameterSource.DEFAULT:
             options = replace(options, rig=options.rig if "character" in exports else HEAD_RIG)
     check_outputs([*outputs, *filter(None, [sheet])], [alignment, *filter(None, [audio, edits])])
-    animation = animate(alignment, options, audio or find_audio(alignment))
+    animation = animate(alignment, options, audio=audio or find_audio(alignment))
     if edits:
         animation = with_edits(animation, edits, options)
     written = write(animation, outputs, sheet, exports)

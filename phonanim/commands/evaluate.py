@@ -102,21 +102,29 @@ def score_all(
     progress: Any,
 ) -> tuple[dict[str, Scores], list[float]]:
     """The scores of every prediction by name, and the diversity of each line that has several."""
-    from dataclasses import replace
-
     from phonanim.errors import PhonanimError
+    from phonanim.evaluation.evaluate import evaluate
     from phonanim.evaluation.predictions import read_motion
-    from phonanim.evaluation.scoring import score, spread
+    from phonanim.evaluation.scoring import spread
 
     rows: dict[str, Scores] = {}
     takes: dict[Path, list[Any]] = {}
     other = settings.template if settings.reference_template is None else settings.reference_template
     for done, (mine, theirs) in enumerate(pairs, start=1):
-        said = replace(settings, track=spoken_in(alignment, mine, language) if alignment else None)
+        track = spoken_in(alignment, mine, language) if alignment else None
         predicted = read_motion(mine, rates[0], settings.template)
         captured = read_motion(theirs, rates[1], other)
         try:
-            rows[mine.name] = score(predicted, captured, said)
+            rows[mine.name] = evaluate(
+                predicted,
+                captured,
+                alignment=track,
+                masks=settings.masks,
+                lips=settings.lips,
+                template=settings.template,
+                reference_template=settings.reference_template,
+                unit=settings.unit,
+            )
         except PhonanimError as error:
             raise type(error)(f"{mine} against {theirs}: {error}") from error
         takes.setdefault(theirs, []).append(predicted)

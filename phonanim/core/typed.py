@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import is_dataclass
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from phonanim.errors import ModelError
+from phonanim.errors import ModelError, PhonanimError
 
 NAMES = {
     int: "a whole number",
@@ -20,12 +21,14 @@ NAMES = {
 WRITTEN: dict[Any, tuple[type, ...]] = {float: (float, int), Path: (str, Path)}  # what stands for a type
 
 
-def check_types(values: dict[str, Any], kind: type, where: str) -> None:
-    """Raise ModelError naming the key where a value is none that its field takes; lists stand for tuples."""
+def check_types(
+    values: Mapping[str, Any], kind: type, where: str, error: type[PhonanimError] = ModelError
+) -> None:
+    """Raise an error naming the key where a value is none that its field takes; lists stand for tuples."""
     types = get_type_hints(kind)
     for key, value in values.items():
         if not _fits(value, types[key]):
-            raise ModelError(f"{where}: {key} is {value!r}; take {_name(types[key])}")
+            raise error(f"{where}: {key} is {value!r}; take {_name(types[key])}")
 
 
 def _fits(value: Any, wanted: Any) -> bool:
@@ -38,10 +41,10 @@ def _fits(value: Any, wanted: Any) -> bool:
         return any(_fits(value, choice) for choice in inner)
     if origin is tuple:
         return isinstance(value, list | tuple) and _all_fit(value, inner)
-    if origin is dict:
-        return isinstance(value, dict) and all(_fits(one, inner[1]) for one in value.values())
+    if origin in (dict, Mapping):
+        return isinstance(value, Mapping) and all(_fits(one, inner[1]) for one in value.values())
     if is_dataclass(wanted):
-        return isinstance(value, dict)
+        return isinstance(value, dict | wanted)
     if isinstance(value, bool):
         return wanted is bool
     return isinstance(value, WRITTEN.get(wanted, wanted))
@@ -63,6 +66,6 @@ def _name(wanted: Any) -> str:
     if origin is tuple:
         count = "" if inner[-1] is ... else f" of {len(inner)}"
         return f"a list{count}, each {_name(inner[0])}"
-    if origin is dict:
+    if origin in (dict, Mapping):
         return "a table" if inner[1] is Any else f"a table, each value {_name(inner[1])}"
     return NAMES.get(wanted, "a table")

@@ -18,7 +18,7 @@ from phonanim.dubbing.staging import Copies, at_hand, copies, deliver, forget_co
 from phonanim.dubbing.storage import forget_listings
 from phonanim.errors import OptionError, PhonanimError
 from phonanim.exporters import allotted, save
-from phonanim.pipeline import Performance, load_cached_rig, load_model, model_hash, perform, with_edits
+from phonanim.pipeline import Performance, load_cached_model, load_cached_rig, model_hash, perform, with_edits
 from phonanim.speech.pronunciations import load_pronunciations
 
 
@@ -42,7 +42,7 @@ def make(job: Job) -> Result:
 def begin(run: str) -> None:
     """Forget what an earlier run left in this process: its files may have changed since."""
     for remembered in (
-        load_model,
+        load_cached_model,
         load_cached_rig,
         load_pronunciations,
         model_hash,

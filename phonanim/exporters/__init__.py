@@ -72,12 +72,24 @@ def formats() -> dict[str, str]:
     return {suffix: _exporter(suffix).SUMMARY for suffix in suffixes()}
 
 
-def save(animation: Animation, path: Path, **options: object) -> None:
+def save(animation: Animation, path: str | Path, **options: object) -> None:
     """Write an animation in the format of the path's suffix.
 
-    Options are those of the format's `write`. Raises OutputError when the format is unknown, the
-    destination cannot be written, or the animation holds no frames or values that are not finite.
+    Args:
+        animation: The curves to write.
+        path: The file; its suffix chooses the format. docs/output.md lists the formats and their options.
+        options: Options of the format, such as `timecode` of .csv.
+
+    Raises:
+        OutputError: The format or an option is unknown, the file cannot be written, or the animation holds
+            no frames or values that are not finite.
+
+    Examples:
+        >>> import phonanim
+        >>> animation = phonanim.animate("line.TextGrid")
+        >>> phonanim.save(animation, "line.csv", timecode="01:00:00:00")
     """
+    path = Path(path)
     exporter = find_exporter(path)
     _check(animation, path)
     unknown = sorted(set(options) - set(options_of(path)))

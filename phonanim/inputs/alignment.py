@@ -10,14 +10,25 @@ from phonanim.speech.alignment_file import open_alignment_file
 
 
 def read_alignment(
-    path: Path, tier: str | None = None, speaker: str | None = None, lexicon: Path | str | None = None
+    path: str | Path, tier: str | None = None, speaker: str | None = None, lexicon: str | Path | None = None
 ) -> Alignment:
-    """The phones of an alignment file, in any format of `phonanim.readers`.
+    """Read the phones of an alignment file, in any format that `phonanim info` lists.
 
-    The phone tier is found by its name, else by its labels; `tier` chooses it by name or by number
-    (from 1), `speaker` by who speaks. Where a file has words alone, `lexicon` is a pronunciation
-    dictionary that spells them out. Raises AlignmentError with one line when the file cannot be read,
-    no tier has phones, or times make no sense.
+    Args:
+        path: The file; its content tells the format.
+        tier: The phone tier, by name or by number from 1. Without it the tier is found by its name, else by
+            its labels.
+        speaker: Who speaks, in a file of several speakers.
+        lexicon: A pronunciation dictionary, for a file that has words alone.
+
+    Raises:
+        AlignmentError: The file cannot be read, no tier has phones, or its times make no sense.
+
+    Examples:
+        >>> import phonanim
+        >>> alignment = phonanim.read_alignment("line.TextGrid")
+        >>> alignment.intervals[1].label
+        'M'
     """
     source = open_alignment_file(Path(path))
     recording = find_reader(source).read(source)

@@ -98,7 +98,15 @@ class Regressor(Protocol):
 
 @dataclass(frozen=True)
 class Model:
-    """A trained regressor with the face that its modes belong to, and its card (model.json)."""
+    """A trained regressor with the face that its modes belong to, and its card (model.json).
+
+    Examples:
+        >>> import phonanim
+        >>> model = phonanim.load_model("default")
+        >>> model.regressor.input_modality
+        'phones'
+        >>> phonanim.animate("line.TextGrid", model="default").save("line.csv")
+    """
 
     regressor: Regressor
     face: FaceModel

@@ -34,10 +34,16 @@ def rig_names() -> tuple[str, ...]:
     return tuple(find_tables("rigs"))
 
 
-def load_rig(name: str) -> Rig:
+def load_rig(name: str | Path) -> Rig:
     """Read a rig: a shipped one or one on PHONANIM_PATH by its name, any other by the path of its TOML file.
 
-    Raises RigError that names the file, the place in it and the mend.
+    Raises:
+        RigError: There is no such rig, or its file is wrong; the text names the place and the mend.
+
+    Examples:
+        >>> import phonanim
+        >>> phonanim.load_rig("arkit").controls[:2]
+        ('browDownLeft', 'browDownRight')
     """
     path = find_rig(str(name))
     document = read_document(path)

@@ -88,6 +88,12 @@ class Rig:
     reference face that the numbers were made for, "" for any. `head` and `landmarks` are the files of its
     mesh, where it has one; `accents` is its table of what landmarks cannot show, `tongue` that of the places
     where its tongue articulates.
+
+    Examples:
+        >>> import phonanim
+        >>> rig = phonanim.load_rig("arkit")
+        >>> rig.minimum.shape == rig.maximum.shape == (len(rig.controls),)
+        True
     """
 
     name: str

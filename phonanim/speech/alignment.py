@@ -41,6 +41,12 @@ class Alignment:
     `source` the path for error messages, `words` the word tier if the file has one.
     `offset` is the time on the file's clock that is 0 here: not 0 for a file cut out of a longer one.
     `notes` say what was assumed in reading, `language` what the format says of the labels, if anything.
+
+    Examples:
+        >>> import phonanim
+        >>> alignment = phonanim.read_alignment("line.TextGrid")
+        >>> [word.label for word in alignment.words[1:4]]
+        ['my', 'father', 'watched']
     """
 
     intervals: tuple[Interval, ...]

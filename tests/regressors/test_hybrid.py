@@ -152,7 +152,7 @@ def test_ends_that_lie_apart_are_told(line: Path, model: str, share: float, shor
         file.setparams((1, 2, sound.rate, 0, "NONE", ""))
         whole = np.resize(sound.samples, round(share * len(sound.samples)))
         file.writeframes((whole * 32767).astype("<i2").tobytes())
-    found = animate(Path("a.TextGrid"), replace(DEFAULTS, model=model), Path("b.wav"))
+    found = animate(Path("a.TextGrid"), replace(DEFAULTS, model=model), audio=Path("b.wav"))
     notes = [note for note in found.provenance["notes"] if "lasts" in note]
     assert len(notes) == 1
     assert notes[0].startswith("b.wav lasts ")
