@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from phonanim.core.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from phonanim.animation.animation import Animation
     from phonanim.evaluation.evaluate import evaluate
@@ -17,8 +19,6 @@ if TYPE_CHECKING:
     from phonanim.regressors import Model
     from phonanim.rig import Rig, load_rig
     from phonanim.speech.alignment import Alignment
-
-__version__ = "0.1.0"
 
 __all__ = [
     "Alignment",

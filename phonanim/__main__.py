@@ -11,8 +11,8 @@ from typing import NoReturn
 import click
 from click.exceptions import NoArgsIsHelpError
 
-from phonanim import __version__
 from phonanim.core.plugins import find_culprit
+from phonanim.core.version import __version__
 from phonanim.errors import PhonanimError
 
 BAD_INPUT = 2

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim import __version__, regressors
+from phonanim import regressors
 from phonanim.animation.animation import Animation
 from phonanim.animation.edit_file import read_edits
 from phonanim.animation.edits import apply
@@ -20,6 +20,7 @@ from phonanim.animation.smooth import firmness, smoothed
 from phonanim.animation.style import dial, drawn, idle
 from phonanim.core.catalog import find_model
 from phonanim.core.files import content_hash
+from phonanim.core.version import __version__
 from phonanim.exporters import load
 from phonanim.face import contacts
 from phonanim.face.model import FaceModel

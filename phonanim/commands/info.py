@@ -50,8 +50,8 @@ def command(
 
 def known() -> dict[str, Any]:
     """Everything at hand: versions, phones, languages, alignment formats, rigs, output formats, models."""
-    from phonanim import __version__
     from phonanim.core.catalog import list_models
+    from phonanim.core.version import __version__
     from phonanim.exporters import formats
     from phonanim.readers import load_reader, reader_names
     from phonanim.rig import rig_names

@@ -16,9 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from phonanim import __version__, regressors
+from phonanim import regressors
 from phonanim.core.files import content_hash, write_text
 from phonanim.core.threads import one_thread
+from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.face.model import FaceModel, fit_face
 

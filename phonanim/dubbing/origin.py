@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from functools import cache, lru_cache
 from typing import Any
 
-from phonanim import __version__
 from phonanim.animation.overlay import find_overlay
 from phonanim.core.files import content_hash
+from phonanim.core.version import __version__
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.storage import Place, Remote, hash_of, is_url, place

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from phonanim import __version__
+from phonanim.core.version import __version__
 from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.storage import Place, write
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim import __version__
 from phonanim.core.files import atomic_path, write_text
+from phonanim.core.version import __version__
 from phonanim.errors import ModelError
 from phonanim.face.model import INNER_LIPS, FaceModel
 from phonanim.face.warp import Mesh, build_mesh

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim import __version__
 from phonanim.core.files import atomic_path, write_text
+from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.corpus.pictures import Captured, joint_examples, load_captured
 from phonanim.errors import ModelError

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim import __version__, regressors
+from phonanim import regressors
 from phonanim.core.typed import check_types
+from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.corpus.examples import examples
 from phonanim.errors import CorpusError, ModelError

@@ -9,8 +9,8 @@ from importlib import import_module
 import click
 import pytest
 
-from phonanim import __version__
 from phonanim.__main__ import CommandFolder, commands, run
+from phonanim.core.version import __version__
 
 HEAVY = {
     "torch",
