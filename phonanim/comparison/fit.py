@@ -30,12 +30,14 @@ CLIPS = "clips"  # the sweep setting that is the share of the training clips
 class Job:
     """A recipe to train on some clips of a corpus, with changed settings, into a folder.
 
-    `mouth`: on the joint modes of shape and appearance.
+    `face_clips` are the clips whose face the model learns to move; several jobs share one, so that their
+    parameters compare. `mouth`: on the joint modes of shape and appearance.
     """
 
     recipe: Path
     corpus: Path
     clips: tuple[int, ...]
+    face_clips: tuple[int, ...]
     folder: Path
     settings: dict[str, Any] = field(default_factory=dict)
     mouth: bool = False
@@ -49,6 +51,7 @@ class Job:
             "clips": self.clips,
             "corpus": _corpus_hash(self.corpus),
             "version": __version__,
+            **({"face": self.face_clips} if self.face_clips != _training_clips(self.corpus) else {}),
             **({"appearance": content_hash(self.corpus / "appearance")} if self.mouth else {}),
         }
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
@@ -68,11 +71,15 @@ def corpus_at(folder: Path) -> Corpus:
     return load_corpus(folder)
 
 
-@lru_cache(maxsize=2)
-def face_of(folder: Path) -> FaceModel:
-    """The reference face of all training clips of a corpus, so that parameters of all models compare."""
+@lru_cache(maxsize=8)
+def face_of(folder: Path, clips: tuple[int, ...]) -> FaceModel:
+    """The reference face of some clips of a corpus; never of clips on which a model is measured."""
     corpus = corpus_at(folder)
-    return fit_face(corpus.landmarks[corpus.rows(corpus.clips_of("train"))], corpus.indices)
+    return fit_face(corpus.landmarks[corpus.rows(clips)], corpus.indices)
+
+
+def _training_clips(folder: Path) -> tuple[int, ...]:
+    return tuple(corpus_at(folder).clips_of("train").tolist())
 
 
 @lru_cache(maxsize=8)
@@ -118,7 +125,7 @@ def fit(job: Job) -> None:
         mouth = fit_mouth(recipe, corpus, load_captured(job.corpus), job.recipe)
         save_mouth(mouth, job.folder)
     else:
-        face = face_of(job.corpus)
+        face = face_of(job.corpus, job.face_clips)
         model = fit_recipe(recipe, corpus, np.array(job.clips), recipe.seed, job.recipe, face=face)
         regressors.save(model, job.folder)
     seconds = time.process_time() - begin

@@ -25,6 +25,11 @@ class Fold:
     test: NDArray[np.int64]
     where: dict[str, Where]
 
+    @property
+    def face_clips(self) -> tuple[int, ...]:
+        """The clips of the fold's reference face: what it trains on, nothing that it withholds."""
+        return tuple(self.train.tolist())
+
 
 def folds(plan: Plan, corpus: Corpus) -> Iterator[Fold]:
     """Every fold of a plan. Every third clip with a withheld word is measured, every second with a phone."""

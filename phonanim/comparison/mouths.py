@@ -19,7 +19,10 @@ WHERE = "pixels/all"  # as what the scores of mouths stand among the others
 def mouth_jobs(plan: Plan, corpus: Corpus, work: Path) -> list[Job]:
     """What the mouths of a plan have to train: the same recipes on the same clips, with joint targets."""
     clips = tuple(corpus.clips_of("train").tolist())
-    return [Job(plan.models[n], plan.corpus, clips, mouth_folder(work, n), mouth=True) for n in plan.mouths]
+    return [
+        Job(plan.models[name], plan.corpus, clips, clips, mouth_folder(work, name), mouth=True)
+        for name in plan.mouths
+    ]
 
 
 def mouth_folder(work: Path, name: str) -> Path:

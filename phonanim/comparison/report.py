@@ -48,7 +48,8 @@ def read_document(folder: Path) -> Document:
 
 def write_report(document: Document, plan: Plan, folder: Path) -> Path:
     """Write benchmark.md into a folder, and its figures into benchmark/ beside it."""
-    corpus, face = corpus_at(plan.corpus), face_of(plan.corpus)
+    corpus = corpus_at(plan.corpus)
+    face = face_of(plan.corpus, tuple(corpus.clips_of("train").tolist()))
     clip = corpus.clips.index(document["folds"]["test"]["clips"][0])
     captured = face.project(corpus.landmarks[corpus.rows([clip])])[:, 0]
     figures = draw_all(document, face, corpus.fps, captured, "raw", folder / DATA)

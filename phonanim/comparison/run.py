@@ -36,7 +36,7 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
 
     `work` keeps the trained models. Sums are per clip, so that any interval or test can be made of them.
     """
-    corpus, face = corpus_at(plan.corpus), face_of(plan.corpus)
+    corpus = corpus_at(plan.corpus)
     found = list(folds(plan, corpus))
     jobs = [job for fold in found for job in _jobs(plan, fold, work)]
     jobs += [*mouth_jobs(plan, corpus, work), *sweep_jobs(plan, corpus, work)]
@@ -52,7 +52,7 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
         "models": {},
     }
     for number, name in enumerate(plan.models):
-        document["models"][name] = _score_model(plan, name, found, heard, work, corpus, face)
+        document["models"][name] = _score_model(plan, name, found, heard, work, corpus)
         progress("scoring", (number + 1) / len(plan.models))
     for name, scores in mouth_scores(plan, work).items():
         document["models"][name]["scores"]["raw"][WHERE] = scores
@@ -60,7 +60,7 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
         document["pixel_bound"] = pixel_bound(plan)
     if plan.tools is not None:
         document["tools"] = read_tools(plan.tools)
-    document["sweeps"] = run_sweeps(plan, corpus, face, work)
+    document["sweeps"] = run_sweeps(plan, corpus, work)
     document["effort"] = trainings(jobs) | {"scoring_s": round(time.process_time() - begin, 1)}
     return document
 
@@ -77,7 +77,7 @@ def _jobs(plan: Plan, fold: Fold, work: Path) -> Iterable[Job]:
     for name, where in plan.models.items():
         folder = model_folder(plan, name, fold, work)
         if folder is not None and where.is_file():
-            yield Job(where, plan.corpus, tuple(fold.train.tolist()), folder)
+            yield Job(where, plan.corpus, tuple(fold.train.tolist()), fold.face_clips, folder)
 
 
 def _score_model(
@@ -87,14 +87,13 @@ def _score_model(
     heard: dict[str, tuple[Take, ...]],
     work: Path,
     corpus: Corpus,
-    face: FaceModel,
 ) -> Document:
     row: Document = {"scores": {}}
     for fold in found:
         folder = model_folder(plan, name, fold, work)
         if folder is None:
             continue
-        trained = load_trained(folder)
+        trained, face = load_trained(folder), face_of(plan.corpus, fold.face_clips)
         predicted = {
             int(clip): predict_clip(trained.model.regressor, corpus, int(clip)) for clip in fold.test
         }

@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from phonanim.comparison.fit import CLIPS, Job, load_trained
+from phonanim.comparison.fit import CLIPS, Job, face_of, load_trained
 from phonanim.comparison.folds import everywhere
 from phonanim.comparison.plan import Plan, Sweep
 from phonanim.comparison.scores import clip_scores, value
 from phonanim.corpus.corpus import Corpus
-from phonanim.face.model import FaceModel
 from phonanim.training.recipes import predict_clip
 
 MODEL = "model"  # the series that is a recipe of the plan
@@ -28,6 +27,7 @@ def sweep_jobs(plan: Plan, corpus: Corpus, work: Path) -> list[Job]:
             sweep.recipe or plan.models[values[MODEL]],
             plan.corpus,
             tuple(train[: max(1, round(len(train) * float(values.get(CLIPS, 1.0))))].tolist()),
+            tuple(train.tolist()),
             _folder(work, name, values),
             {key: setting for key, setting in values.items() if key not in (CLIPS, MODEL)},
         )
@@ -44,9 +44,10 @@ def points(sweep: Sweep) -> list[dict[str, Any]]:
     ]
 
 
-def run_sweeps(plan: Plan, corpus: Corpus, face: FaceModel, work: Path) -> dict[str, Any]:
+def run_sweeps(plan: Plan, corpus: Corpus, work: Path) -> dict[str, Any]:
     """Scores of every point on the clips held out of the training clips."""
-    _, held_out = split(plan, corpus)
+    train, held_out = split(plan, corpus)
+    face = face_of(plan.corpus, tuple(train.tolist()))
     found: dict[str, Any] = {}
     for name, sweep in plan.sweeps.items():
         rows = []

@@ -171,7 +171,7 @@ def test_trainings_are_counted_once(tmp_path: Path) -> None:
     for name, seconds in (("a", 90.0), ("b", 30.0), ("a", 90.0)):
         (tmp_path / name).mkdir(exist_ok=True)
         (tmp_path / name / "job.json").write_text(json.dumps({"seconds": seconds}))
-        jobs.append(Job(Path("r.toml"), Path("corpus"), (), tmp_path / name))
+        jobs.append(Job(Path("r.toml"), Path("corpus"), (), (), tmp_path / name))
     assert trainings(jobs) == {"jobs": 2, "training_s": 120.0, "longest_s": 90.0}
 
 
