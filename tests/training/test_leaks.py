@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from speech import made_up_corpus
 
-from phonanim.comparison.fit import face_of, fit
+from phonanim.comparison.fit import fit
 from phonanim.comparison.folds import folds
 from phonanim.comparison.plan import Plan, Sweep
 from phonanim.comparison.run import _jobs
@@ -73,7 +73,8 @@ def test_no_fold_of_a_comparison_has_a_face_of_what_it_withholds(tmp_path: Path)
         (job,) = _jobs(plan, fold, tmp_path / "work")
         assert not set(job.face_clips) & set(fold.test.tolist())
         fit(job)
-        assert same(load(job.folder).face, face_of(plan.corpus, job.face_clips))
+        shapes = corpus.landmarks[corpus.rows(job.face_clips)]
+        assert same(load(job.folder).face, fit_face(shapes, corpus.indices))
     _, held_out = split(plan, corpus)
     for job in sweep_jobs(plan, corpus, tmp_path / "work"):
         assert not set(job.face_clips) & set(held_out.tolist())
