@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from speech import made_up_face, track_of
 
-from phonanim.face.contacts import CONTACTS, bound, close, functionals
+from phonanim.face.contacts import CONTACTS, bound, close, functionals, project
 from phonanim.face.model import lip_width
 from phonanim.metrics import lip_gap
 
@@ -62,3 +62,51 @@ def test_postalveolars_round() -> None:
     moved = close(spread, track, FACE, 60)
     assert lip_width(FACE.instance(spread[27:28]), FACE)[0] > CONTACTS[2].limit
     assert lip_width(FACE.instance(moved[27:28]), FACE)[0] <= CONTACTS[2].limit + 0.1
+
+
+def test_the_bound_of_a_p_by_hand() -> None:
+    """A p of 0.1 s: its middle 40 % at the limit, then a raised cosine of 60 ms up to 14 mm more."""
+    track = track_of("sil 0.4 p 0.1 sil 0.4")
+    away = np.array([0.0, 0.019, 0.035, 0.05, 0.0801])
+    rises = [0.3, 0.3, 0.3 + 7 * (1 - np.cos(np.pi / 4)), 7.3, np.inf]
+    np.testing.assert_allclose(bound(track, 0.45 + away, "gap"), rises)
+    np.testing.assert_allclose(bound(track, 0.45 - away[::-1], "gap"), rises[::-1])
+    assert np.isinf(bound(track, np.array([0.45]), "width")).all()
+
+
+def test_bounds_that_overlap_take_the_lower() -> None:
+    both = track_of("sil 0.4 f 0.06 p 0.06 sil 0.4")
+    alone = track_of("sil 0.46 p 0.06 sil 0.4")
+    times = np.array([0.47, 0.49, 0.51])
+    np.testing.assert_array_equal(bound(both, times, "gap"), bound(alone, times, "gap"))
+    assert bound(both, np.array([0.43]), "gap")[0] == CONTACTS[1].limit
+
+
+def test_frames_may_begin_later() -> None:
+    later = close(OPEN[30:], TRACK, FACE, 60, start=0.5)
+    np.testing.assert_allclose(later, close(OPEN, TRACK, FACE, 60)[30:], atol=1e-6)
+
+
+def test_the_change_is_the_smallest_in_standard_deviations() -> None:
+    """One bound w·p <= limit: p moves by std² w times the excess over w·std² w (a weighted projection)."""
+    std, weight = np.array([2.0, 1.0]), np.array([[1.0, 1.0]])
+    found = project(np.array([[3.0, 1.0], [0.0, 0.5]]), weight, np.array([[1.0], [1.0]]), std)
+    np.testing.assert_allclose(found, [[3.0 - 4 * 3 / 5, 1.0 - 3 / 5], [0.0, 0.5]], atol=1e-9)
+
+
+def test_two_bounds_are_met_together() -> None:
+    """A bound that another has made needless gives its change back (Dykstra's memory)."""
+    weights, limits = np.array([[1.0, 0.0], [1.0, 1.0]]), np.array([[1.0, 0.0]])
+    found = project(np.array([[2.0, 2.0]]), weights, limits, np.ones(2))
+    np.testing.assert_allclose(found, [[0.0, 0.0]], atol=1e-2)
+
+
+def test_the_measures_of_the_lips_are_linear_in_the_modes() -> None:
+    weights, offset = functionals(FACE)
+    modes = np.random.default_rng(1).normal(0, 2, (5, len(FACE.std)))
+    shapes = FACE.instance(modes)
+    rows = {number: shapes[:, FACE.landmark(number)] for number in (61, 291, 13, 14, 80, 88)}
+    measured = modes @ weights.T + offset
+    np.testing.assert_allclose(measured[:, 0], rows[80][:, 1] - rows[88][:, 1])
+    np.testing.assert_allclose(measured[:, 3], rows[13][:, 1] - rows[14][:, 1])
+    np.testing.assert_allclose(measured[:, 7], rows[291][:, 0] - rows[61][:, 0])

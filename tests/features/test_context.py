@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from speech import random_track, track_of
 
-from phonanim.features.context import EDGES, N_BOXES, context_features, part_table
+from phonanim.features.context import (
+    EDGES,
+    FAR,
+    N_BOXES,
+    context_features,
+    part_table,
+    segment_timing,
+    with_silence_beyond,
+)
 from phonanim.features.inputs import FEATURES, inputs, n_features
 from phonanim.speech.gestures import GESTURES, split_parts
 from phonanim.speech.inventory import INVENTORY
@@ -77,3 +85,33 @@ def test_diphthongs_and_affricates_are_two_gestures() -> None:
 def test_every_phone_has_its_gestures() -> None:
     assert set(GESTURES.part_phone) == set(range(len(INVENTORY.phones)))
     assert ((GESTURES.articulation >= 0) & (GESTURES.articulation <= 1)).all()
+
+
+def test_the_timing_of_a_segment_by_hand() -> None:
+    """At 1.25 s, 0.05 s into an aa of 0.2 s; the silences at the ends count as half a second."""
+    track = track_of("sil 1 m 0.1 p 0.1 aa 0.2 t 0.3 sil 1")
+    found = segment_timing(track, np.array([1.25, 0.8]))
+    lengths = [0.2, 0.1, 0.3, 0.1, 0.5]  # itself, before, after, two before, two after
+    memories = [np.exp(-x / decay) for decay in (0.04, 0.12) for x in (0.05, 0.15)]
+    np.testing.assert_allclose(found[0], [0.05, 0.15, 0.25, *lengths, *memories], atol=1e-12)
+    # In the first segment what lies before it is itself, and its 0.8 s count as half a second.
+    memories = [np.exp(-x / decay) for decay in (0.04, 0.12) for x in (0.8, 0.2)]
+    np.testing.assert_allclose(found[1], [0.5, 0.2, 0.8, 0.5, 0.5, 0.1, 0.5, 0.1, *memories], atol=1e-12)
+
+
+def test_silence_goes_on_beyond_both_ends() -> None:
+    whole = with_silence_beyond(track_of("sil 0.1 aa 0.2 sil 0.3"))
+    np.testing.assert_allclose(whole.bounds, [-FAR, 0.1, 0.3, 0.6 + FAR])
+    assert whole.labels == ("sil", "aa", "sil")
+    bare = with_silence_beyond(track_of("aa 0.2 m 0.1"))
+    np.testing.assert_allclose(bare.bounds, [-FAR, 0, 0.2, 0.3, 0.3 + FAR])
+    assert bare.codes.tolist() == INVENTORY.codes(("sil", "aa", "m", "sil")).tolist()
+    assert bare.labels == ("", "aa", "m", "")
+
+
+def test_the_parts_are_gestures_then_classes_that_tell_phones_apart() -> None:
+    gestures, classes, whole = (part_table(kind) for kind in ("gestures", "classes", "all"))
+    assert np.array_equal(whole, np.hstack([gestures, classes]))
+    assert set(np.unique(classes)) == {0, 1}
+    assert (np.ptp(classes, axis=0) == 1).all()
+    assert len(np.unique(classes, axis=1).T) == classes.shape[1]

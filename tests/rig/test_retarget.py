@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from faces import blank_rig, head_face, head_puppet
+from speech import track_of
 
 from phonanim.errors import RigError
 from phonanim.face.model import FaceModel
@@ -106,6 +107,38 @@ def test_through_another_rig() -> None:
     )
     values = retarget(np.array([[15.0, -4.0, 0.0, 0.0]]), toy_face(), rig)
     np.testing.assert_allclose(values, [[0.5, 0.6, 0.0]], atol=1e-6)  # b = 0.5 + 0.3 / 2, limited
+
+
+def test_a_share_of_another_control() -> None:
+    """The second control is the share of "round" in "jaw"; a jaw of less than a hundredth counts as that."""
+    shares = ((1, 1, 0),)
+    rig = toy_rig(through=Through(toy_rig(), np.array([[1.0, 0.0], [0.0, 0.0]]), shares))
+    modes = np.array([[15.0, -4.0, 0.0, 0.0], [-30.0, -0.1, 0.0, 0.0]])
+    direct = retarget(modes, toy_face(), toy_rig())
+    assert direct[1, 0] < 0.01 < direct[0, 0]
+    values = retarget(modes, toy_face(), rig)
+    expected = [[direct[0, 0], direct[0, 1] / direct[0, 0]], [direct[1, 0], min(1, direct[1, 1] / 0.01)]]
+    np.testing.assert_allclose(values, expected, atol=1e-6)
+
+
+def test_a_head_is_needed_to_solve() -> None:
+    with pytest.raises(RigError, match="rig toy has no head to solve on; use --retarget auto"):
+        retarget(np.zeros((1, 4)), toy_face(), toy_rig(), "solve")
+
+
+def test_accents_and_tongue_come_with_the_phones() -> None:
+    rig, face = shipped_arkit()
+    tongue = load_rig("arkit_tongue")
+    assert tongue.through is not None
+    tongue = replace(tongue, face="", through=replace(tongue.through, rig=rig))
+    track, times = track_of("sil 0.2 th 0.2 sh 0.2 sil 0.2"), np.arange(20) / 25
+    modes = np.zeros((20, len(face.std)))
+    plain = retarget(modes, face, rig)
+    assert np.array_equal(retarget(modes, face, rig, track=track), plain)
+    assert np.array_equal(retarget(modes, face, rig, track=track, times=times, accents=False), plain)
+    assert not np.array_equal(retarget(modes, face, rig, track=track, times=times), plain)
+    placed = retarget(modes, face, tongue, track=track, times=times, accents=False)
+    assert not np.array_equal(placed, retarget(modes, face, tongue))
 
 
 def test_no_frames() -> None:
