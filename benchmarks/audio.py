@@ -32,7 +32,8 @@ from phonanim.core.threads import one_thread
 from phonanim.corpus.corpus import load_corpus
 from phonanim.corpus.examples import examples
 from phonanim.encoders import HOP, RATE, load_encoder
-from phonanim.face.model import FaceModel, fit_face, lip_aperture, lip_width
+from phonanim.face.fit import fit_face
+from phonanim.face.model import FaceModel, lip_aperture, lip_width
 from phonanim.media.audio import Sound, read_sound, resample
 from phonanim.metrics import correlation, vertex_error
 from phonanim.regressors import make_config, regressor_class

@@ -26,7 +26,8 @@ from phonanim.comparison.ema import ema_modes
 from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.ema import Utterance, load_utterances
 from phonanim.face import contacts
-from phonanim.face.model import FaceModel, fit_face, lip_aperture, lip_protrusion, lip_width
+from phonanim.face.fit import fit_face
+from phonanim.face.model import FaceModel, lip_aperture, lip_protrusion, lip_width
 from phonanim.media.audio import read_sound
 from phonanim.speech.inventory import INVENTORY
 from phonanim.training.recipes import fit_recipe, read_recipe

@@ -11,7 +11,8 @@ import click
 import numpy as np
 
 from phonanim.corpus.corpus import load_corpus
-from phonanim.face.model import fit_face, lip_aperture, lip_width
+from phonanim.face.fit import fit_face
+from phonanim.face.model import lip_aperture, lip_width
 from phonanim.metrics import phone_middles, vertex_error
 from phonanim.speech.inventory import INVENTORY
 

@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 
 from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.face import contacts
-from phonanim.face.model import FaceModel, fit_face, lip_aperture, lip_protrusion, lip_width
+from phonanim.face.fit import fit_face
+from phonanim.face.model import FaceModel, lip_aperture, lip_protrusion, lip_width
 from phonanim.metrics import correlation, jerk, phone_middles, spoken
 from phonanim.pipeline import load_model
 from phonanim.rig import Rig, load_rig

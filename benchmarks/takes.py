@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.corpus.examples import examples
 from phonanim.evaluation.statistics import bootstrap_interval, mean_rows
+from phonanim.face.fit import fit_face
 from phonanim.face.masks import landmark_masks
-from phonanim.face.model import FaceModel, fit_face, lip_aperture, lip_width
+from phonanim.face.model import FaceModel, lip_aperture, lip_width
 from phonanim.media.audio import read_sound
 from phonanim.metrics import correlation, diversity, dynamics_deviation, vertex_error
 from phonanim.regressors import Examples

@@ -19,11 +19,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.catalog import DEFAULT_MODEL, find_model
 from phonanim.core.files import write_text
 from phonanim.core.lexicon import LEXICON
 from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.exporters._livelink import N_ARKIT, columns
-from phonanim.face.model import FaceModel, fit_face
+from phonanim.face.fit import fit_face
+from phonanim.face.model import FaceModel
 from phonanim.pipeline import load_model
 from phonanim.rig import HingeMap, Rig
 from phonanim.rig.fit import fit_rig
@@ -67,7 +69,8 @@ def main() -> None:
 
 def train_face(corpus: Corpus) -> FaceModel:
     """The shape model of the training clips."""
-    return fit_face(corpus.landmarks[corpus.rows(corpus.clips_of("train"))], corpus.indices)
+    shipped = load_model(find_model(DEFAULT_MODEL)).face
+    return fit_face(corpus.landmarks[corpus.rows(corpus.clips_of("train"))], corpus.indices, known=shipped)
 
 
 def blank(name: str, title: str, source: str, controls: tuple[str, ...]) -> Rig:

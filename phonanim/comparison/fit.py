@@ -21,7 +21,8 @@ from phonanim.core.files import content_hash, write_text
 from phonanim.core.threads import one_thread
 from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
-from phonanim.face.model import FaceModel, fit_face
+from phonanim.face.fit import fit_face
+from phonanim.face.model import FaceModel
 
 CLIPS = "clips"  # the sweep setting that is the share of the training clips
 

@@ -26,7 +26,8 @@ from phonanim.face.appearance import (
     save_appearance,
     without_light,
 )
-from phonanim.face.model import FaceModel, fit_face
+from phonanim.face.fit import fit_face
+from phonanim.face.model import FaceModel
 from phonanim.face.warp import Mesh
 from phonanim.media.video import read_clip
 from phonanim.regressors import Examples

@@ -80,35 +80,6 @@ class FaceModel:
         return self.modes.reshape(len(self.modes), -1)
 
 
-def fit_face(shapes: NDArray[np.floating], indices: NDArray[np.int64], variance: float = 0.99) -> FaceModel:
-    """Shape PCA of training shapes, (frames, landmarks, 3) mm, keeping `variance` of the energy.
-
-    Only landmarks below the nose take part: blinks and brows are not speech. Each mode's sign is
-    chosen so that its positive side opens the mouth (or, where it does not open it, raises the
-    corners), which makes the poses nameable and the fit repeatable.
-    """
-    mean = shapes.mean(axis=0, dtype=np.float64)
-    moving = mean[:, 1] < mean[np.flatnonzero(indices == SUBNASALE)[0], 1]
-    centred = (shapes[:, moving] - mean[moving]).reshape(len(shapes), -1).astype(np.float64)
-    energy, vectors = np.linalg.eigh(centred.T @ centred / len(centred))
-    energy, vectors = energy[::-1], vectors[:, ::-1].T
-    count = int(np.searchsorted(np.cumsum(energy) / energy.sum(), variance)) + 1
-    modes = np.zeros((count, *mean.shape))
-    modes[:, moving] = vectors[:count].reshape(count, -1, 3)
-    face = FaceModel(mean, modes, np.sqrt(energy[:count]), np.asarray(indices, np.int64))
-    return FaceModel(mean, modes * _signs(face)[:, None, None], face.std, face.indices)
-
-
-def _signs(face: FaceModel) -> Array:
-    upper, lower, right, left = face.rows(
-        (UPPER_LIP_INNER, LOWER_LIP_INNER, MOUTH_CORNER_RIGHT, MOUTH_CORNER_LEFT)
-    )
-    opening = face.modes[:, upper, 1] - face.modes[:, lower, 1]
-    raising = face.modes[:, right, 1] + face.modes[:, left, 1]
-    deciding = np.where(np.abs(opening) > 0.02, opening, raising)
-    return np.where(deciding < 0, -1.0, 1.0)
-
-
 def lip_aperture(shapes: NDArray[np.floating], face: FaceModel) -> Array:
     """Gap between the middles of the inner lips, (frames, landmarks, 3) -> (frames,) mm."""
     upper, lower = face.rows((UPPER_LIP_INNER, LOWER_LIP_INNER))

@@ -14,16 +14,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import regressors
+from phonanim.core.catalog import DEFAULT_MODEL, find_model
 from phonanim.core.typed import check_types
 from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.corpus.examples import examples
 from phonanim.errors import CorpusError, ModelError
-from phonanim.face.model import FaceModel, fit_face, lip_aperture, lip_width
+from phonanim.face.fit import fit_face
+from phonanim.face.model import FaceModel, lip_aperture, lip_width
 from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import read_sound
 from phonanim.metrics import correlation, vertex_error
-from phonanim.regressors import CHECKPOINT, Examples, Model, Regressor, make_config, regressor_class
+from phonanim.regressors import (
+    CHECKPOINT,
+    Examples,
+    Model,
+    Regressor,
+    load_face,
+    make_config,
+    regressor_class,
+)
 from phonanim.speech.language import to_phones
 
 if sys.version_info >= (3, 11):
@@ -103,7 +113,9 @@ def fit_recipe(
     `journal` is a folder for the state of kinds that are `resumable`.
     """
     rng = np.random.default_rng(seed)
-    face = face or fit_face(corpus.landmarks[corpus.rows(clips)], corpus.indices)
+    if face is None:
+        shipped = load_face(find_model(DEFAULT_MODEL) / "face.safetensors")
+        face = fit_face(corpus.landmarks[corpus.rows(clips)], corpus.indices, known=shipped)
     shuffled = rng.permutation(clips)
     n_held_out = round(recipe.validation * len(clips))
     heard = regressor_class(recipe.kind).input_modality != "phones"

@@ -25,7 +25,7 @@ from phonanim.comparison.run import _jobs, compare, rows_of
 from phonanim.comparison.scores import MEASURES, clip_scores, value
 from phonanim.corpus.corpus import load_corpus, save_corpus
 from phonanim.errors import AlignmentError, ModelError
-from phonanim.face.model import fit_face
+from phonanim.face.fit import fit_face
 from phonanim.media.audio import Sound
 from phonanim.speech.alignment import Interval
 

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from phonanim.corpus.corpus import Corpus
-from phonanim.face.model import INNER_LIPS, OUTER_LIPS, FaceModel, fit_face
+from phonanim.face.fit import fit_face
+from phonanim.face.model import INNER_LIPS, OUTER_LIPS, FaceModel
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples
 from phonanim.speech.alignment import Interval

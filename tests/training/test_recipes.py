@@ -12,7 +12,7 @@ from speech import made_up_face
 
 from phonanim.corpus.corpus import PUPILS, RIGID, build_corpus, load_corpus, remove_pose_leak, stabilize
 from phonanim.errors import CorpusError, ModelError
-from phonanim.face.model import fit_face
+from phonanim.face.fit import fit_face
 from phonanim.regressors import load
 from phonanim.training.recipes import read_recipe, train
 
