@@ -73,6 +73,15 @@ class Registry:
         return stem
 
 
+@cache
+def plugin_packages() -> tuple[str, ...]:
+    """The installed packages that have plugins of any group, with their versions, sorted."""
+    from importlib.metadata import distributions
+
+    found = (package for package in distributions() if any(map(_is_plugin, package.entry_points)))
+    return tuple(sorted({f"{package.name} {package.version}" for package in found}))
+
+
 def find_culprit(trace: TracebackType | None) -> str | None:
     """The plugin in whose code an error arose, described for people; None when there is none."""
     found = None
@@ -121,6 +130,10 @@ def _load(group: str, name: str, needs: tuple[str, ...]) -> Any:
         raise PluginError(f"{described}: has no {missing[0]}; {group} needs {', '.join(needs)}")
     _loaded[entry.module.partition(".")[0]] = described
     return part
+
+
+def _is_plugin(entry: EntryPoint) -> bool:
+    return entry.group.startswith("phonanim.")
 
 
 def _distribution(entry: EntryPoint) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import cast
 
 from phonanim.core.files import content_hash
+from phonanim.core.plugins import find_culprit
 from phonanim.dubbing.checks import facts_of
 from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.line import Line
@@ -34,7 +35,9 @@ def make(job: Job) -> Result:
         except OSError as error:
             why = near.named(f"{error.filename or line.alignment}: {error.strerror or error}")
         except Exception as error:  # a fault of phonanim costs its line, not the night's run
-            why = f"{line.alignment}: a fault of phonanim, please report it: {type(error).__name__}: {error}"
+            plugin = find_culprit(error.__traceback__)
+            what = f"{plugin} failed" if plugin else "a fault of phonanim, please report it"
+            why = f"{line.alignment}: {what}: {type(error).__name__}: {error}"
     return Result(Outcome(line.id, line.place, error=why), made=True)
 
 

@@ -10,6 +10,8 @@ from typing import Any
 
 from phonanim.animation.overlay import find_overlay
 from phonanim.core.files import content_hash
+from phonanim.core.lexicon import LEXICON, find_tables
+from phonanim.core.plugins import plugin_packages
 from phonanim.core.version import __version__
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.outcome import Outcome
@@ -41,7 +43,18 @@ def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
         "version": __version__,
         "outputs": [f"{line.output}.{suffix}" for suffix in formats],
     }
+    origin |= _extensions()
     return dict(json.loads(json.dumps(origin)))  # as the ledger will give it back
+
+
+def _extensions() -> dict[str, Any]:
+    """What else may have a part in any line: packages with plugins, languages on PHONANIM_PATH."""
+    tables = find_tables("languages").values()
+    found = {
+        "plugins": plugin_packages(),
+        "languages": [shared_file_of(path.absolute()) for path in tables if LEXICON not in path.parents],
+    }
+    return {name: values for name, values in found.items() if values}
 
 
 def is_current(known: Outcome, origin: Mapping[str, Any], folder: Place) -> bool:

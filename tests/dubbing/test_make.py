@@ -3,11 +3,13 @@ from pathlib import Path, PurePosixPath
 
 import pytest
 
+from phonanim.core import plugins
+from phonanim.core.plugins import plugin_packages
 from phonanim.dubbing import make as module
 from phonanim.dubbing.job import Job
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.make import make
-from phonanim.dubbing.origin import rig_hash
+from phonanim.dubbing.origin import rig_hash, shared_file_of
 from phonanim.options import DEFAULTS
 from phonanim.rig.read import find_rig, read_document
 
@@ -30,6 +32,20 @@ def test_a_fault_of_phonanim_costs_one_line(job, monkeypatch):
     )
 
 
+def test_a_plugin_that_fails_costs_one_line(job, monkeypatch):
+    def faulty(*arguments):
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr(module, "perform", faulty)
+    monkeypatch.setitem(
+        plugins._loaded, __name__.partition(".")[0], "plugin 'x' of phonanim.readers (package y 1.0)"
+    )
+    assert make(job).outcome.error == (
+        f"{job.line.alignment}: plugin 'x' of phonanim.readers (package y 1.0) failed: "
+        "ZeroDivisionError: division by zero"
+    )
+
+
 def test_what_was_made_is_kept(job):
     first = make(job)
     assert first.outcome.done
@@ -40,6 +56,35 @@ def test_what_was_made_is_kept(job):
     other = make(Job(job.line, job.folder, ("csv", "npz"), first.outcome))
     assert other.made
     assert set(other.outcome.outputs) == {"x.csv", "x.npz"}
+
+
+def test_a_language_on_the_path_counts(job, tmp_path, monkeypatch):
+    first = make(job)
+    assert not {"languages", "plugins"} & set(first.outcome.origin)
+    monkeypatch.setenv("PHONANIM_PATH", str(tmp_path / "own"))
+    table = tmp_path / "own/languages/aaa.toml"
+    table.parent.mkdir(parents=True)
+    origins = [first.outcome.origin]
+    for title in ("One", "Two"):
+        table.write_text(f'title = "{title}"\ncode = "qq"\n')
+        shared_file_of.cache_clear()
+        again = make(Job(job.line, job.folder, job.formats, first.outcome))
+        assert again.made
+        origins.append(again.outcome.origin)
+    assert origins[1] != origins[2]
+
+
+def test_an_installed_plugin_counts(job, tmp_path, monkeypatch):
+    facts = tmp_path / "site/mine-1.0.dist-info"
+    facts.mkdir(parents=True)
+    (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: mine\nVersion: 1.0\n")
+    (facts / "entry_points.txt").write_text("[phonanim.sinks]\nmine = mine\n")
+    monkeypatch.syspath_prepend(str(tmp_path / "site"))
+    plugin_packages.cache_clear()
+    assert make(job).outcome.origin["plugins"] == ["mine 1.0"]
+    monkeypatch.undo()
+    plugin_packages.cache_clear()
+    assert "plugins" not in make(job).outcome.origin
 
 
 def test_an_alignment_that_vanished(job):
