@@ -19,10 +19,10 @@ from pathlib import Path
 
 import numpy as np
 
-from phonanim.aligners.pocketsphinx import SpeechAlignment, align, words_of
+from phonanim.aligners.pocketsphinx import SpeechAlignment, align, split_words
 from phonanim.errors import PhonanimError
 from phonanim.inputs.alignment import read_alignment
-from phonanim.media.audio import duration
+from phonanim.media.audio import audio_duration
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.labels import is_silent
 from phonanim.speech.language import to_phones
@@ -81,10 +81,10 @@ def recognize(folder: Path) -> None:
     print("\nwithout text             word error rate   right phones   with text   x real time")
     for name in NAMES:
         reference = read_alignment(folder / f"{name}.TextGrid")
-        words = words_of(" ".join(word.label for word in spoken(reference.words)))
+        words = split_words(" ".join(word.label for word in spoken(reference.words)))
         started = time.process_time()
         found = align(folder / f"{name}.wav")
-        speed = duration(folder / f"{name}.wav") / (time.process_time() - started)
+        speed = audio_duration(folder / f"{name}.wav") / (time.process_time() - started)
         rate = word_error_rate(words, [word.label for word in found.words])
         shares = "            -           -"
         if name not in HAND:  # whose labels are of another alphabet
@@ -98,7 +98,7 @@ def recognize_commands(folder: Path) -> None:
     """The word error rate on the first clips of GRID."""
     spoken_words = wrong = 0.0
     for path in sorted((folder / "textgrid").glob("*.TextGrid"))[:COMMANDS]:
-        words = words_of(" ".join(word.label for word in spoken(read_alignment(path).words)))
+        words = split_words(" ".join(word.label for word in spoken(read_alignment(path).words)))
         heard = [word.label for word in align(folder / "audio" / f"{path.stem}.flac").words]
         spoken_words += len(words)
         wrong += word_error_rate(words, heard) * len(words)
@@ -125,7 +125,7 @@ def main(folder: Path, grid: Path | None) -> None:
         except PhonanimError as error:
             print(f"{name:<24} {error}")
             continue
-        speed = duration(folder / f"{name}.wav") / (time.process_time() - started)
+        speed = audio_duration(folder / f"{name}.wav") / (time.process_time() - started)
         phones = phone_errors(reference, found.phones)
         pooled.append(phones)
         show(name, "hand" if name in HAND else "MFA", word_errors(reference, found.words), phones, speed)

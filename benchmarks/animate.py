@@ -73,7 +73,7 @@ def steps(path: Path) -> dict[str, float]:
     lap()
     modes = model.predict(track, FPS, frame_count(track.duration, FPS))
     lap()
-    modes = contacts.close(modes, track, model.face, FPS)
+    modes = contacts.enforce_lip_contacts(modes, track, model.face, FPS)
     lap()
     retarget(modes, model.face, rig)
     lap()

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.corpus.corpus import Corpus, load_corpus
-from phonanim.corpus.pictures import Captured, Recordings, load_captured, open_recordings, pixel_mse
-from phonanim.face.aam import Fitter, Options, build_fitter, track
+from phonanim.corpus.pictures import Captured, MouthFilms, load_captured, open_mouth_films, pixel_mse
+from phonanim.face.aam import Fitter, Options, build_fitter, track_face
 from phonanim.face.model import FaceModel, lip_aperture, lip_width
 from phonanim.metrics import correlation
 from phonanim.training.mouth import load_mouth
@@ -34,7 +34,7 @@ def main(recordings: Path, folder: Path, mouths: list[Path]) -> None:
     score("the mean", np.zeros_like(own), corpus, captured)
     for mouth in mouths:
         score(mouth.name, spoken(mouth, corpus), corpus, captured)
-    films, fitter = open_recordings(recordings, corpus), build_fitter(captured.model)
+    films, fitter = open_mouth_films(recordings, corpus), build_fitter(captured.model)
     light(films, captured)
     clips = [int(clip) for clip in corpus.clips_of("test")]
     started = time.perf_counter()
@@ -52,7 +52,7 @@ def describe(captured: Captured) -> None:
     print(f"pixels: {len(model.mesh.pixels)}, of them inside the mouth {len(model.inner.place)}")
 
 
-def light(films: Recordings, captured: Captured) -> None:
+def light(films: MouthFilms, captured: Captured) -> None:
     """How much of the pixels' variance over training clips is the light of each clip."""
     model = captured.model
     cuts = [films.cut(int(c), model.face, model.rows, model.mesh, 4) for c in spread(films, 60)]
@@ -66,14 +66,14 @@ def light(films: Recordings, captured: Captured) -> None:
 def tune(recordings: Path, folder: Path) -> None:
     """The search on six training clips under other options."""
     corpus, captured = load_corpus(folder), load_captured(folder)
-    films = open_recordings(recordings, corpus)
+    films = open_mouth_films(recordings, corpus)
     for outer, inner, noise in ((5, 5, 40), (0, 5, 40), (20, 10, 40), (5, 5, 10), (5, 5, 80)):
         fitter = build_fitter(captured.model, Options(outer, inner, noise, likeness=0.5))
         print(f"{outer} outer modes and {inner} inner projected out, noise {noise}")
         report(captured.model.face, films, {c: follow(fitter, films, c) for c in spread(films, 6)})
 
 
-def spread(films: Recordings, count: int) -> list[int]:
+def spread(films: MouthFilms, count: int) -> list[int]:
     """Training clips, evenly spread."""
     clips = films.corpus.clips_of("train")
     return [int(clip) for clip in clips[:: len(clips) // count][:count]]
@@ -97,16 +97,16 @@ def spoken(folder: Path, corpus: Corpus) -> Array:
     return np.concatenate([mouth.predict(corpus.tracks[c], corpus.times(c)) for c in clips]).astype(float)
 
 
-def follow(fitter: Fitter, films: Recordings, clip: int) -> tuple[Array, Array, Array]:
+def follow(fitter: Fitter, films: MouthFilms, clip: int) -> tuple[Array, Array, Array]:
     """Landmarks (frames, landmarks, 3) px, shapes (frames, landmarks, 3) mm and likeness of one clip."""
-    poses = list(track(fitter, films.film(clip)))
+    poses = list(track_face(fitter, films.film(clip)))
     face, blank = fitter.model.face, np.full((len(fitter.model.face.mean), 3), np.nan)
     points = np.stack([fitter.landmarks(pose) if pose else blank for pose in poses])
     shapes = [face.instance(p.shape[None, : len(face.std)] * face.std)[0] if p else blank for p in poses]
     return points, np.stack(shapes), np.array([pose.likeness if pose else 0.0 for pose in poses])
 
 
-def report(face: FaceModel, films: Recordings, found: dict[int, tuple[Array, Array, Array]]) -> None:
+def report(face: FaceModel, films: MouthFilms, found: dict[int, tuple[Array, Array, Array]]) -> None:
     rows = films.corpus.rows(found)
     points, shapes, likeness = (np.concatenate([f[k] for f in found.values()]) for k in range(3))
     captured, tracked = films.corpus.landmarks[rows].astype(float), films.landmarks[rows][:, face.moving]

@@ -28,9 +28,9 @@ from numpy.typing import NDArray
 
 from phonanim import regressors
 from phonanim.core.files import atomic_path, write_text
-from phonanim.core.threads import one_thread
+from phonanim.core.threads import use_one_thread
 from phonanim.corpus.corpus import load_corpus
-from phonanim.corpus.examples import examples
+from phonanim.corpus.examples import make_examples
 from phonanim.encoders import HOP, RATE, load_encoder
 from phonanim.face.fit import fit_face
 from phonanim.face.model import FaceModel, lip_aperture, lip_width
@@ -51,7 +51,7 @@ ROOT = Path(__file__).parent.parent
 
 @click.group(help=__doc__)
 def main() -> None:
-    one_thread()
+    use_one_thread()
 
 
 @main.command()
@@ -70,7 +70,7 @@ def run(config: Path, folder: Path, output: Path, only: str | None, seeds: tuple
     face = fit_face(corpus.landmarks[corpus.rows(train)], corpus.indices)
     shuffled = np.random.default_rng(0).permutation(train)  # as benchmarks/evaluate.py splits it
     held_out, rest = np.sort(shuffled[:89]), np.sort(shuffled[89:])
-    learned, checked = (examples(corpus, face, clips, heard=True) for clips in (rest, held_out))
+    learned, checked = (make_examples(corpus, face, clips, heard=True) for clips in (rest, held_out))
     chosen = {n: v for n, v in variants(plan).items() if not only or n in only.split(",")}
     for seed, (name, values) in product(seeds or plan["seeds"], chosen.items()):
         if str(seed) in read_rows(output).get(key_of(values), {}):
@@ -156,7 +156,7 @@ def cost(config: Path, folder: Path) -> None:
     corpus = load_corpus(folder)
     train = corpus.clips_of("train")
     clips, face = train[:1], fit_face(corpus.landmarks[corpus.rows(train)], corpus.indices)
-    some = examples(corpus, face, clips, heard=True)
+    some = make_examples(corpus, face, clips, heard=True)
     fit: Any = regressor_class("two_stage").fit
     for name in plan["decoders"]["names"]:
         settings = make_config("two_stage", {**variants(plan)[name], "epochs": 0}, name)
@@ -257,7 +257,9 @@ def epoch(folder: Path, count: int) -> None:
     corpus = load_corpus(folder)
     train = corpus.clips_of("train")
     face = fit_face(corpus.landmarks[corpus.rows(train)], corpus.indices)
-    learned, checked = (examples(corpus, face, clips, heard=True) for clips in (train[:count], train[:1]))
+    learned, checked = (
+        make_examples(corpus, face, clips, heard=True) for clips in (train[:count], train[:1])
+    )
     settings = make_config("phisanet", {"epochs": 1}, "published")
     before = time.process_time()
     fit: Any = regressor_class("phisanet").fit

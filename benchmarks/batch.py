@@ -24,13 +24,13 @@ import time
 from itertools import pairwise
 from pathlib import Path, PurePosixPath
 
-from phonanim.core.threads import one_thread
+from phonanim.core.threads import use_one_thread
 
-one_thread()  # before NumPy is imported, as in a worker
+use_one_thread()  # before NumPy is imported, as in a worker
 
 from phonanim.dubbing.job import Job  # noqa: E402
 from phonanim.dubbing.line import Line  # noqa: E402
-from phonanim.dubbing.make import make  # noqa: E402
+from phonanim.dubbing.make import make_line  # noqa: E402
 from phonanim.inputs.alignment import read_alignment  # noqa: E402
 from phonanim.options import DEFAULTS  # noqa: E402
 from phonanim.speech.alignment import Interval  # noqa: E402
@@ -154,7 +154,7 @@ def lengths(source: Path, folder: Path) -> None:
         laps = []
         for _ in range(max(3, 100 // seconds)):
             began = time.process_time()
-            error = make(Job(line, folder, ("csv",), None)).outcome.error
+            error = make_line(Job(line, folder, ("csv",), None)).outcome.error
             assert not error, error
             laps.append(time.process_time() - began)
         cost = 1000 * min(laps) / seconds

@@ -60,7 +60,7 @@ class Judge:
 
     def speech(self, clip: int) -> NDArray[np.bool_]:
         """Frames of a clip that hold speech."""
-        return metrics.spoken(self.corpus.tracks[clip], self.corpus.times(clip))
+        return metrics.speech_mask(self.corpus.tracks[clip], self.corpus.times(clip))
 
     def in_words(self, clip: int, words: tuple[str, ...]) -> NDArray[np.bool_]:
         """Frames of a clip that lie in some words."""
@@ -128,7 +128,11 @@ def predictor(model: regressors.Model, corpus: Corpus, closing: bool) -> Predict
         start = 0.5 / corpus.fps
         sound = None if model.regressor.input_modality == "phones" else read_sound(corpus.audio[clip])
         modes = model.predict(corpus.tracks[clip], corpus.fps, int(corpus.frames[clip]), start, sound)
-        return contacts.close(modes, corpus.tracks[clip], model.face, corpus.fps, start) if closing else modes
+        return (
+            contacts.enforce_lip_contacts(modes, corpus.tracks[clip], model.face, corpus.fps, start)
+            if closing
+            else modes
+        )
 
     return cached(predict)
 

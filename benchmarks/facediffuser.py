@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from takes import MEASURES, Judge, measure_mouth
 
 from phonanim import regressors
-from phonanim.core.threads import one_thread
+from phonanim.core.threads import use_one_thread
 from phonanim.corpus.corpus import load_corpus
 from phonanim.encoders import encode
 from phonanim.media.audio import Sound, read_sound
@@ -48,7 +48,7 @@ Floats = NDArray[np.float32]
 
 @click.group(help=__doc__)
 def main() -> None:
-    one_thread()
+    use_one_thread()
 
 
 @main.command()

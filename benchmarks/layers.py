@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.smooth import CLOSED
-from phonanim.face.contacts import functionals
+from phonanim.face.contacts import lip_functionals
 from phonanim.face.model import INNER_LIP_PAIRS
 from phonanim.options import Options, Overlay
-from phonanim.pipeline import Performance, perform
+from phonanim.pipeline import AnimationResult, animate_detailed
 from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import shipped_landmarks
-from phonanim.rig.puppet import Puppet, make_puppet
+from phonanim.rig.puppet import LandmarkRig, make_landmark_rig
 from phonanim.speech.inventory import INVENTORY
 
 Array = NDArray[np.float64]
@@ -36,35 +36,37 @@ SETTINGS = {
 }
 
 
-def gaps(performance: Performance, puppet: Puppet) -> Array:
+def gaps(result: AnimationResult, puppet: LandmarkRig) -> Array:
     """The widest of seven gaps between the lips of the head, (frames,) mm."""
-    upper, lower = (performance.face.rows(side) for side in zip(*INNER_LIP_PAIRS, strict=True))
-    posed = puppet.pose(performance.animation.values)
+    upper, lower = (result.face.rows(side) for side in zip(*INNER_LIP_PAIRS, strict=True))
+    posed = puppet.pose(result.animation.values)
     return np.asarray((posed[:, upper, 1] - posed[:, lower, 1]).max(axis=1))
 
 
-def closed(performance: Performance) -> NDArray[np.bool_]:
+def closed(result: AnimationResult) -> NDArray[np.bool_]:
     """The frames in which the reference face's lips are closed."""
-    weights, offset = functionals(performance.face)
-    return np.asarray((performance.modes @ weights[:PAIRS].T + offset[:PAIRS]).max(axis=1) < CLOSED)
+    weights, offset = lip_functionals(result.face)
+    return np.asarray((result.modes @ weights[:PAIRS].T + offset[:PAIRS]).max(axis=1) < CLOSED)
 
 
-def jerk(performance: Performance) -> float:
+def jerk(result: AnimationResult) -> float:
     """Mean size of the third differences of all curves."""
-    return float(np.abs(np.diff(performance.animation.values, 3, axis=0)).mean())
+    return float(np.abs(np.diff(result.animation.values, 3, axis=0)).mean())
 
 
 def main() -> None:
     """Print a table row for each setting."""
     paths = list(map(Path, sys.argv[1:]))
-    plain = [perform(path, Options(unknown="nearest")) for path in paths]
-    puppet = make_puppet(load_head(), shipped_landmarks(), plain[0].face).take(plain[0].animation.channels)
+    plain = [animate_detailed(path, Options(unknown="nearest")) for path in paths]
+    puppet = make_landmark_rig(load_head(), shipped_landmarks(), plain[0].face).take(
+        plain[0].animation.channels
+    )
     seconds = sum(float(one.animation.times[-1]) for one in plain)
     print(f"{len(paths)} lines, {seconds:.0f} s\n")
     print("| setting | jerk | p b m f v | parted at closures | parted in p b m f v |\n|---|---|---|---|---|")
     lips = INVENTORY.codes(("p", "b", "m", "f", "v"))
     for name, setting in SETTINGS.items():
-        after = [perform(path, Options(unknown="nearest", **setting)) for path in paths]
+        after = [animate_detailed(path, Options(unknown="nearest", **setting)) for path in paths]
         more = [gaps(b, puppet) - gaps(a, puppet) for a, b in zip(plain, after, strict=True)]
         held = [np.isin(one.track.sample(one.animation.times), lips) for one in plain]
         firm = [m[h & closed(one)] for m, h, one in zip(more, held, plain, strict=True)]

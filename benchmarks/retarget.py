@@ -26,13 +26,13 @@ from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.face import contacts
 from phonanim.face.fit import fit_face
 from phonanim.face.model import FaceModel, lip_aperture, lip_protrusion, lip_width
-from phonanim.metrics import correlation, jerk, phone_middles, spoken
+from phonanim.metrics import correlation, jerk, phone_middles, speech_mask
 from phonanim.pipeline import load_model
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import read_landmarks
 from phonanim.rig.motion import closed_face, read_motion
-from phonanim.rig.puppet import Puppet, make_puppet
+from phonanim.rig.puppet import LandmarkRig, make_landmark_rig
 from phonanim.rig.retarget import retarget
 from phonanim.rig.solve import solve
 from phonanim.speech.phones import PhoneTrack
@@ -67,7 +67,7 @@ def main() -> None:
     chosen = options.parse_args()
     rig = load_rig(chosen.rig)
     clips = gather(load_corpus(chosen.corpus), chosen.model)
-    puppet = make_puppet(load_head(rig.head), read_landmarks(rig.landmarks), clips.face)
+    puppet = make_landmark_rig(load_head(rig.head), read_landmarks(rig.landmarks), clips.face)
     rows = [
         {"motion": source, "map": name, **measure(clips, source, puppet, controls(clips.modes[source]))}
         for source in clips.modes
@@ -90,7 +90,7 @@ def gather(corpus: Corpus, model_name: str | None) -> Clips:
     modes = {"captured": face.project(captured)}
     if model:
         predicted = [
-            contacts.close(
+            contacts.enforce_lip_contacts(
                 model.predict(corpus.tracks[clip], corpus.fps, int(corpus.frames[clip]), 0.5 / corpus.fps),
                 corpus.tracks[clip],
                 face,
@@ -100,7 +100,7 @@ def gather(corpus: Corpus, model_name: str | None) -> Clips:
             for clip in chosen
         ]
         modes["predicted"] = np.concatenate(predicted).astype(np.float64)
-    speech = np.concatenate([spoken(corpus.tracks[clip], corpus.times(clip)) for clip in chosen])
+    speech = np.concatenate([speech_mask(corpus.tracks[clip], corpus.times(clip)) for clip in chosen])
     lengths, tracks = corpus.frames[chosen], [corpus.tracks[clip] for clip in chosen]
     starts = np.cumsum(lengths) - lengths
     closures = [
@@ -110,7 +110,7 @@ def gather(corpus: Corpus, model_name: str | None) -> Clips:
     return Clips(face, modes, captured, speech, np.concatenate(closures), lengths, tracks, corpus.fps)
 
 
-def maps(clips: Clips, puppet: Puppet, rig: Rig) -> dict[str, Callable[[Array], Array]]:
+def maps(clips: Clips, puppet: LandmarkRig, rig: Rig) -> dict[str, Callable[[Array], Array]]:
     """The ways from modes to controls; accents need to know the phones."""
     face = clips.face
     closed = closed_face(face, read_motion().modes(face))
@@ -132,7 +132,7 @@ def with_accents(clips: Clips, rig: Rig, modes: Array) -> Array:
     return np.concatenate(found).astype(np.float64)
 
 
-def measure(clips: Clips, source: str, puppet: Puppet, controls: Array) -> dict[str, Any]:
+def measure(clips: Clips, source: str, puppet: LandmarkRig, controls: Array) -> dict[str, Any]:
     """Correlations, gaps at closures and roughness of one way on one motion."""
     head, shapes = puppet.pose(controls), clips.face.instance(clips.modes[source])
     result: dict[str, Any] = {}

@@ -34,7 +34,7 @@ from phonanim.corpus.corpus import load_corpus
 from phonanim.encoders import RATE
 from phonanim.inputs.alignment import read_alignment
 from phonanim.options import Options
-from phonanim.pipeline import load_cached_rig, load_model, move
+from phonanim.pipeline import load_cached_rig, load_model, predict_controls
 from phonanim.regressors._streamed import Streamed
 from phonanim.speech.alignment import Interval
 from phonanim.speech.language import to_phones
@@ -81,7 +81,7 @@ def look_ahead(folder: Path) -> None:
     for path in sorted(folder.rglob("*.TextGrid"))[:LINES]:
         alignment = read_alignment(path)
         track, _ = to_phones(alignment, "english")
-        whole = move(track, model, rig, OPTIONS, frame_count(track.duration, FPS))[1]
+        whole = predict_controls(track, model, rig, OPTIONS, frame_count(track.duration, FPS))[1]
         moved.append(whole - whole.mean(axis=0))
         for look, found in errors.items():
             made = streamed(alignment.intervals, look)
@@ -156,7 +156,7 @@ def report(name: str, times: NDArray[np.float64]) -> None:
 
 def phone_times() -> NDArray[np.float64]:
     stream = PhoneStream(OPTIONS, 0.2)
-    stream.rehearse()
+    stream.warm_up()
     phones = spoken(30.0)
 
     def one(number: int) -> None:
@@ -172,7 +172,7 @@ def phone_times() -> NDArray[np.float64]:
 def sound_times(path: Path) -> NDArray[np.float64]:
     """A frame's sound, 1/60 s, heard and shown."""
     stream = SoundStream(Options(model=str(path)))
-    stream.rehearse()
+    stream.warm_up()
     size = round(RATE / FPS)
     noise = np.random.default_rng(0).normal(0, 0.1, 1800 * size).astype(np.float32)
 

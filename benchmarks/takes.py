@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.corpus.corpus import Corpus, load_corpus
-from phonanim.corpus.examples import examples
+from phonanim.corpus.examples import make_examples
 from phonanim.evaluation.statistics import bootstrap_interval, mean_rows
 from phonanim.face.fit import fit_face
 from phonanim.face.masks import landmark_masks
@@ -81,8 +81,8 @@ class Judge:
     def examples(self, clips: Clips, targets: str) -> Examples:
         """Clips with their sound; targets are modes of the mouth or of the face, or controls of a rig."""
         if targets != "rig":
-            return examples(self.corpus, getattr(self, targets), clips, heard=True)
-        found = examples(self.corpus, self.mouth, clips, heard=True)
+            return make_examples(self.corpus, getattr(self, targets), clips, heard=True)
+        found = make_examples(self.corpus, self.mouth, clips, heard=True)
         return replace(found, targets=tuple(self.scores[1][self.corpus.rows([clip])] for clip in clips))
 
 

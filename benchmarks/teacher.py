@@ -15,13 +15,13 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.comparison.fit import corpus_at, face_of
-from phonanim.comparison.folds import Fold, everywhere, folds, speech
+from phonanim.comparison.fit import load_cached_corpus, reference_face
+from phonanim.comparison.folds import Fold, all_frames, make_folds, speech_frames
 from phonanim.comparison.plan import Plan, read_plan
-from phonanim.comparison.scores import clip_scores, value
-from phonanim.core.threads import one_thread
+from phonanim.comparison.scores import clip_scores, measure_value
+from phonanim.core.threads import use_one_thread
 from phonanim.corpus.corpus import Corpus
-from phonanim.corpus.examples import examples
+from phonanim.corpus.examples import make_examples
 from phonanim.training.recipes import read_recipe
 
 CONFIGS = Path(__file__).parent / "configs"
@@ -69,19 +69,21 @@ def settings_of_folds(plan: Plan, corpus: Corpus) -> Iterator[Fold]:
     """A tenth of the training clips held out, then the second fold of words and that of phones."""
     shuffled = np.random.default_rng(0).permutation(corpus.clips_of("train"))
     count = round(0.1 * len(shuffled))
-    where = {"all": everywhere, "speech": speech}
+    where = {"all": all_frames, "speech": speech_frames}
     yield Fold("validation", np.sort(shuffled[count:]), np.sort(shuffled[:count]), where)
-    yield from (fold for fold in folds(plan, corpus) if fold.name in ("words2", "phones"))
+    yield from (fold for fold in make_folds(plan, corpus) if fold.name in ("words2", "phones"))
 
 
 def predictions(plan: Plan, corpus: Corpus, fold: Fold) -> dict[str, Modes]:
     """Modes of all clips that a fold measures, end to end, by member."""
     from phonanim.regressors import make_config, regressor_class
 
-    face, found = face_of(plan.corpus), {}
+    face, found = reference_face(plan.corpus), {}
     shuffled = np.random.default_rng(1).permutation(fold.train)
     count = round(HELD_OUT * len(shuffled))
-    held_out, rest = (examples(corpus, face, np.sort(part)) for part in (shuffled[:count], shuffled[count:]))
+    held_out, rest = (
+        make_examples(corpus, face, np.sort(part)) for part in (shuffled[:count], shuffled[count:])
+    )
     for name, (recipe, changes) in MEMBERS.items():
         read = read_recipe(CONFIGS / f"{recipe}.toml")
         config = make_config(read.kind, {**(read.settings or {}), **changes}, recipe)
@@ -95,7 +97,7 @@ def predictions(plan: Plan, corpus: Corpus, fold: Fold) -> dict[str, Modes]:
 
 def report(plan: Plan, corpus: Corpus, fold: Fold, name: str, modes: Modes) -> None:
     """Print the shape MSE, aperture r and width r of some modes."""
-    face, ends = face_of(plan.corpus), np.cumsum(corpus.frames[fold.test])[:-1]
+    face, ends = reference_face(plan.corpus), np.cumsum(corpus.frames[fold.test])[:-1]
     for where, frames in fold.where.items():
         rows = [
             clip_scores(
@@ -109,7 +111,8 @@ def report(plan: Plan, corpus: Corpus, fold: Fold, name: str, modes: Modes) -> N
             for clip, part in zip(fold.test.tolist(), np.split(modes, ends), strict=True)
         ]
         found = {
-            m: value(m, np.array([row[m] for row in rows])) for m in ("shape_mse", "aperture_r", "width_r")
+            m: measure_value(m, np.array([row[m] for row in rows]))
+            for m in ("shape_mse", "aperture_r", "width_r")
         }
         told = "  ".join(f"{measure} {number:.4f}" for measure, number in found.items())
         print(f"{fold.name}/{where:<8} {name:<22} {told}", flush=True)
@@ -119,9 +122,9 @@ def report(plan: Plan, corpus: Corpus, fold: Fold, name: str, modes: Modes) -> N
 @click.argument("plan", type=click.Path(exists=True, path_type=Path))
 @click.option("--fold", "only", help="This one alone: validation, words2 or phones.")
 def main(plan: Path, only: str | None) -> None:
-    one_thread()
+    use_one_thread()
     read = read_plan(plan)
-    corpus = corpus_at(read.corpus)
+    corpus = load_cached_corpus(read.corpus)
     for fold in settings_of_folds(read, corpus):
         if only not in (None, fold.name):
             continue
@@ -139,7 +142,7 @@ def least_squares(corpus: Corpus, fold: Fold, plan: Plan, found: dict[str, Modes
     """The mixture that does best on these very clips: a bound, not a result."""
     from scipy.optimize import nnls
 
-    captured = face_of(plan.corpus).project(corpus.landmarks[corpus.rows(fold.test)])
+    captured = reference_face(plan.corpus).project(corpus.landmarks[corpus.rows(fold.test)])
     parts = list(found.values())
     shares = nnls(np.stack([part.ravel() for part in parts], axis=1), captured.ravel())[0]
     return np.asarray(sum(share * part for share, part in zip(shares, parts, strict=True)))
@@ -147,7 +150,7 @@ def least_squares(corpus: Corpus, fold: Fold, plan: Plan, found: dict[str, Modes
 
 def without_offsets(corpus: Corpus, fold: Fold, plan: Plan, modes: Modes) -> Modes:
     """Modes with the mean error of every clip taken away: what no phone tells."""
-    captured = face_of(plan.corpus).project(corpus.landmarks[corpus.rows(fold.test)])
+    captured = reference_face(plan.corpus).project(corpus.landmarks[corpus.rows(fold.test)])
     lengths = corpus.frames[fold.test]
     starts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
     offsets = np.add.reduceat(modes - captured, starts, axis=0) / lengths[:, None]

@@ -40,7 +40,7 @@ from phonanim.metrics import (
     lip_vertex_error,
     log_spectral_distance,
     phone_middles,
-    spoken,
+    speech_mask,
 )
 from phonanim.options import Options
 from phonanim.pipeline import animate, load_model
@@ -48,7 +48,7 @@ from phonanim.rig import Rig, load_rig
 from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmarks import read_landmarks
 from phonanim.rig.motion import closed_face, read_motion
-from phonanim.rig.puppet import Puppet, make_puppet, straightened
+from phonanim.rig.puppet import LandmarkRig, make_landmark_rig, to_face_axes
 from phonanim.rig.solve import solve
 from phonanim.rig.visemes import spoken_shapes
 
@@ -76,7 +76,7 @@ class Stage:
 
     face: FaceModel
     rig: Rig
-    puppet: Puppet
+    puppet: LandmarkRig
     head: Head
     lips: NDArray[np.int64]
 
@@ -117,7 +117,7 @@ def set_up(model: str) -> Stage:
     rows = [head.targets.index(control) for control in rig.controls]
     head = replace(head, targets=rig.controls, deltas=head.deltas[rows])
     return Stage(
-        face, rig, make_puppet(head, spots, face), straightened(head, spots, face), head_masks()["lips"]
+        face, rig, make_landmark_rig(head, spots, face), to_face_axes(head, spots, face), head_masks()["lips"]
     )
 
 
@@ -128,7 +128,7 @@ def gather(corpus: Corpus) -> list[Clip]:
             corpus.clips[clip],
             (times := corpus.times(clip)),
             corpus.landmarks[corpus.rows([clip])].astype(np.float64),
-            spoken(corpus.tracks[clip], times),
+            speech_mask(corpus.tracks[clip], times),
             {name: nearest(times, phone_middles(corpus.tracks[clip], p)) for name, p in CONTACTS.items()},
         )
         for clip in corpus.clips_of("test")

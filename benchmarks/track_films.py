@@ -12,7 +12,7 @@ import sys
 import time
 from pathlib import Path
 
-from phonanim.corpus.tracking import Tracker, mediapipe_tracker, quality, shipped_indices, track_film
+from phonanim.corpus.tracking import Tracker, measure_quality, mediapipe_tracker, shipped_indices, track_film
 from phonanim.errors import CorpusError
 from phonanim.media.video import open_film
 
@@ -32,7 +32,7 @@ def measured(path: Path, tracker: Tracker) -> str:
     film, started = open_film(path), time.process_time()
     track = track_film(film, tracker)
     cost = (time.process_time() - started) / len(track.landmarks) * 1000
-    worth = quality(track.landmarks, tracker.indices)
+    worth = measure_quality(track.landmarks, tracker.indices)
     return (
         f"{len(track.landmarks)} frames at {float(film.rate):g}/s, {len(track.rejected)} bridged, "
         f"{worth.pupils_px:.0f} px between the pupils, jitter {worth.jitter_mm:.2f} mm, "

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageFilter
 
 from phonanim.corpus.corpus import PUPIL_DISTANCE_MM, PUPILS, stabilize
-from phonanim.corpus.tracking import Tracker, mediapipe_tracker, quality, shipped_indices, track_film
+from phonanim.corpus.tracking import Tracker, measure_quality, mediapipe_tracker, shipped_indices, track_film
 from phonanim.errors import CorpusError
 from phonanim.face.warp import Mesh, build_mesh
 from phonanim.media.video import Frame, open_film, write_film
@@ -126,7 +126,7 @@ def compared(landmarks: Array, truth: Array, motion: Motion, tracker: Tracker) -
         "moves after stabilization mm": _rms(drift),
         "largest mm": round(float(np.linalg.norm(drift, axis=2).max()), 2),
         "lips mm": _rms(drift[:, [above, below]]),
-        "jitter mm": round(quality(landmarks, tracker.indices).jitter_mm, 2),
+        "jitter mm": round(measure_quality(landmarks, tracker.indices).jitter_mm, 2),
     }
     if motion.opening:
         slope, _ = np.polyfit(gaps[1], gaps[0], 1)

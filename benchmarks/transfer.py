@@ -33,7 +33,7 @@ from phonanim.rig import load_rig
 from phonanim.rig.geometry import face_normals
 from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
-from phonanim.rig.morphs import plain
+from phonanim.rig.morphs import plain_name
 from phonanim.rig.transfer import transfer
 
 Array = NDArray[np.float64]
@@ -79,14 +79,16 @@ def main() -> None:
 def motions(made: Head, other: Head, model: Head, part: str = "face") -> dict[str, Pair]:
     """What each jaw and mouth shape of the model moves, as made and as the artist has it."""
     rows = other.parts[part]
-    ours, theirs = (dict(zip(map(plain, h.targets), h.deltas[:, rows], strict=True)) for h in (made, other))
+    ours, theirs = (
+        dict(zip(map(plain_name, h.targets), h.deltas[:, rows], strict=True)) for h in (made, other)
+    )
     pairs = {}
-    for name in map(plain, model.targets):
+    for name in map(plain_name, model.targets):
         mirrored = name.endswith("right") and name not in ("jawright", "mouthright")
         if name.startswith(("jaw", "mouth")) and name in ours and name in theirs and not mirrored:
             opened = float(name == "mouthclose")
             pairs[name] = tuple(moved[name] + opened * moved["jawopen"] for moved in (ours, theirs))
-    return {name: pairs[plain(name)] for name in model.targets if plain(name) in pairs}
+    return {name: pairs[plain_name(name)] for name in model.targets if plain_name(name) in pairs}
 
 
 def there_and_back(other: Head, spots: MeshLandmarks, model: Head) -> Head:

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from phonanim import regressors
 from phonanim.animation.animation import Animation
 from phonanim.animation.edit_file import read_edits
-from phonanim.animation.edits import apply
-from phonanim.animation.overlay import hashes, lay
+from phonanim.animation.edits import apply_edits
+from phonanim.animation.overlay import apply_overlays, hash_overlays
 from phonanim.animation.rates import check_rate, frame_count
-from phonanim.animation.smooth import firmness, smoothed
-from phonanim.animation.style import dial, drawn, idle
+from phonanim.animation.smooth import closure_mask, smooth_controls
+from phonanim.animation.style import is_stepped_rig, scale_controls, unused_option_warnings
 from phonanim.core.catalog import find_model
 from phonanim.core.files import content_hash
 from phonanim.core.version import __version__
@@ -33,7 +33,7 @@ from phonanim.speech.phones import PhoneTrack
 
 
 @dataclass(frozen=True, slots=True)
-class Performance:
+class AnimationResult:
     """An animation with what it was made from: the phones, and the face's modes (frames, modes)."""
 
     animation: Animation
@@ -67,19 +67,21 @@ def animate(
     """
     options = make_options(options, settings)
     check_rate(options.fps, f"{options.fps:g}")
-    return perform(Path(path), options, Path(audio) if audio else None).animation
+    return animate_detailed(Path(path), options, Path(audio) if audio else None).animation
 
 
-def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) -> Performance:
+def animate_detailed(path: Path, options: Options = DEFAULTS, audio: Path | None = None) -> AnimationResult:
     """The same, with the steps in between: each is one module."""
     model, rig = load_model(options.model), load_cached_rig(options.rig)
     source = read_speech_input(path, options, audio, model.regressor.input_modality)
     track, frames = source.track, frame_count(source.track.duration, options.fps)
-    modes, values = move(track, model, rig, options, frames, sound=source.sound)
+    modes, values = predict_controls(track, model, rig, options, frames, sound=source.sound)
     times = np.arange(len(modes)) / options.fps
-    if options.smooth and not drawn(rig):
-        values = smoothed(values, options.smooth, options.fps, firmness(modes, track, model.face, times))
-    values, remarks = lay(values, rig, options.overlays, options.blinks, track, times, load)
+    if options.smooth and not is_stepped_rig(rig):
+        values = smooth_controls(
+            values, options.smooth, options.fps, closure_mask(modes, track, model.face, times)
+        )
+    values, remarks = apply_overlays(values, rig, options.overlays, options.blinks, track, times, load)
     animation = Animation(
         values=values,
         channels=rig.controls,
@@ -88,13 +90,15 @@ def perform(path: Path, options: Options = DEFAULTS, audio: Path | None = None) 
         phones=source.alignment.intervals,
         words=source.alignment.words,
         audio=source.audio,
-        provenance=_provenance(path, options, (*source.notes, *idle(options, rig), *remarks))
+        provenance=_provenance(
+            path, options, (*source.notes, *unused_option_warnings(options, rig), *remarks)
+        )
         | _heard(source),
     )
-    return Performance(animation, track, source.notes, modes, model.face)
+    return AnimationResult(animation, track, source.notes, modes, model.face)
 
 
-def move(
+def predict_controls(
     track: PhoneTrack,
     model: regressors.Model,
     rig: Rig,
@@ -109,18 +113,18 @@ def move(
     """
     modes = model.predict(track, options.fps, frames, start, sound)
     if options.contacts:
-        modes = contacts.close(modes, track, model.face, options.fps, start)
+        modes = contacts.enforce_lip_contacts(modes, track, model.face, options.fps, start)
     times = start + np.arange(frames) / options.fps
     values = retarget(modes, model.face, rig, options.retarget, track, times, options.contacts)
-    return modes, dial(values, rig, options.intensity, options.jaw, options.lips, options.gains)
+    return modes, scale_controls(values, rig, options.intensity, options.jaw, options.lips, options.gains)
 
 
-def with_edits(animation: Animation, path: Path, options: Options = DEFAULTS) -> Animation:
+def apply_edit_file(animation: Animation, path: Path, options: Options = DEFAULTS) -> Animation:
     """The animation with the edits of a file done again; `provenance["notes"]` tells which did not fit.
 
     Raises OptionError when the file cannot be read as edits.
     """
-    edited, notes = apply(animation, read_edits(path), load_cached_rig(options.rig))
+    edited, notes = apply_edits(animation, read_edits(path), load_cached_rig(options.rig))
     known = animation.provenance
     told = {"edits_sha256": content_hash(path), "notes": [*known["notes"], *notes]}
     return replace(edited, provenance={**known, **told})
@@ -162,7 +166,7 @@ def _provenance(path: Path, options: Options, notes: tuple[str, ...]) -> dict[st
         "input_sha256": content_hash(path),
         "model_sha256": model_hash(options.model),
         "options": options.plain(),
-        "overlays_sha256": hashes(options.overlays),
+        "overlays_sha256": hash_overlays(options.overlays),
         "notes": list(notes),
     }
 

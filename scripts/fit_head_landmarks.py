@@ -23,7 +23,7 @@ from phonanim.face.model import INNER_LIP_PAIRS, INNER_LIPS, MOUTH_CORNER_LEFT, 
 from phonanim.rig.geometry import vertex_normals
 from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmarks import MeshLandmarks, write_landmarks
-from phonanim.rig.rims import View, hit, put_on_rims
+from phonanim.rig.rims import View, put_on_rims, surface_at_pixels
 
 Array = NDArray[np.float64]
 
@@ -100,7 +100,7 @@ def cast(head: Head, seen: Array) -> MeshLandmarks:
     numbers, view = np.arange(len(seen)), view_of(head)
     eyes = np.isin(numbers, [*PUPILS, *IRISES])[:, None]
     skin, balls = (
-        hit(view, view.show(head.vertices, triangles_of(head, parts)), seen)
+        surface_at_pixels(view, view.show(head.vertices, triangles_of(head, parts)), seen)
         for parts in (("skin",), ("eye_l", "eye_r"))
     )
     return MeshLandmarks(numbers, np.where(eyes, balls[0], skin[0]), np.where(eyes, balls[1], skin[1]))

@@ -32,7 +32,7 @@ from phonanim.rig.fit import fit_rig
 from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.motion import SHIPPED, closed_face, sample_motion, write_motion
-from phonanim.rig.puppet import Puppet, make_puppet
+from phonanim.rig.puppet import LandmarkRig, make_landmark_rig
 from phonanim.rig.tables import VRM, read_viseme_shapes, write_shapes
 from phonanim.rig.write import write_rig
 
@@ -59,7 +59,7 @@ def main() -> None:
     motion = sample_motion(face.project(shapes), face, FRAMES, np.random.default_rng(chosen.seed))
     write_motion(SHIPPED, motion)
     modes = motion.modes(face)
-    puppet = make_puppet(load_head(), shipped_landmarks(), face)
+    puppet = make_landmark_rig(load_head(), shipped_landmarks(), face)
     write_rig(RIGS / "arkit.toml", fit_rig(arkit(tuple(sorted(columns()[:N_ARKIT]))), puppet, face, modes))
     visemes = viseme_puppet(puppet)
     write_rig(RIGS / "vrm.toml", fit_rig(vrm(), vrm_puppet(visemes), face, modes))
@@ -102,18 +102,18 @@ def vrm() -> Rig:
     return blank("vrm", "VRM, five mouth expressions", source, tuple(VRM))
 
 
-def viseme_puppet(puppet: Puppet) -> Puppet:
+def viseme_puppet(puppet: LandmarkRig) -> LandmarkRig:
     """The shipped head with visemes for controls, as viseme_shapes.csv mixes them of ARKit controls."""
     names, mixtures = read_viseme_shapes(puppet.controls)
-    return Puppet(names, puppet.rest, np.tensordot(mixtures, puppet.shapes, axes=1))
+    return LandmarkRig(names, puppet.rest, np.tensordot(mixtures, puppet.shapes, axes=1))
 
 
-def vrm_puppet(visemes: Puppet) -> Puppet:
+def vrm_puppet(visemes: LandmarkRig) -> LandmarkRig:
     """The five VRM expressions as the visemes that they stand for."""
     return replace(visemes.take(tuple(VRM.values())), controls=tuple(VRM))
 
 
-def write_oculus(visemes: Puppet, face: FaceModel, closed: NDArray[np.float64]) -> None:
+def write_oculus(visemes: LandmarkRig, face: FaceModel, closed: NDArray[np.float64]) -> None:
     """Say where each Oculus viseme takes the face; silence is the face with its lips closed."""
     path = RIGS / "oculus15.toml"
     text = re.sub(r'(?m)^face = ".*"$', f'face = "{face.id}"', path.read_text(encoding="utf-8"))

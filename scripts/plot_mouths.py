@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.corpus.corpus import Corpus, load_corpus
-from phonanim.corpus.pictures import load_captured, open_recordings
+from phonanim.corpus.pictures import load_captured, open_mouth_films
 from phonanim.media.pixels import write_png
 from phonanim.speech.labels import is_silent
-from phonanim.training.mouth import labelled, load_mouth
+from phonanim.training.mouth import label_pictures, load_mouth
 
 WIDTH = 8  # pictures
 
@@ -33,7 +33,7 @@ def main() -> None:
     captured, model = load_captured(args.corpus), mouth.appearance
     clip = corpus.clips.index(args.clip)
     frames, labels = columns(corpus, clip)
-    films = open_recordings(args.recordings, corpus)
+    films = open_mouth_films(args.recordings, corpus)
     textures = films.cut(clip, model.face, model.rows, model.mesh)[1][frames]
     rows = corpus.rows([clip])[frames]
     joint = mouth.predict(corpus.tracks[clip], corpus.times(clip)[frames])
@@ -43,7 +43,7 @@ def main() -> None:
         model.render(joint, 1.5),
     )
     names = ([""] * len(labels), [""] * len(labels), labels)
-    write_png(np.vstack([labelled(*row) for row in zip(pictures, names, strict=True)]), args.output)
+    write_png(np.vstack([label_pictures(*row) for row in zip(pictures, names, strict=True)]), args.output)
 
 
 def columns(corpus: Corpus, clip: int) -> tuple[NDArray[np.int64], list[str]]:

@@ -13,9 +13,9 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from phonanim.speech.inventory import LEXICON  # noqa: E402
-from phonanim.speech.ipa import Articulation, symbols  # noqa: E402
+from phonanim.speech.ipa import Articulation, ipa_symbols  # noqa: E402
 from phonanim.speech.labels import language_names, load_language  # noqa: E402
-from phonanim.speech.looks import contact, lips, seen, spread  # noqa: E402
+from phonanim.speech.looks import constriction, lip_closure, lip_spread, to_visible_phones  # noqa: E402
 
 PAGE = ROOT / "docs" / "languages.md"
 START = "<!-- tables: written by scripts/write_language_tables.py -->"
@@ -66,7 +66,7 @@ COMBINED = (
 
 def tables() -> str:
     """All tables as Markdown."""
-    parts = [START, "", "## Languages", "", languages(), "", "## Every IPA symbol", "", ipa_symbols()]
+    parts = [START, "", "## Languages", "", languages(), "", "## Every IPA symbol", "", symbol_table()]
     parts += ["", "## Several symbols in one label", "", combined(), "", "## Every mark", "", marks(), ""]
     return "\n".join(parts)
 
@@ -82,15 +82,18 @@ def languages() -> str:
     return table(["language", "code", "what", "alphabets", "labels of its own", "known of aligners"], rows)
 
 
-def ipa_symbols() -> str:
+def symbol_table() -> str:
     """One row a symbol: its phone and what of it is seen."""
-    rows = [[symbol, sound.name, " ".join(seen(symbol)), why(sound)] for symbol, sound in symbols().items()]
+    rows = [
+        [symbol, sound.name, " ".join(to_visible_phones(symbol)), why(sound)]
+        for symbol, sound in ipa_symbols().items()
+    ]
     return table(["IPA", "sound", "becomes", "because it is seen as"], rows)
 
 
 def combined() -> str:
     """One row an example."""
-    return table(["label", "becomes"], [[label, " ".join(seen(label))] for label in COMBINED])
+    return table(["label", "becomes"], [[label, " ".join(to_visible_phones(label))] for label in COMBINED])
 
 
 def marks() -> str:
@@ -114,20 +117,22 @@ def why(sound: Articulation) -> str:
     """What a camera sees of a sound."""
     if sound.vowel:
         jaw = "jaw closed" if sound.height >= 0.8 else "jaw half open" if sound.height >= 0.3 else "jaw open"
-        drawn = "lips spread" if spread(sound.height, sound.backness, sound.rounding) > 0.3 else "lips slack"
+        drawn = (
+            "lips spread" if lip_spread(sound.height, sound.backness, sound.rounding) > 0.3 else "lips slack"
+        )
         return f"{'lips rounded' if sound.rounding >= 0.4 else drawn}, {jaw}"
-    closed = {1.0: "lips shut", 0.6: "teeth on the lip", 0.5: "lips nearly shut"}.get(lips(sound), "")
+    closed = {1.0: "lips shut", 0.6: "teeth on the lip", 0.5: "lips nearly shut"}.get(lip_closure(sound), "")
     parts = [closed, "lips rounded" if sound.rounding >= 0.4 else "", "" if closed else tongue(sound)]
     return ", ".join(part for part in parts if part)
 
 
 def tongue(sound: Articulation) -> str:
     """What the tongue shows between open lips."""
-    if sound.place in ("pharyngeal", "glottal") or (sound.place == "uvular" and contact(sound) < 1):
+    if sound.place in ("pharyngeal", "glottal") or (sound.place == "uvular" and constriction(sound) < 1):
         return "made in the throat: the shape of the neighbours"
     teeth = "teeth together, " if sound.manner == "sibilant" else ""
     spread = ", lips spread" if sound.place == "palatal" else ""
-    closed = {1.0: "tongue closes", 0.5: "tongue half closes"}.get(contact(sound), "tongue near")
+    closed = {1.0: "tongue closes", 0.5: "tongue half closes"}.get(constriction(sound), "tongue near")
     return f"{teeth}{closed}: {sound.place}{spread}"
 
 

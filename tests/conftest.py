@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from phonanim.core.threads import one_thread
+from phonanim.core.threads import use_one_thread
 
 os.environ.setdefault("PHONANIM_CACHE", "")  # features of sound are kept nowhere
-one_thread()  # before NumPy is imported, as the commands do it
+use_one_thread()  # before NumPy is imported, as the commands do it
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -13,10 +13,10 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from phonanim.aligners.pocketsphinx import SpeechAlignment, words_of
+from phonanim.aligners.pocketsphinx import SpeechAlignment, split_words
 from phonanim.errors import AlignmentError, MissingExtraError, OptionError
 from phonanim.inputs.alignment import read_alignment
-from phonanim.media.audio import duration
+from phonanim.media.audio import audio_duration
 from phonanim.speech.alignment import Interval
 from phonanim.speech.labels import is_silent
 
@@ -42,7 +42,7 @@ def align(
             "--aligner mfa needs the Montreal Forced Aligner: conda install -c conda-forge "
             "montreal-forced-aligner, and mfa on the PATH"
         )
-    if text is None or not words_of(text):
+    if text is None or not split_words(text):
         raise OptionError(
             "the Montreal Forced Aligner needs what is said; give it with --text or --text-file"
         )
@@ -83,7 +83,7 @@ def _read(grid: Path, audio: Path) -> SpeechAlignment:
         why = str(error).removeprefix(f"{grid}: ")
         raise AlignmentError(f"{audio}: what the Montreal Forced Aligner wrote {why}") from error
     phones, words = _spoken(found.intervals), _spoken(found.words)
-    seconds = duration(audio)
+    seconds = audio_duration(audio)
     if abs(seconds - found.duration) > TOLERANCE:
         raise AlignmentError(
             f"{audio}: lasts {seconds:.2f} s, but what the Montreal Forced Aligner wrote "

@@ -50,7 +50,7 @@ def align_sound(sound: Sound, text: str | None, name: str) -> SpeechAlignment:
     raise AlignmentError(f"{name}: the text cannot be found in the sound; check that they belong together")
 
 
-def words_of(text: str) -> list[str]:
+def split_words(text: str) -> list[str]:
     """The words of a sentence in lower case, without punctuation."""
     return re.findall(r"[^\W_]+(?:['’][^\W_]+)*", text.lower().replace("’", "'"))
 
@@ -66,7 +66,7 @@ def _two_passes(decoder: Any, sound: bytes, duration: float) -> tuple[list[Inter
     phones: list[Interval] = []
     for word in decoder.get_alignment():
         if not word.name.startswith(FILLERS):
-            words.append(_interval(spelled(word.name), word, duration))
+            words.append(_interval(strip_variant_number(word.name), word, duration))
             # While the loop stands at this word: a word that the iterator has left is freed memory.
             phones += [_interval(phone.name, phone, duration) for phone in word]
     return words, phones
@@ -78,7 +78,7 @@ def _decode(decoder: Any, sound: bytes) -> None:
     decoder.end_utt()
 
 
-def spelled(entry: str) -> str:
+def strip_variant_number(entry: str) -> str:
     """A dictionary entry without the number of its pronunciation: "the(2)" is "the"."""
     return re.sub(r"\(\d+\)$", "", entry)
 
@@ -88,7 +88,7 @@ def _interval(label: str, entry: Any, duration: float) -> Interval:
 
 
 def _known_words(decoder: Any, text: str) -> list[str]:
-    words = words_of(text)
+    words = split_words(text)
     if not words:
         raise OptionError("the text holds no word; give what is said in the recording")
     unknown = [word for word in words if decoder.lookup_word(word) is None]

@@ -18,12 +18,12 @@ CLOSING, SHUT, OPENING = 0.08, 0.03, 0.2
 LIDS = re.compile(r"eye_?blink|^blink$", re.IGNORECASE)
 
 
-def lids(controls: tuple[str, ...]) -> list[int]:
+def eyelid_controls(controls: tuple[str, ...]) -> list[int]:
     """The controls that close the eyes."""
     return [number for number, name in enumerate(controls) if LIDS.search(name)]
 
 
-def blinking(seed: int, times: Array) -> Array:
+def blink_curve(seed: int, times: Array) -> Array:
     """How far the eyes are closed at instants, (frames,) seconds -> (frames,) 0 to 1.
 
     The same seed and length give the same blinks at any frame rate.

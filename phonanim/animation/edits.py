@@ -64,7 +64,7 @@ class Edits:
     edits: tuple[Edit, ...]
 
 
-def diff(
+def diff_animations(
     base: Animation, edited: Animation, kind: Kind = "offset", error: float = ERROR, fade: float = FADE
 ) -> Edits:
     """What was changed from one animation to the other, so that applied to `base` it gives `edited`.
@@ -83,7 +83,7 @@ def diff(
     return Edits(base.rig, error, base.phones or edited.phones, tuple(found))
 
 
-def apply(animation: Animation, edits: Edits, rig: Rig) -> tuple[Animation, tuple[str, ...]]:
+def apply_edits(animation: Animation, edits: Edits, rig: Rig) -> tuple[Animation, tuple[str, ...]]:
     """Do the edits again, within the limits of the rig; also say what did not fit, one sentence each.
 
     Where the animation or the edits know no phones, edits stay at their times.

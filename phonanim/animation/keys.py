@@ -66,7 +66,7 @@ def reduce_curve(curve: NDArray[np.floating], tolerance: float) -> Keys:
     return Keys(frames, keys.values, _largest(keys.sample(np.arange(len(dense), dtype=float)) - dense))
 
 
-def describe(keys: dict[str, Keys], animation: Animation) -> str:
+def describe_keys(keys: dict[str, Keys], animation: Animation) -> str:
     """Keys per second and the largest error of curves that have keys of their own, for people."""
     moving = [item for item in keys.values() if len(item.frames) > 1]
     count = sum(len(item.frames) for item in moving)
@@ -77,7 +77,7 @@ def describe(keys: dict[str, Keys], animation: Animation) -> str:
     )
 
 
-def describe_shared(keys: Keys, animation: Animation) -> str:
+def describe_shared_keys(keys: Keys, animation: Animation) -> str:
     """The same of curves that share their keys."""
     count = len(keys.frames)
     rate = count / (len(animation.values) / animation.fps)

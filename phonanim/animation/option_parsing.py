@@ -50,11 +50,11 @@ def parse_smoothing(text: str) -> float:
 
     Raises OptionError.
     """
-    from phonanim.animation.smooth import LONGEST, width_of
+    from phonanim.animation.smooth import LONGEST, width_for_cutoff
 
     number = text.strip().lower().removesuffix("hz")
     try:
-        seconds = width_of(_number(number)) if number != text.strip().lower() else _number(number)
+        seconds = width_for_cutoff(_number(number)) if number != text.strip().lower() else _number(number)
     except ZeroDivisionError:
         seconds = math.nan
     if not 0 <= seconds <= LONGEST:

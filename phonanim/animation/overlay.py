@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
-from phonanim.animation.blinks import blinking, lids
-from phonanim.animation.style import drawn
+from phonanim.animation.blinks import blink_curve, eyelid_controls
+from phonanim.animation.style import is_stepped_rig
 from phonanim.core.files import content_hash
 from phonanim.core.lexicon import find_tables
 from phonanim.errors import OptionError
@@ -44,7 +44,7 @@ MOVES = 1e-4  # of full weight; less is standing still
 MOUTH = re.compile(r"jaw|mouth|lip|tongue|cheek_?puff|nose_?sneer|viseme", re.IGNORECASE)
 
 
-def lay(
+def apply_overlays(
     values: NDArray[np.float32],
     rig: Rig,
     overlays: Sequence[Overlay],
@@ -58,7 +58,7 @@ def lay(
     Offsets from rest are added; `load` reads an overlay that is an animation. Raises OptionError when an
     overlay cannot be read or does not fit the rig, and what `load` raises.
     """
-    if drawn(rig) or not (overlays or blinks is not None):
+    if is_stepped_rig(rig) or not (overlays or blinks is not None):
         return values, ()
     offsets, notes = np.zeros(values.shape), []
     for overlay in overlays:
@@ -66,22 +66,26 @@ def lay(
         offsets += added
         notes += left
     mouth = _mouth(values, rig)
-    offsets[:, mouth] *= freedom(track, times)[:, None]
+    offsets[:, mouth] *= overlay_weight(track, times)[:, None]
     if blinks is not None:
-        offsets[:, lids(rig.controls)] += blinking(blinks, times)[:, None]
-        notes += [] if lids(rig.controls) else [f"{rig.name} has no control that blinks, so it does not"]
+        offsets[:, eyelid_controls(rig.controls)] += blink_curve(blinks, times)[:, None]
+        notes += (
+            []
+            if eyelid_controls(rig.controls)
+            else [f"{rig.name} has no control that blinks, so it does not"]
+        )
     return _limited(values, offsets, rig), tuple(notes)
 
 
-def freedom(track: PhoneTrack, times: Array) -> Array:
+def overlay_weight(track: PhoneTrack, times: Array) -> Array:
     """How much of an overlay the mouth takes at instants, (frames,) seconds -> (frames,) 0 to 1."""
     silent = INVENTORY.where(kind="silence")[track.codes]
     bound = np.isin(track.codes, INVENTORY.codes([p for contact in CONTACTS for p in contact.phones]))
-    spoken = SHARE + (1 - SHARE) * _eased(track.away(~silent, times) / EASE)
-    return np.asarray(np.minimum(spoken, _eased(track.away(bound, times) / HOLD)))
+    spoken = SHARE + (1 - SHARE) * _eased(track.distance_to(~silent, times) / EASE)
+    return np.asarray(np.minimum(spoken, _eased(track.distance_to(bound, times) / HOLD)))
 
 
-def hashes(overlays: Sequence[Overlay]) -> list[str]:
+def hash_overlays(overlays: Sequence[Overlay]) -> list[str]:
     """A hash of the contents of each overlay. Raises OptionError when one is not there."""
     return [content_hash(find_overlay(overlay.source)) for overlay in overlays]
 

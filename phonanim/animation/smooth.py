@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.face.contacts import CONTACTS, functionals
+from phonanim.face.contacts import CONTACTS, lip_functionals
 from phonanim.face.model import INNER_LIP_PAIRS, FaceModel
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.phones import PhoneTrack
@@ -23,12 +23,12 @@ PER_WIDTH = 1 / math.sqrt(8 * math.log(2))  # standard deviations in the full wi
 HALF_POWER = math.sqrt(math.log(2)) / (2 * math.pi)  # frequency times standard deviation
 
 
-def width_of(hertz: float) -> float:
+def width_for_cutoff(hertz: float) -> float:
     """The seconds of smoothing that halve the power at a frequency. Raises ZeroDivisionError for 0 Hz."""
     return HALF_POWER / hertz / PER_WIDTH
 
 
-def smoothed(
+def smooth_controls(
     values: NDArray[np.float32], seconds: float, fps: float, firm: Array | None = None
 ) -> NDArray[np.float32]:
     """Weighted means over a Gaussian window, (frames, controls) -> the same shape; the ends hold.
@@ -51,13 +51,13 @@ def smoothed(
     return np.where(kept == 1, values, kept * values + (1 - kept) * means).astype(np.float32)
 
 
-def firmness(modes: NDArray[np.floating], track: PhoneTrack, face: FaceModel, times: Array) -> Array:
+def closure_mask(modes: NDArray[np.floating], track: PhoneTrack, face: FaceModel, times: Array) -> Array:
     """How much of each frame smoothing must leave alone, (frames,): 1 at closures, 0 a `RAMP` away.
 
     A closure is a frame whose lips are closed on the reference face, or that lies in the core of a phone
     that brings lips or teeth together.
     """
-    weights, offset = functionals(face)
+    weights, offset = lip_functionals(face)
     pairs = len(INNER_LIP_PAIRS)
     closed = (np.asarray(modes) @ weights[:pairs].T + offset[:pairs]).max(axis=1) < CLOSED
     marks = np.concatenate([times[closed], *_cores(track, times)])

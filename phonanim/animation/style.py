@@ -19,7 +19,7 @@ LIPS = re.compile(r"mouth|lip", re.IGNORECASE)
 BLENDING = ("intensity", "jaw", "lips", "gains", "smooth", "overlays", "blinks")  # options that scale or add
 
 
-def dial(
+def scale_controls(
     values: NDArray[np.float32],
     rig: Rig,
     intensity: float = 1.0,
@@ -35,7 +35,7 @@ def dial(
     """
     own = own or {}
     _check(own, rig)
-    if drawn(rig):
+    if is_stepped_rig(rig):
         return values
     gains = intensity * np.array([_gain(name, jaw, lips) for name in rig.controls])
     if rig.through is not None:
@@ -50,15 +50,15 @@ def dial(
     return scaled.astype(np.float32)
 
 
-def drawn(rig: Rig) -> bool:
+def is_stepped_rig(rig: Rig) -> bool:
     """Whether a rig shows one mouth at a time, which has no more or less."""
     return rig.visemes is not None and rig.visemes.stepped
 
 
-def idle(options: Options, rig: Rig) -> tuple[str, ...]:
+def unused_option_warnings(options: Options, rig: Rig) -> tuple[str, ...]:
     """A remark on the options that do nothing on a rig of drawn mouths, or none."""
     given = [name for name in BLENDING if getattr(options, name) != getattr(DEFAULTS, name)]
-    if not given or not drawn(rig):
+    if not given or not is_stepped_rig(rig):
         return ()
     return (f"{rig.name} shows one mouth at a time, so {', '.join(given)} did nothing; choose another --rig",)
 

@@ -66,6 +66,6 @@ class Timecode:
         return self.dropped * (9 * tens + max(0, rest - self.dropped) // minute)
 
 
-def clock_for(text: str, nominal: int) -> Timecode:
+def timecode_for_label(text: str, nominal: int) -> Timecode:
     """The way a label counts: `;` before its frames says drop-frame."""
     return Timecode(nominal, drop=";" in text)

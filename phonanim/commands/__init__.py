@@ -17,25 +17,25 @@ PATIENCE = 2.0  # seconds without a word before a progress bar appears
 
 
 @dataclass(frozen=True, slots=True)
-class Talk:
+class Console:
     """Results go to stdout, everything else to stderr."""
 
     json: bool = False
     quiet: bool = False
 
-    def say(self, text: str) -> None:
+    def print(self, text: str) -> None:
         """One line for the reader, on stderr."""
         if not self.quiet and not self.json:
             click.echo(text, err=True)
 
-    def result(self, value: object, text: str = "") -> None:
+    def print_result(self, value: object, text: str = "") -> None:
         """The result on stdout: as JSON when scripts asked for it, as text otherwise."""
         if self.json:
             click.echo(json.dumps(value, indent=2, ensure_ascii=False, default=str))
         elif text:
             click.echo(text)
 
-    def event(self, name: str, **facts: object) -> None:
+    def print_event(self, name: str, **facts: object) -> None:
         """One line of JSON on stdout, for a supervisor that asked for it."""
         if self.json:
             click.echo(json.dumps({"event": name, **facts}, ensure_ascii=False, default=str))
@@ -73,11 +73,11 @@ class _Bar:
             self.progress.update(self.task, completed=done)
 
     def _open(self) -> None:
-        from rich.console import Console
+        from rich.console import Console as RichConsole
         from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
         columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
-        self.progress = Progress(*columns, console=Console(stderr=True), transient=True)
+        self.progress = Progress(*columns, console=RichConsole(stderr=True), transient=True)
         self.task = self.progress.add_task(self.label, total=1.0)
         self.progress.start()
 
@@ -86,12 +86,12 @@ class _Bar:
             self.progress.stop()
 
 
-def talk_options(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The options --json and --quiet, handed to the command as `talk`."""
+def console_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The options --json and --quiet, handed to the command as `console`."""
 
     @wraps(function)
     def wrapped(*args: Any, as_json: bool, quiet: bool, **kwargs: Any) -> Any:
-        return function(*args, talk=Talk(as_json, quiet), **kwargs)
+        return function(*args, console=Console(as_json, quiet), **kwargs)
 
     add_quiet = click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors.")
     add_json = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")

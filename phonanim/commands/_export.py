@@ -44,14 +44,14 @@ def export_options(function: Callable[..., Any]) -> Callable[..., Any]:
     return wrapped
 
 
-def save_each(animation: Animation, outputs: Sequence[Path], exports: dict[str, object]) -> None:
+def save_outputs(animation: Animation, outputs: Sequence[Path], exports: dict[str, object]) -> None:
     """Write every output with those options that its format has.
 
     Raises OptionError for an option that none of them has, and what the exporters raise.
     """
-    from phonanim.exporters import allotted, save
+    from phonanim.exporters import assign_options, save
 
-    options, idle = allotted(exports, outputs)
+    options, idle = assign_options(exports, outputs)
     if idle:
         raise OptionError(f"--{idle[0]} does nothing for {', '.join(map(str, outputs))}; leave it out")
     for path, given in zip(outputs, options, strict=True):
@@ -60,14 +60,14 @@ def save_each(animation: Animation, outputs: Sequence[Path], exports: dict[str, 
 
 def key_notes(animation: Animation, outputs: Sequence[Path], exports: dict[str, object]) -> Iterator[str]:
     """A line per output that was reduced to keys: how many, and how far they miss."""
-    from phonanim.animation.keys import describe, describe_shared, reduce_channels, reduce_curves
-    from phonanim.exporters import options_of
+    from phonanim.animation.keys import describe_keys, describe_shared_keys, reduce_channels, reduce_curves
+    from phonanim.exporters import option_names
 
     error = exports.get("keys")
     if not isinstance(error, float):
         return
     for path in outputs:
         if path.suffix.lower() in SHARED_KEYS:
-            yield f"{path}: {describe_shared(reduce_curves(animation.values, error), animation)}"
-        elif "keys" in options_of(path):
-            yield f"{path}: {describe(reduce_channels(animation, error), animation)}"
+            yield f"{path}: {describe_shared_keys(reduce_curves(animation.values, error), animation)}"
+        elif "keys" in option_names(path):
+            yield f"{path}: {describe_keys(reduce_channels(animation, error), animation)}"

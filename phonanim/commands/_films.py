@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from phonanim.commands import Talk, talk_options
+from phonanim.commands import Console, console_options
 
 FOLDER = click.Path(file_okay=False, path_type=Path)
 
@@ -22,8 +22,8 @@ FOLDER = click.Path(file_okay=False, path_type=Path)
     help="Appearance model of this speaker; MediaPipe (phonanim[track]) finds the face otherwise.",
 )
 @click.option("--test", type=click.FloatRange(0, 0.5), default=0.1, help="Share of the clips set aside.")
-@talk_options
-def track(films: tuple[Path, ...], output: Path, model: Path | None, test: float, talk: Talk) -> None:
+@console_options
+def track(films: tuple[Path, ...], output: Path, model: Path | None, test: float, console: Console) -> None:
     """Make recordings for a corpus from your own films of a speaking face.
 
     Beside each film lies what is said: FILM.txt, or its alignment FILM.TextGrid. The folder that is written
@@ -35,16 +35,16 @@ def track(films: tuple[Path, ...], output: Path, model: Path | None, test: float
       phonanim corpus track films/*.mp4 -o recordings && phonanim corpus build recordings -o corpus
       phonanim corpus track films/*.mp4 -o recordings --model corpus/appearance
     """
-    from phonanim.corpus.recordings import record, summary
+    from phonanim.corpus.recordings import make_recordings, report_text
     from phonanim.corpus.tracking import aam_tracker, mediapipe_tracker, shipped_indices
 
     tracker = aam_tracker(model) if model else mediapipe_tracker(shipped_indices())
-    with talk.progress("films") as progress:
-        report = record(films, output, tracker, test, progress)
-    for line in summary(report):
-        talk.say(line)
-    talk.say(f"wrote {output}: {len(report.clips)} clips; make a corpus with `phonanim corpus build`")
-    talk.result(
+    with console.progress("films") as progress:
+        report = make_recordings(films, output, tracker, test, progress)
+    for line in report_text(report):
+        console.print(line)
+    console.print(f"wrote {output}: {len(report.clips)} clips; make a corpus with `phonanim corpus build`")
+    console.print_result(
         {
             "recordings": str(output),
             "clips": [clip.name for clip in report.clips],
@@ -64,8 +64,8 @@ def track(films: tuple[Path, ...], output: Path, model: Path | None, test: float
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     help="The corpus that was built from these recordings.",
 )
-@talk_options
-def appearance(recordings: Path, corpus_folder: Path, talk: Talk) -> None:
+@console_options
+def appearance(recordings: Path, corpus_folder: Path, console: Console) -> None:
     """Learn how the mouth looks, and write it into the folder of a corpus.
 
     The recordings hold mouth/*.mp4, and clips.csv says where in the image they lie (crop_x, crop_y).
@@ -74,18 +74,20 @@ def appearance(recordings: Path, corpus_folder: Path, talk: Talk) -> None:
     Example:
       phonanim corpus appearance recordings/grid_s1 --corpus work/corpus
     """
-    from phonanim.corpus.pictures import bound, build_appearance
+    from phonanim.corpus.pictures import build_appearance, reconstruction_error
 
-    with talk.progress("appearance") as progress:
+    with console.progress("appearance") as progress:
         captured = build_appearance(recordings, corpus_folder, progress=progress)
-    model, error = captured.model, bound(captured)
+    model, error = captured.model, reconstruction_error(captured)
     sizes = {
         name: len(part.std)
         for name, part in (("shape", model.face), ("outer", model.outer), ("inner", model.inner))
     }
-    talk.say(f"wrote {corpus_folder / 'appearance'}: {len(model.std)} joint modes of {sizes}")
+    console.print(f"wrote {corpus_folder / 'appearance'}: {len(model.std)} joint modes of {sizes}")
     if error:
-        talk.say(f"what the model leaves of the test clips' pixels: {error['whole']:g} grey levels squared")
-    talk.result(
+        console.print(
+            f"what the model leaves of the test clips' pixels: {error['whole']:g} grey levels squared"
+        )
+    console.print_result(
         {"corpus": str(corpus_folder), "modes": sizes | {"joint": len(model.std)}, "pixel_mse": error}
     )

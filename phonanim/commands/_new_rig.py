@@ -17,12 +17,12 @@ from phonanim.rig.meshes import write_obj
 from phonanim.rig.picture import draw_poses
 from phonanim.rig.read import load_rig
 from phonanim.rig.rig import MEAN, POSES
-from phonanim.rig.write import key
+from phonanim.rig.write import toml_key
 
 EXAMPLE = ("jaw", "lips_round", "lips_wide")
 
 
-def start_rig(folder: Path, controls: tuple[str, ...], face: FaceModel) -> list[Path]:
+def write_rig_template(folder: Path, controls: tuple[str, ...], face: FaceModel) -> list[Path]:
     """Write what an artist needs to pose a character: pictures, meshes and a TOML file to fill in.
 
     The shipped head shows the mean and the eight poses as it is itself fitted: as a picture, as one OBJ
@@ -33,7 +33,7 @@ def start_rig(folder: Path, controls: tuple[str, ...], face: FaceModel) -> list[
     if sheet.exists():
         raise RigError(f"{sheet}: is there already; choose another name, or go on with `phonanim rig check`")
     folder.mkdir(parents=True, exist_ok=True)
-    write_text(sheet, blank_text(folder.name, controls, face.id))
+    write_text(sheet, rig_template(folder.name, controls, face.id))
     rig, head = load_rig("arkit"), load_head()
     values = np.vstack([rig.mean, rig.poses]).astype(np.float32)
     draw_poses(folder / "poses.png", rig, head, shipped_landmarks(), face)
@@ -45,7 +45,7 @@ def start_rig(folder: Path, controls: tuple[str, ...], face: FaceModel) -> list[
     return [sheet, folder / "poses.png", folder / "poses.glb", *meshes]
 
 
-def blank_text(name: str, controls: tuple[str, ...], face: str) -> str:
+def rig_template(name: str, controls: tuple[str, ...], face: str) -> str:
     """The TOML to fill in: the controls with usual limits, and every pose as a comment to complete."""
     lines = [
         "# A character's rig. Write its controls below, then, for each pose in poses.png, the values with",
@@ -54,8 +54,8 @@ def blank_text(name: str, controls: tuple[str, ...], face: str) -> str:
         f'face = "{face}"',
         "",
         "[controls]  # name = [minimum, rest (lips closed), maximum]",
-        *(f"{key(control)} = [0.0, 0.0, 1.0]" for control in controls or EXAMPLE),
+        *(f"{toml_key(control)} = [0.0, 0.0, 1.0]" for control in controls or EXAMPLE),
     ]
     for pose, looks in {MEAN: "the reference face at its mean", **POSES}.items():
-        lines += ["", f"# [poses.{pose}]  # {looks}", f"# {key((controls or EXAMPLE)[0])} = 0.0"]
+        lines += ["", f"# [poses.{pose}]  # {looks}", f"# {toml_key((controls or EXAMPLE)[0])} = 0.0"]
     return "\n".join(lines) + "\n"

@@ -12,12 +12,12 @@ import click
 
 from phonanim.animation.option_parsing import LARGEST, parse_gains, parse_overlay, parse_smoothing
 from phonanim.animation.rates import parse_rate
-from phonanim.core.threads import one_thread
+from phonanim.core.threads import use_one_thread
 from phonanim.errors import OptionError
 from phonanim.options import DEFAULTS, Options, Overlay
 
 
-def read_by(parse: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
+def option_callback(parse: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
     """A callback of click from a function that raises OptionError."""
 
     def read(ctx: click.Context, param: click.Parameter, value: Any) -> Any:
@@ -29,7 +29,7 @@ def read_by(parse: Callable[[Any], Any]) -> Callable[[click.Context, click.Param
     return read
 
 
-def overlays(values: tuple[str, ...]) -> tuple[Overlay, ...]:
+def parse_overlays(values: tuple[str, ...]) -> tuple[Overlay, ...]:
     """Several overlays."""
     return tuple(map(parse_overlay, values))
 
@@ -53,7 +53,7 @@ OPTIONS = (
     click.option(
         "--fps",
         metavar="RATE",
-        callback=read_by(parse_rate),
+        callback=option_callback(parse_rate),
         default=f"{DEFAULTS.fps:g}",
         help="Frames per second: 25, 29.97, ...",
     ),
@@ -93,13 +93,13 @@ OPTIONS = (
         "gains",
         metavar="CONTROL=NUMBER",
         multiple=True,
-        callback=read_by(parse_gains),
+        callback=option_callback(parse_gains),
         help="Scale the motion of one control; more than one is fine.",
     ),
     click.option(
         "--smooth",
         metavar="SECONDS|RATE",
-        callback=read_by(parse_smoothing),
+        callback=option_callback(parse_smoothing),
         default="0",
         help="Smooth the curves but keep closures: 0.05 or 6Hz.",
     ),
@@ -108,7 +108,7 @@ OPTIONS = (
         "overlays",
         metavar="FILE[=GAIN][@START-END]",
         multiple=True,
-        callback=read_by(overlays),
+        callback=option_callback(parse_overlays),
         help="Lay a pose or an animation over the speech; more than one is fine.",
     ),
     click.option("--blinks", type=click.IntRange(min=0), metavar="SEED", help="Blink, by this seed."),
@@ -117,7 +117,7 @@ OPTIONS = (
 
 def animation_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """The options of an animation, handed to the command as `options`."""
-    one_thread()  # before the options are read, for some of them bring NumPy in
+    use_one_thread()  # before the options are read, for some of them bring NumPy in
 
     @wraps(function)
     def wrapped(*args: Any, **given: Any) -> Any:

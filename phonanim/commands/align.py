@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from phonanim.commands import Talk, talk_options
+from phonanim.commands import Console, console_options
 
 if TYPE_CHECKING:
     from phonanim.aligners.pocketsphinx import SpeechAlignment
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 @click.option(
     "--mfa-dictionary", metavar="NAME", help="Dictionary of MFA; the one named as the model otherwise."
 )
-@talk_options
+@console_options
 def command(
     audio: Path,
     text: str | None,
@@ -41,7 +41,7 @@ def command(
     aligner: str,
     mfa_model: str | None,
     mfa_dictionary: str | None,
-    talk: Talk,
+    console: Console,
 ) -> None:
     """Find the words and phones of speech, offline, and write them as a TextGrid.
 
@@ -64,28 +64,30 @@ def command(
     if aligner != "mfa" and (mfa_model or mfa_dictionary):
         raise OptionError("--mfa-model and --mfa-dictionary are for --aligner mfa; add it, or drop them")
     if aligner == "mfa":
-        found = with_mfa(audio, text, mfa_model, mfa_dictionary)
+        found = align_with_mfa(audio, text, mfa_model, mfa_dictionary)
     else:
-        found = with_pocketsphinx(audio, text)
+        found = align_with_pocketsphinx(audio, text)
     target = output or audio.with_suffix(".TextGrid")
     write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)
-    talk.say(f"read {audio}: {found.duration:.2f} s" + ("" if text else ", words recognized"))
-    talk.say(f"found {len(found.words)} words, {len(found.phones)} phones")
-    talk.say(f"wrote {target}")
+    console.print(f"read {audio}: {found.duration:.2f} s" + ("" if text else ", words recognized"))
+    console.print(f"found {len(found.words)} words, {len(found.phones)} phones")
+    console.print(f"wrote {target}")
     words = " ".join(word.label for word in found.words)
-    talk.result(
+    console.print_result(
         {"textgrid": str(target), "words": words, "phones": len(found.phones), "seconds": found.duration}
     )
 
 
-def with_pocketsphinx(audio: Path, text: str | None) -> SpeechAlignment:
+def align_with_pocketsphinx(audio: Path, text: str | None) -> SpeechAlignment:
     """Align by pocketsphinx, which has one model."""
     from phonanim.aligners.pocketsphinx import align
 
     return align(audio, text)
 
 
-def with_mfa(audio: Path, text: str | None, model: str | None, dictionary: str | None) -> SpeechAlignment:
+def align_with_mfa(
+    audio: Path, text: str | None, model: str | None, dictionary: str | None
+) -> SpeechAlignment:
     """Align by an installed Montreal Forced Aligner."""
     from phonanim.aligners import mfa
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from phonanim.commands import Talk, talk_options
-from phonanim.commands._export import export_options, key_notes, save_each
+from phonanim.commands import Console, console_options
+from phonanim.commands._export import export_options, key_notes, save_outputs
 from phonanim.commands._options import animation_options
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ HEAD_RIG = "arkit_tongue"  # all that the shipped head can do
 @click.option("--edits", type=FILE, help="An animator's changes to apply, by `phonanim edit diff`.")
 @click.option("--sheet", type=OUTPUT, help="Also draw a contact sheet of the face, as PNG.")
 @export_options
-@talk_options
+@console_options
 def command(
     alignment: Path,
     outputs: tuple[Path, ...],
@@ -44,7 +44,7 @@ def command(
     edits: Path | None,
     sheet: Path | None,
     exports: dict[str, object],
-    talk: Talk,
+    console: Console,
 ) -> None:
     """Animate a rig from a phone alignment, or from a recording by a model that hears.
 
@@ -62,10 +62,10 @@ def command(
       phonanim animate speech.wav --model models/phisanet
     """
     from phonanim.media.audio import find_audio
-    from phonanim.pipeline import animate, with_edits
+    from phonanim.pipeline import animate, apply_edit_file
 
     if text is not None:
-        audio, alignment = audio or alignment, heard(alignment, text)
+        audio, alignment = audio or alignment, align_recording(alignment, text)
     if not outputs:
         outputs = (alignment.with_suffix(".glb"),)
         if click.get_current_context().get_parameter_source("rig") is ParameterSource.DEFAULT:
@@ -73,15 +73,15 @@ def command(
     check_outputs([*outputs, *filter(None, [sheet])], [alignment, *filter(None, [audio, edits])])
     animation = animate(alignment, options, audio=audio or find_audio(alignment))
     if edits:
-        animation = with_edits(animation, edits, options)
-    written = write(animation, outputs, sheet, exports)
+        animation = apply_edit_file(animation, edits, options)
+    written = write_outputs(animation, outputs, sheet, exports)
     facts = describe(animation, alignment, options, written)
-    for line in (*sentences(facts), *key_notes(animation, outputs, exports)):
-        talk.say(line)
-    talk.result(facts)
+    for line in (*report_lines(facts), *key_notes(animation, outputs, exports)):
+        console.print(line)
+    console.print_result(facts)
 
 
-def heard(recording: Path, text: str) -> Path:
+def align_recording(recording: Path, text: str) -> Path:
     """Align a recording with its text, into a TextGrid beside it. Raises OptionError if one is there."""
     from phonanim.aligners.pocketsphinx import align
     from phonanim.errors import OptionError
@@ -106,7 +106,7 @@ def check_outputs(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:
         taken.add(path.resolve())
 
 
-def write(
+def write_outputs(
     animation: Animation, outputs: Sequence[Path], sheet: Path | None, exports: dict[str, object]
 ) -> list[Path]:
     """Write every output, once it is sure that each has a known format; return the paths."""
@@ -118,7 +118,7 @@ def write(
         from phonanim.viewer.sheet import save_sheet
 
         save_sheet(animation, sheet)
-    save_each(animation, outputs, exports)
+    save_outputs(animation, outputs, exports)
     return [*outputs, *filter(None, [sheet])]
 
 
@@ -142,10 +142,10 @@ def describe(animation: Animation, alignment: Path, options: Options, written: l
     }
 
 
-def sentences(facts: dict[str, Any]) -> list[str]:
+def report_lines(facts: dict[str, Any]) -> list[str]:
     """The same for people: what was read, what was made, what was written, and what had to be replaced."""
     sound = f" with {facts['audio']}" if facts["audio"] not in (None, facts["alignment"]) else ""
-    files = ", ".join(f"{output['path']} ({size(output['bytes'])})" for output in facts["outputs"])
+    files = ", ".join(f"{output['path']} ({format_size(output['bytes'])})" for output in facts["outputs"])
     return [
         f"read {facts['alignment']}: {facts['phones']} phones in {facts['seconds']:.2f} s{sound}",
         f"moved {facts['rig']} by {facts['model']}: {facts['frames']} frames at {facts['fps']:g} fps, "
@@ -155,6 +155,6 @@ def sentences(facts: dict[str, Any]) -> list[str]:
     ]
 
 
-def size(count: int) -> str:
+def format_size(count: int) -> str:
     """A number of bytes as people read it."""
     return f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{count / 1e3:.1f} kB"

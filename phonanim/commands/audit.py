@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from phonanim.commands import Talk, talk_options
+from phonanim.commands import Console, console_options
 
 if TYPE_CHECKING:
     from phonanim.dubbing.audit import Finding
@@ -29,8 +29,8 @@ FOUND = 1
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="TOML with the styles that a table names; those of phonanim otherwise.",
 )
-@talk_options
-def command(source: str, folder: str, styles: Path | None, talk: Talk) -> int:
+@console_options
+def command(source: str, folder: str, styles: Path | None, console: Console) -> int:
     """Compare lines (a table, a folder, or a pattern) with what was delivered for them.
 
     Finds lines that are missing, unreadable, stale (made from something else than what is there now),
@@ -42,26 +42,26 @@ def command(source: str, folder: str, styles: Path | None, talk: Talk) -> int:
       phonanim audit script.csv --delivered out/
       phonanim audit lines/ --delivered curves/ --json
     """
-    from phonanim.dubbing.audit import audit, counts
+    from phonanim.dubbing.audit import audit, count_problems
     from phonanim.dubbing.lines import read_lines
     from phonanim.dubbing.row import Common
-    from phonanim.dubbing.storage import place
+    from phonanim.dubbing.storage import parse_place
     from phonanim.dubbing.styles import read_styles
 
     lines = read_lines(source, Common(styles=read_styles(styles)))
-    findings = audit(lines, place(folder))
-    totals = counts(findings)
-    talk.result(
+    findings = audit(lines, parse_place(folder))
+    totals = count_problems(findings)
+    console.print_result(
         {"lines": len(lines.lines), "counts": totals, "findings": [asdict(finding) for finding in findings]},
-        "\n".join(map(told, findings)),
+        "\n".join(map(format_finding, findings)),
     )
-    talk.say(f"{len(lines.lines)} lines, {len(findings)} findings")
+    console.print(f"{len(lines.lines)} lines, {len(findings)} findings")
     for language, problems in totals.items():
         listed = ", ".join(f"{count} {problem}" for problem, count in problems.items())
-        talk.say(f"{language or 'no language'}: {listed}")
+        console.print(f"{language or 'no language'}: {listed}")
     return FOUND if findings else 0
 
 
-def told(finding: Finding) -> str:
+def format_finding(finding: Finding) -> str:
     """One finding for people."""
     return f"{finding.problem:<10} {finding.id}: {finding.text}"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from phonanim.commands import Talk, talk_options
+from phonanim.commands import Console, console_options
 from phonanim.commands._export import export_options
 from phonanim.commands._options import animation_options
 
@@ -55,7 +55,7 @@ SOME_FAILED = 1
 )
 @click.option("--scheduler", help="Address of the dask scheduler, such as tcp://10.0.0.1:8786.")
 @click.option("--dry-run", is_flag=True, help="Say what would be made, and write nothing.")
-@talk_options
+@console_options
 def command(
     source: str,
     folder: str,
@@ -68,7 +68,7 @@ def command(
     engine: str,
     scheduler: str | None,
     dry_run: bool,
-    talk: Talk,
+    console: Console,
 ) -> int:
     """Animate many lines: a folder, a pattern in quotes, or a table.
 
@@ -88,36 +88,38 @@ def command(
       phonanim batch script.csv -o out/ --dry-run
     """
     from phonanim.dubbing.lines import read_lines
-    from phonanim.dubbing.report import headline, totals_of
+    from phonanim.dubbing.report import count_totals, headline
     from phonanim.dubbing.row import Common
     from phonanim.dubbing.run import run
-    from phonanim.dubbing.storage import place
+    from phonanim.dubbing.storage import parse_place
     from phonanim.dubbing.styles import read_styles
 
     formats = tuple(dict.fromkeys(name.lower().lstrip(".") for name in formats))
-    check(formats, options, exports)
-    target = place(folder)
-    common = anchored(Common(options, read_styles(styles), exports, place(edits) if edits else None))
+    check_options(formats, options, exports)
+    target = parse_place(folder)
+    common = with_absolute_paths(
+        Common(options, read_styles(styles), exports, parse_place(edits) if edits else None)
+    )
     lines = read_lines(source, common)
     if dry_run:
-        return rehearse(lines, target, formats, talk)
+        return report_dry_run(lines, target, formats, console)
     started = time.monotonic()
-    with talk.progress(source) as progress:
-        tell = teller(len(lines.lines), talk, progress)
-        outcomes = run(lines, target, formats, choose(engine, scheduler, workers), tell)
-    totals = totals_of(outcomes)
-    talk.event(
+    with console.progress(source) as progress:
+        tell = event_reporter(len(lines.lines), console, progress)
+        outcomes = run(lines, target, formats, choose_engine(engine, scheduler, workers), tell)
+    totals = count_totals(outcomes)
+    console.print_event(
         "end", **totals, wall_seconds=round(time.monotonic() - started, 3), report=target / "report.html"
     )
-    talk.say(headline(totals))
-    talk.say(f"read {target / 'report.html'}; it has the worst lines first")
+    console.print(headline(totals))
+    console.print(f"read {target / 'report.html'}; it has the worst lines first")
     return SOME_FAILED if totals["failed"] else 0
 
 
-def anchored(common: Common) -> Common:
+def with_absolute_paths(common: Common) -> Common:
     """The same with absolute paths, for workers elsewhere. Raises OptionError where there is no overlay."""
     from phonanim.animation.overlay import find_overlay, is_pose
-    from phonanim.dubbing.row import files_beside
+    from phonanim.dubbing.row import resolve_files
 
     options = common.options
     overlays = (
@@ -125,7 +127,7 @@ def anchored(common: Common) -> Common:
         for one in options.overlays
     )
     lexicon = str(Path(options.lexicon).absolute()) if options.lexicon else None
-    found = files_beside(Path(), {"rig": options.rig, "model": options.model})
+    found = resolve_files(Path(), {"rig": options.rig, "model": options.model})
     return replace(
         common,
         options=replace(options, overlays=tuple(overlays), lexicon=lexicon, **found),
@@ -133,36 +135,38 @@ def anchored(common: Common) -> Common:
     )
 
 
-def check(formats: tuple[str, ...], options: Options, exports: dict[str, object]) -> None:
+def check_options(formats: tuple[str, ...], options: Options, exports: dict[str, object]) -> None:
     """Raise at once what would fail every line: an unknown format, model or rig, an option of no use."""
     from phonanim.errors import OptionError
-    from phonanim.exporters import allotted
+    from phonanim.exporters import assign_options
     from phonanim.pipeline import load_cached_rig, load_model
 
-    _, idle = allotted(exports, [Path(f"line.{name}") for name in formats])
+    _, idle = assign_options(exports, [Path(f"line.{name}") for name in formats])
     if idle:
         raise OptionError(f"--{idle[0]} does nothing for {', '.join(formats)}; leave it out")
     load_model(options.model)
     load_cached_rig(options.rig)
 
 
-def choose(engine: str, scheduler: str | None, workers: int | None) -> Engine:
+def choose_engine(engine: str, scheduler: str | None, workers: int | None) -> Engine:
     """The engine that the options ask for. Raises OptionError."""
-    from phonanim.dubbing.make import make
+    from phonanim.dubbing.make import make_line
     from phonanim.errors import OptionError
 
     if engine == "processes":
         from phonanim.dubbing import processes
 
-        return partial(processes.run_jobs, task=make, workers=workers or processes.cores())
+        return partial(processes.run_jobs, task=make_line, workers=workers or processes.count_cores())
     if not scheduler:
         raise OptionError("--engine dask needs the address of a running cluster: --scheduler tcp://HOST:8786")
     from phonanim.dubbing import cluster
 
-    return partial(cluster.run_jobs, task=make, scheduler=scheduler)
+    return partial(cluster.run_jobs, task=make_line, scheduler=scheduler)
 
 
-def teller(count: int, talk: Talk, progress: Callable[[float], None]) -> Callable[[Result], None]:
+def event_reporter(
+    count: int, console: Console, progress: Callable[[float], None]
+) -> Callable[[Result], None]:
     """What is said of each line as it ends."""
     done = 0
 
@@ -172,26 +176,26 @@ def teller(count: int, talk: Talk, progress: Callable[[float], None]) -> Callabl
         progress(done / count)
         outcome = result.outcome
         status = "failed" if not outcome.done else "made" if result.made else "kept"
-        talk.event("line", id=outcome.id, status=status, error=outcome.error, done=done, lines=count)
+        console.print_event("line", id=outcome.id, status=status, error=outcome.error, done=done, lines=count)
         if not outcome.done:
-            talk.say(f"{outcome.id}: {outcome.error}")
+            console.print(f"{outcome.id}: {outcome.error}")
 
     return tell
 
 
-def rehearse(lines: Lines, folder: Place, formats: tuple[str, ...], talk: Talk) -> int:
+def report_dry_run(lines: Lines, folder: Place, formats: tuple[str, ...], console: Console) -> int:
     """Say what a run would do with each line."""
-    from phonanim.dubbing.run import needed
+    from phonanim.dubbing.run import plan_run
 
-    plan = dict(needed(lines, folder, formats))
+    plan = dict(plan_run(lines, folder, formats))
     for id, what in plan.items():
-        talk.event("line", id=id, would=what)
-        talk.say(f"{what}  {id}")
+        console.print_event("line", id=id, would=what)
+        console.print(f"{what}  {id}")
     for fault in lines.faults:
-        talk.event("line", id=fault.id, would="fail", error=fault.message)
-        talk.say(f"fail  {fault.id}: {fault.place}: {fault.message}")
+        console.print_event("line", id=fault.id, would="fail", error=fault.message)
+        console.print(f"fail  {fault.id}: {fault.place}: {fault.message}")
     kinds = list(plan.values())
-    talk.say(
+    console.print(
         f"{kinds.count('make')} to make, {kinds.count('keep')} to keep, {len(lines.faults)} that are no lines"
     )
     return SOME_FAILED if lines.faults else 0

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from phonanim.commands import Talk, talk_options
+from phonanim.commands import Console, console_options
 
 
 @click.command()
@@ -26,9 +26,9 @@ from phonanim.commands import Talk, talk_options
 )
 @click.option("--workers", type=click.IntRange(min=1), help="Models trained side by side (one per core).")
 @click.option("--report-only", is_flag=True, help="Write the report again from benchmark.json.")
-@talk_options
+@console_options
 def command(
-    plan: Path, output: Path, work: Path | None, workers: int | None, report_only: bool, talk: Talk
+    plan: Path, output: Path, work: Path | None, workers: int | None, report_only: bool, console: Console
 ) -> None:
     """Train or load the models of a plan, score them on the same held-out clips, and write a report.
 
@@ -39,25 +39,25 @@ def command(
       phonanim compare benchmarks/compare.toml -o docs --work work/compare
       phonanim compare benchmarks/compare.toml -o docs --report-only
     """
-    from phonanim.core.threads import one_thread
+    from phonanim.core.threads import use_one_thread
 
-    one_thread()
+    use_one_thread()
     from phonanim.comparison.figures import check_drawable
     from phonanim.comparison.plan import read_plan
     from phonanim.comparison.report import read_document, write_document, write_report
     from phonanim.comparison.run import compare
-    from phonanim.dubbing.processes import cores
+    from phonanim.dubbing.processes import count_cores
 
     check_drawable()
     found = read_plan(plan)
     if report_only:
         document = read_document(output)
     else:
-        with talk.progress(plan.stem) as bar:
+        with console.progress(plan.stem) as bar:
             document = compare(
-                found, work or output / "models", workers or cores(), lambda what, done: bar(done, what)
+                found, work or output / "models", workers or count_cores(), lambda what, done: bar(done, what)
             )
         write_document(document, output)
     written = write_report(document, found, output)
-    talk.say(f"wrote {written}")
-    talk.result({"report": str(written), "json": str(output / "benchmark" / "benchmark.json")})
+    console.print(f"wrote {written}")
+    console.print_result({"report": str(written), "json": str(output / "benchmark" / "benchmark.json")})

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from phonanim.commands import Talk, talk_options
-from phonanim.commands._export import FILE, export_options, key_notes, save_each
-from phonanim.commands.animate import OUTPUT, check_outputs, size
+from phonanim.commands import Console, console_options
+from phonanim.commands._export import FILE, export_options, key_notes, save_outputs
+from phonanim.commands.animate import OUTPUT, check_outputs, format_size
 
 if TYPE_CHECKING:
     from phonanim.animation.animation import Animation
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 @click.option("--beside", type=FILE, help="A second take, shown next to the first in a .html.")
 @click.option("--sheet", type=OUTPUT, help="Also draw a contact sheet of the face, as PNG.")
 @export_options
-@talk_options
+@console_options
 def command(
     source: Path,
     outputs: tuple[Path, ...],
@@ -41,7 +41,7 @@ def command(
     beside: Path | None,
     sheet: Path | None,
     exports: dict[str, object],
-    talk: Talk,
+    console: Console,
 ) -> None:
     """Convert an animation to other formats: a capture, a take, another tool's output.
 
@@ -62,20 +62,20 @@ def command(
     check_outputs([*outputs, *filter(None, [sheet])], [source, *filter(None, [alignment, audio, beside])])
     for path in outputs:
         find_exporter(path)
-    animation = adapted(load(source), fps, start, alignment, audio, rig)
+    animation = apply_overrides(load(source), fps, start, alignment, audio, rig)
     second = {"beside": load(beside)} if beside else {}
-    save_each(animation, outputs, exports | second)
+    save_outputs(animation, outputs, exports | second)
     if sheet:
         from phonanim.viewer.sheet import save_sheet
 
         save_sheet(animation, sheet)
     facts = describe(animation, source, [*outputs, *filter(None, [sheet])])
-    for line in (*sentences(facts), *key_notes(animation, outputs, exports)):
-        talk.say(line)
-    talk.result(facts)
+    for line in (*report_lines(facts), *key_notes(animation, outputs, exports)):
+        console.print(line)
+    console.print_result(facts)
 
 
-def adapted(
+def apply_overrides(
     animation: Animation,
     fps: str | None,
     start: float | None,
@@ -111,9 +111,9 @@ def describe(animation: Animation, source: Path, written: list[Path]) -> dict[st
     }
 
 
-def sentences(facts: dict[str, Any]) -> list[str]:
+def report_lines(facts: dict[str, Any]) -> list[str]:
     """The same for people."""
-    files = ", ".join(f"{output['path']} ({size(output['bytes'])})" for output in facts["outputs"])
+    files = ", ".join(f"{output['path']} ({format_size(output['bytes'])})" for output in facts["outputs"])
     return [
         f"read {facts['source']}: {facts['frames']} frames at {facts['fps']:g} fps, "
         f"{facts['channels']} channels",

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from phonanim.commands import Talk, talk_options
+from phonanim.commands import Console, console_options
 from phonanim.commands._films import appearance, track
 
 
@@ -29,8 +29,8 @@ command.add_command(appearance)
 @click.option(
     "-o", "--output", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder."
 )
-@talk_options
-def build(recordings: Path, output: Path, talk: Talk) -> None:
+@console_options
+def build(recordings: Path, output: Path, console: Console) -> None:
     """Read a folder of recordings and write a training corpus.
 
     The folder holds clips.csv, landmarks.npz, textgrid/ and audio/.
@@ -41,7 +41,7 @@ def build(recordings: Path, output: Path, talk: Talk) -> None:
     """
     from phonanim.corpus.corpus import build_corpus
 
-    with talk.progress("corpus") as progress:
+    with console.progress("corpus") as progress:
         corpus = build_corpus(recordings, output, progress)
     facts = {
         "corpus": str(output),
@@ -50,16 +50,16 @@ def build(recordings: Path, output: Path, talk: Talk) -> None:
         "fps": corpus.fps,
         "landmarks": len(corpus.indices),
     }
-    talk.say(
+    console.print(
         f"wrote {output}: {facts['clips']} clips, {facts['frames']} frames, {facts['landmarks']} landmarks"
     )
-    talk.result(facts)
+    console.print_result(facts)
 
 
 @command.command()
 @click.argument("name", required=False)
-@talk_options
-def datasets(name: str | None, talk: Talk) -> None:
+@console_options
+def datasets(name: str | None, console: Console) -> None:
     """List the data sets of others that can be read, or tell all about one.
 
     \b
@@ -79,7 +79,7 @@ def datasets(name: str | None, talk: Talk) -> None:
         told = "\n".join(
             f"{one:<10} {card.kind:<9} {card.title}: {card.content}" for one, card in cards.items()
         )
-    talk.result(facts, told)
+    console.print_result(facts, told)
 
 
 @command.command("import")
@@ -96,8 +96,10 @@ def datasets(name: str | None, talk: Talk) -> None:
     type=click.Choice(["train", "validation", "test", "test_b"]),
     help="Only these; all otherwise.",
 )
-@talk_options
-def import_(name: str, folder: Path, output: Path, every: int, splits: tuple[str, ...], talk: Talk) -> None:
+@console_options
+def import_(
+    name: str, folder: Path, output: Path, every: int, splits: tuple[str, ...], console: Console
+) -> None:
     """Bring a data set of others into one layout: arrays, WAV, TextGrids and a table.
 
     NAME is one of `phonanim corpus datasets`, FOLDER is as its owners lay it out.
@@ -110,9 +112,9 @@ def import_(name: str, folder: Path, output: Path, every: int, splits: tuple[str
 
     from phonanim.corpus.importing import import_dataset
 
-    with talk.progress(name) as progress:
+    with console.progress(name) as progress:
         rows = import_dataset(name, folder, output, every, splits, progress)
     counts = Counter(row["split"] or "no split" for row in rows)
     told = ", ".join(f"{count} {split}" for split, count in sorted(counts.items()))
-    talk.say(f"wrote {output}: {len(rows)} recordings ({told})")
-    talk.result({"dataset": name, "output": str(output), "recordings": len(rows), "splits": counts})
+    console.print(f"wrote {output}: {len(rows)} recordings ({told})")
+    console.print_result({"dataset": name, "output": str(output), "recordings": len(rows), "splits": counts})

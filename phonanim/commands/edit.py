@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from phonanim.commands import Talk, talk_options
+from phonanim.commands import Console, console_options
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
@@ -38,8 +38,8 @@ def command() -> None:
     default=1e-3,
     help="How far the result may be from EDITED; smaller differences are none.",
 )
-@talk_options
-def diff(base: Path, edited: Path, output: Path, replace: bool, error: float, talk: Talk) -> None:
+@console_options
+def diff(base: Path, edited: Path, output: Path, replace: bool, error: float, console: Console) -> None:
     """Write what was changed from BASE to EDITED, two animations of one line.
 
     Any format that can be read back will do; JSON, NPZ and others that hold the phones let an edit follow
@@ -51,7 +51,7 @@ def diff(base: Path, edited: Path, output: Path, replace: bool, error: float, ta
       phonanim edit diff line.json edited.csv -o line.edits.json --replace
     """
     from phonanim.animation.edit_file import write_edits
-    from phonanim.animation.edits import diff as find
+    from phonanim.animation.edits import diff_animations as find
     from phonanim.commands.animate import check_outputs
     from phonanim.exporters import load
 
@@ -60,7 +60,11 @@ def diff(base: Path, edited: Path, output: Path, replace: bool, error: float, ta
     write_edits(edits, output)
     channels = len({edit.channel for edit in edits.edits})
     keys = sum(len(edit.times) for edit in edits.edits)
-    talk.say(f"wrote {output}: {len(edits.edits)} edits of {channels} channels, {keys} keys, error {error:g}")
+    console.print(
+        f"wrote {output}: {len(edits.edits)} edits of {channels} channels, {keys} keys, error {error:g}"
+    )
     if not edits.phones:
-        talk.say("neither file holds phones, so the edits cannot follow them; they keep their times")
-    talk.result({"output": str(output), "edits": len(edits.edits), "channels": channels, "keys": keys})
+        console.print("neither file holds phones, so the edits cannot follow them; they keep their times")
+    console.print_result(
+        {"output": str(output), "edits": len(edits.edits), "channels": channels, "keys": keys}
+    )

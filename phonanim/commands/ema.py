@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from phonanim.commands import Talk, talk_options
+from phonanim.commands import Console, console_options
 
 if TYPE_CHECKING:
     from phonanim.ema.posture import Posture
@@ -42,7 +42,7 @@ def command() -> None:
 @click.option("--language", default="auto", help="Label set of the alignments.")
 @click.option("--least", type=click.IntRange(1), default=1, help="Examples that a pair of phones must have.")
 @click.option("--plots/--no-plots", default=True, help="Draw pictures, too.")
-@talk_options
+@console_options
 def report(
     folder: Path,
     output: Path,
@@ -56,7 +56,7 @@ def report(
     language: str,
     least: int,
     plots: bool,
-    talk: Talk,
+    console: Console,
 ) -> None:
     """Write what the sensors of a FOLDER of recordings do, in tables, JSON and pictures.
 
@@ -69,7 +69,7 @@ def report(
       phonanim ema report pos/ -o report/ --names TD,TB,TT,-,LI,UL,LL,NA,EL,ER,-,- --reference NA,EL,ER
     """
     from phonanim.ema.figures import check_plots, draw_report
-    from phonanim.ema.report import Preparation, make_report, summary, write_report
+    from phonanim.ema.report import Preparation, make_report, report_summary, write_report
     from phonanim.ema.utterances import find_spoken
 
     if plots:
@@ -78,15 +78,15 @@ def report(
     posture = _posture(folder, channels, _words(reference), bite, _words(plate), origin)
     preparation = Preparation(channels, axes, posture, rate)
     spoken = [one for one in find_spoken(folder) if bite is None or one.name != bite.stem]
-    with talk.progress(folder.name) as progress:
+    with console.progress(folder.name) as progress:
         found = make_report(spoken, preparation, language, least, progress)
     files = write_report(found, output) + (draw_report(found, output) if plots else [])
-    for line in told(found):
-        talk.say(line)
-    talk.result({**summary(found), "files": [str(output / name) for name in files]})
+    for line in report_lines(found):
+        console.print(line)
+    console.print_result({**report_summary(found), "files": [str(output / name) for name in files]})
 
 
-def told(found: Any) -> list[str]:
+def report_lines(found: Any) -> list[str]:
     """What there is, and what was lost, in a few lines."""
     seconds = sum(one["seconds"] for one in found.recordings)
     gaps = [gap for one in found.recordings for gap in one["gaps"]]
@@ -115,8 +115,8 @@ def _posture(
     origin: str,
 ) -> Posture | None:
     """The head at rest: in the recording of the plate, or in the first of the folder."""
-    from phonanim.ema.articulation import renamed
-    from phonanim.ema.posture import bitten, rest_of
+    from phonanim.ema.articulation import rename_sensors
+    from phonanim.ema.posture import bite_posture, rest_posture
     from phonanim.ema.readers import read_articulation
     from phonanim.ema.utterances import find_spoken
 
@@ -125,9 +125,9 @@ def _posture(
             raise click.UsageError("--bite needs --reference: sensors on the skull that both recordings have")
         return None
     raw = read_articulation(bite) if bite else find_spoken(folder)[0].sensors()
-    named = renamed(raw, names) if names else raw
+    named = rename_sensors(raw, names) if names else raw
     if bite is None:
-        return rest_of(named, references)
+        return rest_posture(named, references)
     if len(plate) != PLATE:
         raise click.UsageError(f"--plate names {len(plate)} sensors; give front, left and right")
-    return bitten(named, references, (plate[0], plate[1], plate[2]), origin)
+    return bite_posture(named, references, (plate[0], plate[1], plate[2]), origin)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from phonanim.commands import Talk, talk_options
+from phonanim.commands import Console, console_options
 
 if TYPE_CHECKING:
     from phonanim.evaluation.scoring import Scores
@@ -43,7 +43,7 @@ LEADING = (
 @click.option("--unit", type=click.Choice(["m", "cm", "mm"]), help="Of vertices; found by size otherwise.")
 @click.option("--fps", metavar="RATE", help="Rate of a .npy of predictions (default 30).")
 @click.option("--reference-fps", metavar="RATE", help="Rate of a .npy of references (default --fps).")
-@talk_options
+@console_options
 def command(
     predictions: Path,
     reference: Path,
@@ -56,7 +56,7 @@ def command(
     unit: str | None,
     fps: str | None,
     reference_fps: str | None,
-    talk: Talk,
+    console: Console,
 ) -> None:
     """Score PREDICTIONS of any tool against a reference, file by file or folder by folder.
 
@@ -85,12 +85,14 @@ def command(
         unit=unit,
     )
     pairs = pair_files(predictions, reference)
-    with talk.progress("scoring") as progress:
+    with console.progress("scoring") as progress:
         rows, diversities = score_all(pairs, rates, settings, alignment, language, progress)
-    facts = report(rows, diversities)
+    facts = build_report(rows, diversities)
     for note in dict.fromkeys(note for scores in rows.values() for note in scores.notes):
-        talk.say(f"note: {note}")
-    talk.result(facts, "\n".join(one(rows, facts) if len(rows) == 1 else several(rows, facts)))
+        console.print(f"note: {note}")
+    console.print_result(
+        facts, "\n".join(score_table(rows, facts) if len(rows) == 1 else summary_table(rows, facts))
+    )
 
 
 def score_all(
@@ -105,13 +107,13 @@ def score_all(
     from phonanim.errors import PhonanimError
     from phonanim.evaluation.evaluate import evaluate
     from phonanim.evaluation.predictions import read_motion
-    from phonanim.evaluation.scoring import spread
+    from phonanim.evaluation.scoring import takes_diversity
 
     rows: dict[str, Scores] = {}
     takes: dict[Path, list[Any]] = {}
     other = settings.template if settings.reference_template is None else settings.reference_template
     for done, (mine, theirs) in enumerate(pairs, start=1):
-        track = spoken_in(alignment, mine, language) if alignment else None
+        track = load_phones(alignment, mine, language) if alignment else None
         predicted = read_motion(mine, rates[0], settings.template)
         captured = read_motion(theirs, rates[1], other)
         try:
@@ -129,32 +131,32 @@ def score_all(
             raise type(error)(f"{mine} against {theirs}: {error}") from error
         takes.setdefault(theirs, []).append(predicted)
         progress(done / len(pairs))
-    found = (spread(group, settings) for group in takes.values() if len(group) > 1)
+    found = (takes_diversity(group, settings) for group in takes.values() if len(group) > 1)
     return rows, [value for value in found if value is not None]
 
 
-def spoken_in(alignment: Path, prediction: Path, language: str) -> PhoneTrack:
+def load_phones(alignment: Path, prediction: Path, language: str) -> PhoneTrack:
     """The phones of a line, from a file or from the one of its stem in a folder. Raises EvaluationError."""
     from phonanim.errors import EvaluationError
-    from phonanim.evaluation.predictions import stem
+    from phonanim.evaluation.predictions import line_name
     from phonanim.inputs.alignment import read_alignment
     from phonanim.speech.language import to_phones
 
     if alignment.is_dir():
-        named = sorted(path for path in alignment.iterdir() if path.stem == stem(prediction))
+        named = sorted(path for path in alignment.iterdir() if path.stem == line_name(prediction))
         if not named:
             raise EvaluationError(
-                f"{alignment}: has no alignment named {stem(prediction)}; leave it out or add it"
+                f"{alignment}: has no alignment named {line_name(prediction)}; leave it out or add it"
             )
         alignment = named[0]
     return to_phones(read_alignment(alignment), language)[0]
 
 
-def report(rows: dict[str, Scores], diversities: list[float]) -> dict[str, Any]:
+def build_report(rows: dict[str, Scores], diversities: list[float]) -> dict[str, Any]:
     """Everything, for scripts; what is not a number is null."""
-    from phonanim.metrics import merged
+    from phonanim.metrics import merge_tables
 
-    summary = summarized(rows)
+    summary = summarize(rows)
     if diversities:
         summary["diversity_mm"] = {"mean": sum(diversities) / len(diversities), "files": len(diversities)}
     return {
@@ -171,12 +173,12 @@ def report(rows: dict[str, Scores], diversities: list[float]) -> dict[str, Any]:
             for name, scores in rows.items()
         },
         "summary": summary,
-        "phones": [vars(row) for row in merged(scores.phones for scores in rows.values())],
-        "classes": [vars(row) for row in merged(scores.classes for scores in rows.values())],
+        "phones": [vars(row) for row in merge_tables(scores.phones for scores in rows.values())],
+        "classes": [vars(row) for row in merge_tables(scores.classes for scores in rows.values())],
     }
 
 
-def summarized(rows: dict[str, Scores]) -> dict[str, dict[str, Any]]:
+def summarize(rows: dict[str, Scores]) -> dict[str, dict[str, Any]]:
     """Mean over files of each measure, and its 95 % interval when files are drawn anew."""
     import numpy as np
 
@@ -195,14 +197,14 @@ def summarized(rows: dict[str, Scores]) -> dict[str, dict[str, Any]]:
     return found
 
 
-def one(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
+def score_table(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
     """A table of measures, and one by class of phones."""
     scores = next(iter(rows.values()))
     lines = [f"{key:<34} {value:12.4f}" for key, value in scores.measures.items()]
-    return [f"{scores.frames} frames at {scores.fps:g} fps", *lines, *by_classes(rows, facts)]
+    return [f"{scores.frames} frames at {scores.fps:g} fps", *lines, *class_table(rows, facts)]
 
 
-def by_classes(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
+def class_table(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
     """The error of each class of phones; nothing where it is not known what is said."""
     if not facts["classes"]:
         return []
@@ -210,7 +212,7 @@ def by_classes(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
     return ["", f"{next(iter(rows.values())).error} by class of phones", *lines]
 
 
-def several(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
+def summary_table(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
     """The leading measures per file, then the mean and interval of all."""
     chosen = [key for key in LEADING if key in facts["summary"]][:4]
     width = max(map(len, rows))
@@ -223,7 +225,7 @@ def several(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
     for key, entry in facts["summary"].items():
         low, high = entry.get("interval", (math.nan, math.nan))
         lines.append(f"{key:<34} {entry['mean']:12.4f}  {low:.4f} to {high:.4f}")
-    return lines + by_classes(rows, facts)
+    return lines + class_table(rows, facts)
 
 
 def _four(text: str) -> tuple[int, ...]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from phonanim.commands import Talk, talk_options
+from phonanim.commands import Console, console_options
 
 if TYPE_CHECKING:
     from phonanim.speech.language import Language
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 @click.option("--tier", help="Phone tier of the file, by name or number.")
 @click.option("--speaker", help="Whose tiers to read, in a file of several speakers.")
 @click.option("--lexicon", type=click.Path(exists=True, dir_okay=False), help="Dictionary for words alone.")
-@talk_options
+@console_options
 def command(
     alignment: Path | None,
     language: str | None,
     tier: str | None,
     speaker: str | None,
     lexicon: str | None,
-    talk: Talk,
+    console: Console,
 ) -> None:
     """Tell what phonanim knows, or what it sees in an alignment.
 
@@ -40,15 +40,15 @@ def command(
       phonanim info line.TextGrid --tier phones --json
     """
     if alignment:
-        facts = seen(alignment, language or "auto", tier, speaker, lexicon)
+        facts = describe_alignment(alignment, language or "auto", tier, speaker, lexicon)
     elif language:
-        facts = covered(language)
+        facts = language_coverage(language)
     else:
-        facts = known()
-    talk.result(facts, "\n".join(lines(facts)))
+        facts = list_resources()
+    console.print_result(facts, "\n".join(format_lines(facts)))
 
 
-def known() -> dict[str, Any]:
+def list_resources() -> dict[str, Any]:
     """Everything at hand: versions, phones, languages, alignment formats, rigs, output formats, models."""
     from phonanim.core.catalog import list_models
     from phonanim.core.version import __version__
@@ -69,7 +69,7 @@ def known() -> dict[str, Any]:
     }
 
 
-def covered(name: str) -> dict[str, Any]:
+def language_coverage(name: str) -> dict[str, Any]:
     """What each label that a language lists becomes, and the phones that none of them gives."""
     from phonanim.speech.inventory import INVENTORY
     from phonanim.speech.language import load_language
@@ -82,14 +82,14 @@ def covered(name: str) -> dict[str, Any]:
         "language": name,
         "title": language.title,
         "alphabets": list(language.alphabets),
-        "labels": {label: spelled(sound.codes) for label, sound in sounds.items()},
+        "labels": {label: join_phones(sound.codes) for label, sound in sounds.items()},
         "phones not used": [
             phone for code, phone in enumerate(INVENTORY.phones) if code and code not in given
         ],
     }
 
 
-def seen(
+def describe_alignment(
     path: Path, language_name: str, tier: str | None, speaker: str | None, lexicon: str | None
 ) -> dict[str, Any]:
     """What an alignment holds: its tiers, the one that is read, the language, every label's share."""
@@ -112,46 +112,50 @@ def seen(
         "intervals": len(labels),
         "words": len(alignment.words),
         "language": language.name,
-        "labels": meanings(labels, language),
+        "labels": label_meanings(labels, language),
     }
 
 
-def meanings(labels: Iterable[str], language: Language) -> dict[str, dict[str, Any]]:
+def label_meanings(labels: Iterable[str], language: Language) -> dict[str, dict[str, Any]]:
     """Each label of a file, most frequent first: its count and its phones, or the nearest known labels."""
     from collections import Counter
 
     return {
-        label: {"count": count, **meaning(label, language)} for label, count in Counter(labels).most_common()
+        label: {"count": count, **label_meaning(label, language)}
+        for label, count in Counter(labels).most_common()
     }
 
 
-def meaning(label: str, language: Language) -> dict[str, str]:
+def label_meaning(label: str, language: Language) -> dict[str, str]:
     """The phones that a label becomes, or the nearest labels when the language lacks it."""
     sound = language.resolve(label)
     if sound is None:
         return {"unknown, nearest": " ".join(language.nearest(label))}
-    return {"phones": spelled(sound.codes)}
+    return {"phones": join_phones(sound.codes)}
 
 
-def spelled(codes: Iterable[int]) -> str:
+def join_phones(codes: Iterable[int]) -> str:
     """Phone names with blanks between them."""
     from phonanim.speech.inventory import INVENTORY
 
     return " ".join(INVENTORY.phones[code] for code in codes)
 
 
-def lines(facts: Mapping[str, Any]) -> list[str]:
+def format_lines(facts: Mapping[str, Any]) -> list[str]:
     """The same for people: one fact a line, tables indented."""
     told = []
     for name, value in facts.items():
         if isinstance(value, Mapping):
-            told += [f"{name}:", *(f"  {key or repr(key):<12} {plain(cell)}" for key, cell in value.items())]
+            told += [
+                f"{name}:",
+                *(f"  {key or repr(key):<12} {format_cell(cell)}" for key, cell in value.items()),
+            ]
         else:
-            told.append(f"{name}: {plain(value)}")
+            told.append(f"{name}: {format_cell(value)}")
     return told
 
 
-def plain(value: object) -> str:
+def format_cell(value: object) -> str:
     """A value of a table as text."""
     if isinstance(value, Mapping):
         return ", ".join(f"{name} {cell}" for name, cell in value.items())

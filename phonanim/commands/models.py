@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from phonanim.commands import Talk, talk_options
+from phonanim.commands import Console, console_options
 
 if TYPE_CHECKING:
     from phonanim.core.catalog import ModelEntry
 
 
 @click.command()
-@talk_options
-def command(talk: Talk) -> None:
+@console_options
+def command(console: Console) -> None:
     """List the models at hand.
 
     They are the shipped ones, and those in ./models or in the folders of PHONANIM_MODELS.
@@ -27,15 +27,15 @@ def command(talk: Talk) -> None:
     from phonanim.core.catalog import list_models
 
     entries = list_models()
-    talk.result([facts(entry) for entry in entries], "\n".join(map(line, entries)))
+    console.print_result([model_facts(entry) for entry in entries], "\n".join(map(model_line, entries)))
 
 
-def facts(entry: ModelEntry) -> dict[str, Any]:
+def model_facts(entry: ModelEntry) -> dict[str, Any]:
     """One model for scripts: where it is, and its model.json."""
     return {"name": entry.name, "path": str(entry.path), "shipped": entry.shipped, **entry.card}
 
 
-def line(entry: ModelEntry) -> str:
+def model_line(entry: ModelEntry) -> str:
     """One model for people: name, kind, size and held-out scores."""
     scores = entry.card.get("provenance", {}).get("scores", {})
     told = ", ".join(f"{name} {value:g}" for name, value in scores.items() if isinstance(value, (int, float)))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from phonanim.commands import Talk, talk_options
+from phonanim.commands import Console, console_options
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
@@ -26,8 +26,8 @@ def command() -> None:
 @click.option(
     "-o", "--output", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder to write."
 )
-@talk_options
-def train(config: Path, output: Path, talk: Talk) -> None:
+@console_options
+def train(config: Path, output: Path, console: Console) -> None:
     """Train a mouth as a TOML file says, on a corpus that has its appearance.
 
     \b
@@ -36,10 +36,10 @@ def train(config: Path, output: Path, talk: Talk) -> None:
     """
     from phonanim.training.mouth import train_mouth
 
-    with talk.progress(config.stem) as progress:
+    with console.progress(config.stem) as progress:
         folder = train_mouth(config, output, progress)
-    talk.say(f"wrote {folder}; draw with `phonanim mouth draw --model {folder}`")
-    talk.result({"mouth": str(folder)})
+    console.print(f"wrote {folder}; draw with `phonanim mouth draw --model {folder}`")
+    console.print_result({"mouth": str(folder)})
 
 
 @command.command()
@@ -51,9 +51,9 @@ def train(config: Path, output: Path, talk: Talk) -> None:
 @click.option("--fps", type=click.FloatRange(1, 120), default=25.0, help="Frames per second of a film.")
 @click.option("--audio", type=FILE, help="The recording, for a film.")
 @click.option("--scale", type=click.FloatRange(0.5, 8), default=3.0, help="Size, of that of the reference.")
-@talk_options
+@console_options
 def draw(
-    alignment: Path, model: Path, output: Path, fps: float, audio: Path | None, scale: float, talk: Talk
+    alignment: Path, model: Path, output: Path, fps: float, audio: Path | None, scale: float, console: Console
 ) -> None:
     """Draw the mouth that says an alignment: a film (.mp4), or a strip with one picture a phone (.png).
 
@@ -66,7 +66,7 @@ def draw(
     from phonanim.inputs.alignment import read_alignment
     from phonanim.media.pixels import write_png
     from phonanim.speech.language import to_phones
-    from phonanim.training.mouth import film, load_mouth, strip
+    from phonanim.training.mouth import load_mouth, strip, write_mouth_film
 
     if output.suffix not in (".mp4", ".png"):
         raise OutputError(f"{output}: a mouth is drawn as .mp4 or .png; choose one of them")
@@ -75,7 +75,7 @@ def draw(
     if output.suffix == ".png":
         write_png(strip(mouth, track, scale), output)
     else:
-        with talk.progress("film") as progress:
-            film(mouth, track, output, fps, audio, scale, progress)
-    talk.say(f"wrote {output}")
-    talk.result({"output": str(output)})
+        with console.progress("film") as progress:
+            write_mouth_film(mouth, track, output, fps, audio, scale, progress)
+    console.print(f"wrote {output}")
+    console.print_result({"output": str(output)})

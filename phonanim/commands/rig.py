@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from phonanim.commands import Talk, talk_options
+from phonanim.commands import Console, console_options
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 PLACE = click.Path(path_type=Path)
@@ -28,8 +28,8 @@ def command() -> None:
 
 
 @command.command("list")
-@talk_options
-def list_command(talk: Talk) -> None:
+@console_options
+def list_command(console: Console) -> None:
     """List the shipped rigs.
 
     \b
@@ -43,15 +43,15 @@ def list_command(talk: Talk) -> None:
     facts = [
         {"name": r.name, "title": r.title, "controls": list(r.controls), "source": r.source} for r in rigs
     ]
-    talk.result(facts, "\n".join(f"{rig.name:<14} {rig.title}" for rig in rigs))
+    console.print_result(facts, "\n".join(f"{rig.name:<14} {rig.title}" for rig in rigs))
 
 
 @command.command("new")
 @click.argument("folder", type=PLACE)
 @click.option("--head", type=FILE, help="A GLB whose morph targets become the controls.")
 @click.option("--model", default="default", help="The model whose face the poses show.")
-@talk_options
-def new_command(folder: Path, head: Path | None, model: str, talk: Talk) -> None:
+@console_options
+def new_command(folder: Path, head: Path | None, model: str, console: Console) -> None:
     """Begin a rig: write the eight reference poses to copy, and a file to fill in, into FOLDER.
 
     \b
@@ -59,22 +59,22 @@ def new_command(folder: Path, head: Path | None, model: str, talk: Talk) -> None
       phonanim rig new hero
       phonanim rig new hero --head hero.glb
     """
-    from phonanim.commands._new_rig import start_rig
+    from phonanim.commands._new_rig import write_rig_template
     from phonanim.pipeline import load_model
     from phonanim.rig.character import load_character
 
     controls = load_character(head).targets if head else ()
-    files = start_rig(folder, controls, load_model(model).face)
-    talk.say(f"look at {files[1]} and fill in {files[0]}; then: phonanim rig check {files[0]}")
-    talk.result({"files": [str(path) for path in files]})
+    files = write_rig_template(folder, controls, load_model(model).face)
+    console.print(f"look at {files[1]} and fill in {files[0]}; then: phonanim rig check {files[0]}")
+    console.print_result({"files": [str(path) for path in files]})
 
 
 @command.command("check")
 @click.argument("rig", type=FILE)
 @click.option("--sheet", type=PLACE, help="Draw the character in all poses, as PNG; needs its head.")
 @click.option("--model", default="default", help="The model whose face the rig is for.")
-@talk_options
-def check_command(rig: Path, sheet: Path | None, model: str, talk: Talk) -> int:
+@console_options
+def check_command(rig: Path, sheet: Path | None, model: str, console: Console) -> int:
     """Say all that is missing or wrong in a rig's file; exit 2 if anything is.
 
     \b
@@ -83,16 +83,18 @@ def check_command(rig: Path, sheet: Path | None, model: str, talk: Talk) -> int:
       phonanim rig check hero.toml --sheet hero.png
     """
     from phonanim.rig import load_rig
-    from phonanim.rig.read import doubts, problems, read_document
+    from phonanim.rig.read import read_document, rig_problems, rig_warnings
 
-    found = problems(read_document(rig))
+    found = rig_problems(read_document(rig))
     if found:
-        talk.result({"problems": found, "doubts": []}, "\n".join(f"{rig}: {line}" for line in found))
+        console.print_result({"problems": found, "doubts": []}, "\n".join(f"{rig}: {line}" for line in found))
         return BAD
     loaded = load_rig(str(rig))
-    unsure = doubts(loaded)
+    unsure = rig_warnings(loaded)
     good = f"{rig}: good, {len(loaded.controls)} controls"
-    talk.result({"problems": [], "doubts": unsure}, "\n".join([*(f"{rig}: {line}" for line in unsure), good]))
+    console.print_result(
+        {"problems": [], "doubts": unsure}, "\n".join([*(f"{rig}: {line}" for line in unsure), good])
+    )
     if sheet:
         draw(rig, sheet, model)
     return 0
@@ -122,9 +124,9 @@ def draw(path: Path, sheet: Path, model: str) -> None:
 @click.option("--landmarks", type=FILE, help="Where the face's landmarks lie on it; suggested when left out.")
 @click.option("--sheet", type=PLACE, help="Draw the character in all poses, as PNG.")
 @click.option("--model", default="default", help="The model whose face the rig is for.")
-@talk_options
+@console_options
 def fit_command(
-    head: Path, output: Path | None, landmarks: Path | None, sheet: Path | None, model: str, talk: Talk
+    head: Path, output: Path | None, landmarks: Path | None, sheet: Path | None, model: str, console: Console
 ) -> None:
     """Make a rig for a GLB or VRM head with blendshapes, without an artist.
 
@@ -140,9 +142,9 @@ def fit_command(
 
     from phonanim.pipeline import load_model
     from phonanim.rig.character import load_character
-    from phonanim.rig.fit_character import fit_character, quality
+    from phonanim.rig.fit_character import fit_character, fit_quality
     from phonanim.rig.landmarks import read_landmarks, write_landmarks
-    from phonanim.rig.stance import doubts
+    from phonanim.rig.stance import orientation_warnings
     from phonanim.rig.write import write_rig
 
     target = output or head.with_suffix(".toml")
@@ -155,14 +157,14 @@ def fit_command(
     write_rig(target, replace(rig, head=head, landmarks=table))
     if sheet:
         draw(target, sheet, model)
-    told = quality(rig, character, spots, face)
-    for odd in doubts(character):
-        talk.say(f"{head}: {odd}; its curves are right all the same")
-    talk.say(
+    told = fit_quality(rig, character, spots, face)
+    for odd in orientation_warnings(character):
+        console.print(f"{head}: {odd}; its curves are right all the same")
+    console.print(
         f"{len(rig.speech)} of {len(rig.controls)} controls speak; repeats the face's lips with r: "
         + ", ".join(f"{name} {value:.3f}" for name, value in told.items())
     )
-    talk.result(
+    console.print_result(
         {"rig": str(target), "landmarks": str(table), "speech": list(rig.speech), "r": told}, str(target)
     )
 
@@ -177,8 +179,8 @@ def fit_command(
     help="A head (OBJ, PLY, STL, OFF, GLB), y up, facing z.",
 )
 @click.option("-o", "--output", type=PLACE, help="The GLB to write; MESH with .shapes.glb when left out.")
-@talk_options
-def transfer_command(source: str, mesh: Path, output: Path | None, talk: Talk) -> None:
+@console_options
+def transfer_command(source: str, mesh: Path, output: Path | None, console: Console) -> None:
     """Give a head without blendshapes the 52 of the shipped head, by deformation transfer.
 
     Teeth, eyes, tongue and lashes are told by the names of their parts. The landmarks that were found are
@@ -203,14 +205,14 @@ def transfer_command(source: str, mesh: Path, output: Path | None, talk: Talk) -
     table = target.with_suffix(".landmarks.csv")
     write_landmarks(table, spots)
     write_head(target, head)
-    talk.say(
+    console.print(
         f"{report.matched:.0%} of the skin's triangles correspond to the {source} head's; the rest stays"
     )
     for part, follows in report.carried.items():
-        talk.say(f"{part} follows {follows}")
+        console.print(f"{part} follows {follows}")
     if report.straightened:
-        talk.say(f"{report.straightened} shapes turned triangles over, which were turned back")
+        console.print(f"{report.straightened} shapes turned triangles over, which were turned back")
     if report.flipped:
-        talk.say(f"{report.flipped} triangles are still turned over by some shape; look at them")
+        console.print(f"{report.flipped} triangles are still turned over by some shape; look at them")
     facts = {"head": str(target), "landmarks": str(table), **asdict(report)}
-    talk.result(facts, f"{target}\n{table}")
+    console.print_result(facts, f"{target}\n{table}")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from phonanim.commands import Talk, talk_options
+from phonanim.commands import Console, console_options
 from phonanim.commands._options import animation_options
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ class LookAhead(click.ParamType):  # type: ignore[type-arg]
 @click.option("--rate", type=click.IntRange(4000, 384000), default=16000, help="Hertz of raw samples.")
 @click.option("--channels", type=click.IntRange(1, 64), default=1, help="Channels of raw samples.")
 @animation_options
-@talk_options
+@console_options
 def command(
     source: str,
     places: tuple[str, ...],
@@ -74,7 +74,7 @@ def command(
     rate: int,
     channels: int,
     options: Options,
-    talk: Talk,
+    console: Console,
 ) -> None:
     """Animate phones or sound as they come.
 
@@ -89,30 +89,30 @@ def command(
       phonanim stream speech.wav --model models/cnn
       arecord -f S16_LE -r 16000 | phonanim stream --model models/cnn --to osc=127.0.0.1:9000
     """
-    from phonanim.stream.play import Player, sentences
+    from phonanim.stream.play import Player, report_lines
     from phonanim.stream.sinks import Stage, open_named
 
-    engine, events, ahead = prepared(source, microphone, rate, channels, options, look_ahead)
-    check(realtime, ahead, delay)
+    engine, events, ahead = open_engine(source, microphone, rate, channels, options, look_ahead)
+    check_options(realtime, ahead, delay)
     stage = Stage(engine.rig.name, engine.rig.controls, options.fps)
     sinks = [open_named(place, stage) for place in places]
     named = [sink.where for sink in sinks]
-    player = Player(engine, sinks, options.fps, lambda text: told(talk, text))
-    talk.say(f"{engine.rig.name} by {options.model}, {options.fps:g} fps, to {', '.join(named)}")
+    player = Player(engine, sinks, options.fps, lambda text: print_problem(console, text))
+    console.print(f"{engine.rig.name} by {options.model}, {options.fps:g} fps, to {', '.join(named)}")
     try:
-        play(player, events, realtime, ahead, delay)
+        run_stream(player, events, realtime, ahead, delay)
     finally:
         for sink in tuple(player.sinks):
             sink.close()
         if player.tally.frames or engine.ended:
-            for line in (*sentences(player.tally, named), *engine.remarks):
-                talk.say(line)
-        talk.event("end", **facts(player))
+            for line in (*report_lines(player.tally, named), *engine.notes):
+                console.print(line)
+        console.print_event("end", **stream_facts(player))
     if not player.sinks:
         raise click.exceptions.Exit(1)
 
 
-def prepared(
+def open_engine(
     source: str, microphone: bool, rate: int, channels: int, options: Options, look_ahead: float | None
 ) -> tuple[Engine, Iterator[Event], float | None]:
     """What makes frames, what comes in, and how far ahead frames look."""
@@ -146,7 +146,7 @@ def prepared(
     return PhoneStream(options, look_ahead), events, look_ahead
 
 
-def check(realtime: bool, look_ahead: float | None, delay: float | None) -> None:
+def check_options(realtime: bool, look_ahead: float | None, delay: float | None) -> None:
     """Raise OptionError when the options do not go together."""
     from phonanim.errors import OptionError
 
@@ -156,7 +156,7 @@ def check(realtime: bool, look_ahead: float | None, delay: float | None) -> None
         raise OptionError("--delay is of frames that fall due by the clock; add --realtime")
 
 
-def play(
+def run_stream(
     player: Player, events: Iterator[Event], realtime: bool, look_ahead: float | None, delay: float | None
 ) -> None:
     """Run the stream to its end."""
@@ -166,15 +166,15 @@ def play(
         player.run(events)
 
 
-def told(talk: Talk, text: str) -> None:
+def print_problem(console: Console, text: str) -> None:
     """A problem, which is said even when nothing else is."""
-    if talk.json:
-        talk.event("problem", text=text)
+    if console.json:
+        console.print_event("problem", text=text)
     else:
         click.echo(text, err=True)
 
 
-def facts(player: Player) -> dict[str, object]:
+def stream_facts(player: Player) -> dict[str, object]:
     """What became of the stream, for scripts."""
     tally = player.tally
     return {

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from phonanim.commands import Talk, talk_options
+from phonanim.commands import Console, console_options
 from phonanim.errors import StudyError
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def command() -> None:
 @click.option("--thanks", default="Thank you. That was all.", help="What is said at the end.")
 @click.option("--post", metavar="URL", default="", help="Where the answers are sent.")
 @click.option("--seed", type=click.IntRange(0), default=0, help="Of the choice of practice lines.")
-@talk_options
+@console_options
 def make(
     takes: tuple[Path, ...],
     output: Path,
@@ -68,7 +68,7 @@ def make(
     thanks: str,
     post: str,
     seed: int,
-    talk: Talk,
+    console: Console,
 ) -> None:
     """Write a web page, in one file, that shows takes side by side and asks which is better.
 
@@ -92,11 +92,13 @@ def make(
     size = write_page(output, planned, words)
     counts = {kind: sum(trial.kind == kind for trial in planned) for kind in ("practice", "test", "control")}
     shown = min(counts["test"], trials or counts["test"]) + counts["practice"] + counts["control"]
-    talk.say(
+    console.print(
         f"wrote {output} ({size / 1e6:.1f} MB): {len(lines)} lines, {', '.join(systems_of(lines))}; "
         f"{shown} trials a participant"
     )
-    talk.result({"page": str(output), "bytes": size, "trials": counts, "trials_a_participant": shown})
+    console.print_result(
+        {"page": str(output), "bytes": size, "trials": counts, "trials_a_participant": shown}
+    )
 
 
 @command.command()
@@ -104,8 +106,10 @@ def make(
 @click.option("--ours", metavar="SYSTEM", help="Stands first in its pairs.")
 @click.option("--allow", type=click.IntRange(0), default=0, help="Controls that a participant may fail.")
 @click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="Markdown file.")
-@talk_options
-def analyse(results: tuple[Path, ...], ours: str | None, allow: int, output: Path | None, talk: Talk) -> None:
+@console_options
+def analyse(
+    results: tuple[Path, ...], ours: str | None, allow: int, output: Path | None, console: Console
+) -> None:
     """Count the answers: wins and losses by majority, preferences, ratings, and tests.
 
     RESULTS are the JSON files that the page made, folders of them, or one CSV with counts by line (columns
@@ -119,9 +123,9 @@ def analyse(results: tuple[Path, ...], ours: str | None, allow: int, output: Pat
     import numpy as np
 
     from phonanim.core.files import write_text
-    from phonanim.study.analysis import compare, rate
+    from phonanim.study.analysis import compare_systems, rate_systems
     from phonanim.study.report import markdown
-    from phonanim.study.tally import count, read_counts
+    from phonanim.study.tally import count_answers, read_counts
 
     rng = np.random.default_rng(INTERVALS_SEED)
     kept: tuple[Participant, ...] = ()
@@ -131,27 +135,29 @@ def analyse(results: tuple[Path, ...], ours: str | None, allow: int, output: Pat
             raise StudyError(f"{results[0]}: counts stand in one CSV file; give it alone")
         tallies = read_counts(results[0])
     else:
-        kept, excluded = attentive(results, allow)
-        tallies = count(kept, ours)
-    comparisons, ratings = compare(tallies, rng), rate(kept, rng, ours)
+        kept, excluded = screen_participants(results, allow)
+        tallies = count_answers(kept, ours)
+    comparisons, ratings = compare_systems(tallies, rng), rate_systems(kept, rng, ours)
     text = markdown(comparisons, ratings, excluded, len(kept))
     if output:
         write_text(output, text + "\n")
-        talk.say(f"wrote {output}")
+        console.print(f"wrote {output}")
     facts = {
         "participants": len(kept),
         "excluded": [asdict(one) for one in excluded],
         "comparisons": [asdict(one) for one in comparisons],
         "ratings": [asdict(one) for one in ratings],
     }
-    talk.result(facts, "" if output else text)
+    console.print_result(facts, "" if output else text)
 
 
-def attentive(results: tuple[Path, ...], allow: int) -> tuple[tuple[Participant, ...], tuple[Exclusion, ...]]:
+def screen_participants(
+    results: tuple[Path, ...], allow: int
+) -> tuple[tuple[Participant, ...], tuple[Exclusion, ...]]:
     """Whose answers count, and whose do not. Raises StudyError when nobody's do."""
-    from phonanim.study.results import read_results, screen
+    from phonanim.study.results import read_results, screen_answers
 
-    kept, excluded = screen(read_results(results), allow)
+    kept, excluded = screen_answers(read_results(results), allow)
     if not kept:
         reasons = "; ".join(f"{one.name} {one.reason}" for one in excluded)
         raise StudyError(f"nobody's answers count: {reasons}")

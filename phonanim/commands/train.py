@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from phonanim.commands import Talk, talk_options
+from phonanim.commands import Console, console_options
 
 
 @click.command()
@@ -16,8 +16,8 @@ from phonanim.commands import Talk, talk_options
 )
 @click.option("--seed", type=click.IntRange(min=0), help="Overrides the seed of the configuration.")
 @click.option("--plot", is_flag=True, help="Draw loss.csv of the folder as loss.png (extra plots).")
-@talk_options
-def command(config: Path, output: Path | None, seed: int | None, plot: bool, talk: Talk) -> None:
+@console_options
+def command(config: Path, output: Path | None, seed: int | None, plot: bool, console: Console) -> None:
     """Train a model as a TOML file says, and write its folder.
 
     \b
@@ -31,8 +31,8 @@ def command(config: Path, output: Path | None, seed: int | None, plot: bool, tal
 
     if plot:
         check_drawable(read_recipe(config).kind, config)
-    with talk.progress(config.stem) as progress:
+    with console.progress(config.stem) as progress:
         folder = train(config, output=output, seed=seed, progress=progress)
     pictures = draw_losses(folder) if plot else []
-    talk.say(f"wrote {', '.join(map(str, (folder, *pictures)))}; animate with --model {folder}")
-    talk.result({"model": str(folder), "pictures": list(map(str, pictures))})
+    console.print(f"wrote {', '.join(map(str, (folder, *pictures)))}; animate with --model {folder}")
+    console.print_result({"model": str(folder), "pictures": list(map(str, pictures))})

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import metrics, regressors
-from phonanim.comparison.folds import everywhere, speech
+from phonanim.comparison.folds import all_frames, speech_frames
 from phonanim.comparison.plan import Condition, Plan
 from phonanim.comparison.scores import scores_by_frames
-from phonanim.comparison.sounds import babble, mixed, moved, white
+from phonanim.comparison.sounds import babble_noise, mix_noise, shift_voice, white_noise
 from phonanim.core.files import write_text
 from phonanim.corpus.corpus import Corpus
 from phonanim.encoders._cache import fingerprint
@@ -30,14 +30,14 @@ from phonanim.face.model import FaceModel
 from phonanim.media.audio import Sound, read_sound
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.language import to_phones
-from phonanim.speech.phones import PhoneTrack, silence
+from phonanim.speech.phones import PhoneTrack, silent_track
 
 VOICES = 6  # training clips that babble at once
-WHERE = {"all": everywhere, "speech": speech}
+WHERE = {"all": all_frames, "speech": speech_frames}
 
 
 @dataclass(frozen=True)
-class Take:
+class ClipInput:
     """What models are given of one clip under a condition; `aligned`: whether the aligner found the text."""
 
     clip: int
@@ -46,15 +46,15 @@ class Take:
     aligned: bool
 
 
-def takes(
+def clip_inputs(
     plan: Plan, corpus: Corpus, work: Path, progress: Callable[[float], None]
-) -> dict[str, tuple[Take, ...]]:
+) -> dict[str, tuple[ClipInput, ...]]:
     """The test clips under every condition of a plan. Alignments are kept in `work`.
 
     Raises AudioError for a recording that cannot be read, OptionError for a word that the aligner does not
     know, MissingExtraError.
     """
-    found: dict[str, tuple[Take, ...]] = {}
+    found: dict[str, tuple[ClipInput, ...]] = {}
     clips = corpus.clips_of("test").tolist()
     for name, condition in plan.conditions.items():
         found[name] = tuple(_take(condition, plan.seed, corpus, clip, work) for clip in clips)
@@ -62,31 +62,31 @@ def takes(
     return found
 
 
-def _take(condition: Condition, seed: int, corpus: Corpus, clip: int, work: Path) -> Take:
-    sound = changed(condition, seed, corpus, clip)
+def _take(condition: Condition, seed: int, corpus: Corpus, clip: int, work: Path) -> ClipInput:
+    sound = apply_condition(condition, seed, corpus, clip)
     text = " ".join(word.label for word in corpus.words[clip]) if condition.text else None
-    track = aligned(sound, text, corpus.clips[clip], work / "alignments")
-    return Take(clip, sound, track or silence(sound.duration), track is not None)
+    track = align_clip(sound, text, corpus.clips[clip], work / "alignments")
+    return ClipInput(clip, sound, track or silent_track(sound.duration), track is not None)
 
 
-def changed(condition: Condition, seed: int, corpus: Corpus, clip: int) -> Sound:
+def apply_condition(condition: Condition, seed: int, corpus: Corpus, clip: int) -> Sound:
     """The sound of a clip under a condition. Noise is that of the seed and the clip, at any level."""
     sound, rng = read_sound(corpus.audio[clip]), np.random.default_rng([seed, clip])
     if condition.voice:
-        sound = moved(sound, condition.voice)
+        sound = shift_voice(sound, condition.voice)
     if not condition.noise:
         return sound
     length = len(sound.samples)
     if condition.noise == "white":
-        noise = white(length, rng)
+        noise = white_noise(length, rng)
     else:
         others = rng.choice(corpus.clips_of("train"), VOICES)
-        noise = babble([read_sound(corpus.audio[other]) for other in others], length, sound.rate, rng)
-    spoken = metrics.spoken(corpus.tracks[clip], np.arange(length) / sound.rate)
-    return mixed(sound, noise, condition.snr, spoken)
+        noise = babble_noise([read_sound(corpus.audio[other]) for other in others], length, sound.rate, rng)
+    spoken = metrics.speech_mask(corpus.tracks[clip], np.arange(length) / sound.rate)
+    return mix_noise(sound, noise, condition.snr, spoken)
 
 
-def aligned(sound: Sound, text: str | None, name: str, folder: Path) -> PhoneTrack | None:
+def align_clip(sound: Sound, text: str | None, name: str, folder: Path) -> PhoneTrack | None:
     """The phones of a sound as pocketsphinx finds them, kept in a folder; None where it finds none."""
     path = folder / f"{fingerprint(f'pocketsphinx, {text}', sound)}.json"
     if not path.is_file():
@@ -109,7 +109,7 @@ def _phones(sound: Sound, text: str | None, name: str) -> list[tuple[str, float,
 
 
 def condition_scores(
-    model: regressors.Model, heard: dict[str, tuple[Take, ...]], corpus: Corpus, face: FaceModel
+    model: regressors.Model, heard: dict[str, tuple[ClipInput, ...]], corpus: Corpus, face: FaceModel
 ) -> dict[str, dict[str, Any]]:
     """Sums of a model by variant and "with CONDITION/frames"; closures are where its phones have them."""
     found: dict[str, dict[str, Any]] = {"raw": {}, "contacts": {}}
@@ -121,25 +121,25 @@ def condition_scores(
     return found
 
 
-def _predict(model: regressors.Model, take: Take, corpus: Corpus) -> NDArray[np.float32]:
+def _predict(model: regressors.Model, take: ClipInput, corpus: Corpus) -> NDArray[np.float32]:
     return model.regressor.predict(take.track, corpus.times(take.clip), take.sound)
 
 
 def _shapes(
     model: regressors.Model,
-    given: tuple[Take, ...],
+    given: tuple[ClipInput, ...],
     modes: list[NDArray[np.float32]],
     corpus: Corpus,
     closing: bool,
 ) -> Iterable[tuple[int, NDArray[np.floating]]]:
     for take, path in zip(given, modes, strict=True):
         if closing:
-            path = contacts.close(path, take.track, model.face, corpus.fps, 0.5 / corpus.fps)
+            path = contacts.enforce_lip_contacts(path, take.track, model.face, corpus.fps, 0.5 / corpus.fps)
         yield take.clip, model.face.instance(path)
 
 
 def describe_conditions(
-    plan: Plan, heard: dict[str, tuple[Take, ...]], corpus: Corpus
+    plan: Plan, heard: dict[str, tuple[ClipInput, ...]], corpus: Corpus
 ) -> dict[str, dict[str, Any]]:
     """What each condition is, clips that could not be aligned, and frames of speech with another phone."""
     return {
@@ -153,7 +153,7 @@ def describe_conditions(
     }
 
 
-def _other(take: Take, corpus: Corpus) -> NDArray[np.bool_]:
+def _other(take: ClipInput, corpus: Corpus) -> NDArray[np.bool_]:
     """Whether each frame of speech has another phone than was labelled."""
-    times = corpus.times(take.clip)[speech(corpus, take.clip)]
+    times = corpus.times(take.clip)[speech_frames(corpus, take.clip)]
     return np.asarray(take.track.sample(times) != corpus.tracks[take.clip].sample(times))

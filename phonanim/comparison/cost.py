@@ -122,7 +122,7 @@ _AHEAD: dict[str, Callable[[Any], str]] = {
 }
 
 
-def trainings(jobs: Sequence[Job]) -> dict[str, float]:
+def training_cost(jobs: Sequence[Job]) -> dict[str, float]:
     """Processor seconds of all trainings of a comparison, of the longest one, and how many there are."""
     seconds = [
         float(json.loads((job.folder / "job.json").read_text(encoding="utf-8"))["seconds"])

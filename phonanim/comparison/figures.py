@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.comparison.run import rows_of
-from phonanim.comparison.scores import MEASURES, value
-from phonanim.comparison.tables import heading
+from phonanim.comparison.run import model_rows
+from phonanim.comparison.scores import MEASURES, measure_value
+from phonanim.comparison.tables import measure_heading
 from phonanim.core.files import atomic_path
 from phonanim.errors import MissingExtraError
 from phonanim.evaluation.statistics import bootstrap_interval
@@ -82,17 +82,17 @@ def _bars(figure: Any, document: Document, variant: str) -> None:
     for axes, measure in zip(figure.subplots(1, 2), ("shape_mse", "aperture_r"), strict=True):
         names, middles, reach = [], [], []
         for name in document["models"]:
-            rows = rows_of(document, name, variant, "test/all")
+            rows = model_rows(document, name, variant, "test/all")
             if rows is None:
                 continue
             rng = np.random.default_rng(document["seed"])
             interval = bootstrap_interval(rows[measure], rng, MEASURES[measure].statistic)
             names.append(name)
-            middles.append(value(measure, rows[measure]))
+            middles.append(measure_value(measure, rows[measure]))
             reach.append(np.abs(np.array(interval) - middles[-1]))
         colours = ["tab:orange" if name == document["reference"] else "tab:blue" for name in names]
         axes.barh(names, middles, xerr=np.array(reach).T, color=colours, capsize=3)
-        axes.set_xlabel(heading(measure))
+        axes.set_xlabel(measure_heading(measure))
         axes.invert_yaxis()
         if measure == "aperture_r":
             axes.set_xlim(left=max(0.0, float(np.floor(10 * (min(middles) - 0.05)) / 10)))
@@ -100,18 +100,18 @@ def _bars(figure: Any, document: Document, variant: str) -> None:
 
 def _sentences(figure: Any, document: Document, variant: str) -> None:
     """Error of every test sentence, sorted by the reference's (Taylor 2017, supplement, figure 2)."""
-    reference = rows_of(document, document["reference"], variant, "test/all")
+    reference = model_rows(document, document["reference"], variant, "test/all")
     if reference is None:
         return
     sums = reference["parameter_mse"]
     order = np.argsort(-(sums[:, 0] / sums[:, 1]), kind="stable")
     curves = {}
     for name in document["models"]:
-        rows = rows_of(document, name, variant, "test/all")
+        rows = model_rows(document, name, variant, "test/all")
         if rows is not None:
             curves[name] = (rows["parameter_mse"][:, 0] / rows["parameter_mse"][:, 1])[order]
     for axes in _panels(figure, document, np.arange(len(order)), curves):
-        axes.set_ylabel(heading("parameter_mse"))
+        axes.set_ylabel(measure_heading("parameter_mse"))
     axes.set_xlabel(f"test sentences, sorted by the error of {document['reference']}")
 
 
@@ -175,13 +175,13 @@ def _cost(figure: Any, document: Document, variant: str) -> None:
     axes = figure.subplots()
     ends = {}
     for name, found in document["models"].items():
-        rows = rows_of(document, name, variant, "test/all")
+        rows = model_rows(document, name, variant, "test/all")
         if rows is not None:
-            ends[name] = found["frames_per_s"], value("shape_mse", rows["shape_mse"])
+            ends[name] = found["frames_per_s"], measure_value("shape_mse", rows["shape_mse"])
             axes.scatter(*ends[name], s=20 + found["bytes"] / 1e6, color=_colour(document, name))
     axes.set_xscale("log")
     axes.set_xlabel("frames per second of one thread (the area of a dot is the model's size)")
-    axes.set_ylabel(heading("shape_mse"))
+    axes.set_ylabel(measure_heading("shape_mse"))
     _beside(axes, document, ends)
 
 
@@ -199,7 +199,8 @@ def _beside(axes: Any, document: Document, ends: dict[str, tuple[float, float]])
         text.set_in_layout(False)
         at = text.get_window_extent()
         places = [
-            Bbox.from_bounds(x + dx, y + dy, at.width, at.height) for dx, dy in shifts(at.width, at.height)
+            Bbox.from_bounds(x + dx, y + dy, at.width, at.height)
+            for dx, dy in label_offsets(at.width, at.height)
         ]
         free = [box for box in places if not box.count_overlaps(taken) and _inside(box, axes.bbox)]
         taken.append(free[0] if free else places[0])
@@ -210,7 +211,7 @@ def _inside(box: Any, whole: Any) -> bool:
     return bool(box.x0 > whole.x0 and box.x1 < whole.x1 and box.y0 > whole.y0 and box.y1 < whole.y1)
 
 
-def shifts(width: float, height: float) -> list[tuple[float, float]]:
+def label_offsets(width: float, height: float) -> list[tuple[float, float]]:
     """Where a name may stand from its dot, in pixels, the nearest first: right, left, above, below."""
     rings = [8.0 + 7.0 * ring for ring in range(8)]
     return [
@@ -235,13 +236,13 @@ def _conditions(figure: Any, document: Document, variant: str) -> None:
     names, ends = ["clean", *document["conditions"]], {}
     places = ["test/all", *[f"with {name}/all" for name in document["conditions"]]]
     for name in document["models"]:
-        found = [rows_of(document, name, variant, where) for where in places]
-        heights = [value("aperture_r", rows["aperture_r"]) for rows in found if rows is not None]
+        found = [model_rows(document, name, variant, where) for where in places]
+        heights = [measure_value("aperture_r", rows["aperture_r"]) for rows in found if rows is not None]
         width = 2.5 if name == document["reference"] else 1.0
         axes.plot(names, heights, "o-", markersize=3, color=_colour(document, name), linewidth=width)
         ends[name] = len(names) - 1.0, heights[-1]
     axes.tick_params(axis="x", rotation=30)
-    axes.set_ylabel(heading("aperture_r"))
+    axes.set_ylabel(measure_heading("aperture_r"))
     _label(axes, document, ends)
 
 
@@ -257,7 +258,7 @@ def _label(axes: Any, document: Document, ends: dict[str, tuple[float, float]]) 
     low, high = axes.get_ylim()
     names = sorted(ends, key=lambda name: ends[name][1])
     heights = np.array([(ends[name][1] - low) / (high - low) for name in names])
-    for name, height in zip(names, spread(heights, 1 / 22), strict=True):
+    for name, height in zip(names, spread_labels(heights, 1 / 22), strict=True):
         axes.annotate(
             name,
             ends[name],
@@ -271,7 +272,7 @@ def _label(axes: Any, document: Document, ends: dict[str, tuple[float, float]]) 
     axes.set_ylim(low, high)
 
 
-def spread(heights: NDArray[np.float64], gap: float) -> NDArray[np.float64]:
+def spread_labels(heights: NDArray[np.float64], gap: float) -> NDArray[np.float64]:
     """Rising heights moved as little up or down as it takes to lie `gap` apart below 1, (n,) -> (n,)."""
     steps = gap * np.arange(len(heights))
     risen = np.maximum.accumulate(heights - steps) + steps
@@ -288,7 +289,7 @@ def _sweep(figure: Any, found: dict[str, Any]) -> None:
         label = f"{found['series']} = {name}" if name else None
         axes.plot([str(row[found["x"]]) for row in rows], [r["shape_mse"] for r in rows], "o-", label=label)
     axes.set_xlabel(found["x"])
-    axes.set_ylabel(heading("shape_mse"))
+    axes.set_ylabel(measure_heading("shape_mse"))
     axes.set_title(found["label"], fontsize="medium")
     if series != [""]:
         axes.legend(fontsize="small")

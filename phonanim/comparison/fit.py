@@ -18,7 +18,7 @@ import numpy as np
 
 from phonanim import regressors
 from phonanim.core.files import content_hash, write_text
-from phonanim.core.threads import one_thread
+from phonanim.core.threads import use_one_thread
 from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.face.fit import fit_face
@@ -67,20 +67,20 @@ class Trained:
 
 
 @lru_cache(maxsize=2)
-def corpus_at(folder: Path) -> Corpus:
+def load_cached_corpus(folder: Path) -> Corpus:
     """A corpus, read once in each process."""
     return load_corpus(folder)
 
 
 @lru_cache(maxsize=8)
-def face_of(folder: Path, clips: tuple[int, ...]) -> FaceModel:
+def reference_face(folder: Path, clips: tuple[int, ...]) -> FaceModel:
     """The reference face of some clips of a corpus; never of clips on which a model is measured."""
-    corpus = corpus_at(folder)
+    corpus = load_cached_corpus(folder)
     return fit_face(corpus.landmarks[corpus.rows(clips)], corpus.indices)
 
 
 def _training_clips(folder: Path) -> tuple[int, ...]:
-    return tuple(corpus_at(folder).clips_of("train").tolist())
+    return tuple(load_cached_corpus(folder).clips_of("train").tolist())
 
 
 @lru_cache(maxsize=8)
@@ -96,24 +96,24 @@ def fit_all(jobs: Sequence[Job], workers: int, progress: Callable[[float], None]
 
     Each leaves its folder whole or not at all, so an interrupted comparison goes on where it was.
     """
-    waiting = [job for job in jobs if not at_hand(job)]
+    waiting = [job for job in jobs if not is_cached(job)]
     if not waiting:
         return
-    one_thread()  # in the workers, which inherit it
+    use_one_thread()  # in the workers, which inherit it
     spawn = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(workers, mp_context=spawn) as pool:
-        for done, future in enumerate(as_completed([pool.submit(fit, job) for job in waiting]), 1):
+        for done, future in enumerate(as_completed([pool.submit(train_job, job) for job in waiting]), 1):
             future.result()
             progress(done / len(waiting))
 
 
-def at_hand(job: Job) -> bool:
+def is_cached(job: Job) -> bool:
     """Whether the folder of a job holds the model that it would train."""
     path = job.folder / "job.json"
     return path.is_file() and json.loads(path.read_text(encoding="utf-8"))["key"] == job.key
 
 
-def fit(job: Job) -> None:
+def train_job(job: Job) -> None:
     """Train one job and write its model folder, job.json last."""
     from phonanim.corpus.pictures import load_captured
     from phonanim.training.mouth import fit_mouth, save_mouth
@@ -121,12 +121,12 @@ def fit(job: Job) -> None:
 
     recipe = read_recipe(job.recipe)
     recipe = replace(recipe, settings={**(recipe.settings or {}), **job.settings})
-    corpus, begin = corpus_at(job.corpus), time.process_time()
+    corpus, begin = load_cached_corpus(job.corpus), time.process_time()
     if job.mouth:
         mouth = fit_mouth(recipe, corpus, load_captured(job.corpus), job.recipe)
         save_mouth(mouth, job.folder)
     else:
-        face = face_of(job.corpus, job.face_clips)
+        face = reference_face(job.corpus, job.face_clips)
         model = fit_recipe(recipe, corpus, np.array(job.clips), recipe.seed, job.recipe, face=face)
         regressors.save(model, job.folder)
     seconds = time.process_time() - begin
@@ -134,7 +134,7 @@ def fit(job: Job) -> None:
     write_text(job.folder / "job.json", json.dumps(facts, indent=1) + "\n")
 
 
-def safe(name: str) -> str:
+def folder_name(name: str) -> str:
     """A model's name as a folder's."""
     return re.sub(r"[^\w.+-]+", "_", name)
 
@@ -146,7 +146,7 @@ def load_trained(folder: Path) -> Trained:
     return Trained(regressors.load(folder), seconds)
 
 
-def describe(model: regressors.Model) -> dict[str, Any]:
+def describe_model(model: regressors.Model) -> dict[str, Any]:
     """Kind, driver, numbers learned and bytes of a model."""
     tensors = model.regressor.tensors().values()
     return {

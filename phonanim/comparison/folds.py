@@ -31,33 +31,33 @@ class Fold:
         return tuple(self.train.tolist())
 
 
-def folds(plan: Plan, corpus: Corpus) -> Iterator[Fold]:
+def make_folds(plan: Plan, corpus: Corpus) -> Iterator[Fold]:
     """Every fold of a plan. Every third clip with a withheld word is measured, every second with a phone."""
     train = corpus.clips_of("train")
     if "test" in plan.folds or "ema" in plan.folds:
-        yield Fold("test", train, corpus.clips_of("test"), {"all": everywhere, "speech": speech})
+        yield Fold("test", train, corpus.clips_of("test"), {"all": all_frames, "speech": speech_frames})
     for number, group in enumerate(plan.words if "words" in plan.folds else ()):
         holds = np.array([any(w.label in group for w in corpus.words[c]) for c in train])
-        where = {"clip": speech, "word": in_words(group)}
+        where = {"clip": speech_frames, "word": word_frames(group)}
         yield Fold(f"words{number + 1}", train[~holds], train[holds][::3], where)
     if "phones" in plan.folds and plan.phones:
         codes = INVENTORY.codes(plan.phones)
         holds = np.array([np.isin(corpus.tracks[c].codes, codes).any() for c in train])
-        where = {"near": near_phones(plan.phones)}
+        where = {"near": phone_frames(plan.phones)}
         yield Fold("phones", train[~holds], train[holds][::2], where)
 
 
-def everywhere(corpus: Corpus, clip: int) -> NDArray[np.bool_]:
+def all_frames(corpus: Corpus, clip: int) -> NDArray[np.bool_]:
     """All frames of a clip."""
     return np.ones(int(corpus.frames[clip]), bool)
 
 
-def speech(corpus: Corpus, clip: int) -> NDArray[np.bool_]:
+def speech_frames(corpus: Corpus, clip: int) -> NDArray[np.bool_]:
     """Frames of a clip that hold speech."""
-    return metrics.spoken(corpus.tracks[clip], corpus.times(clip))
+    return metrics.speech_mask(corpus.tracks[clip], corpus.times(clip))
 
 
-def in_words(group: tuple[str, ...]) -> Where:
+def word_frames(group: tuple[str, ...]) -> Where:
     """Frames that lie in some words."""
 
     def where(corpus: Corpus, clip: int) -> NDArray[np.bool_]:
@@ -68,7 +68,7 @@ def in_words(group: tuple[str, ...]) -> Where:
     return where
 
 
-def near_phones(phones: tuple[str, ...]) -> Where:
+def phone_frames(phones: tuple[str, ...]) -> Where:
     """Frames of some phones and of the phones beside them, silence left out."""
 
     def where(corpus: Corpus, clip: int) -> NDArray[np.bool_]:
@@ -76,6 +76,6 @@ def near_phones(phones: tuple[str, ...]) -> Where:
         chosen = np.isin(track.codes, INVENTORY.codes(phones))
         beside = np.append(False, chosen[:-1]) | np.append(chosen[1:], False)
         segments = track.segment_at(corpus.times(clip))
-        return (chosen | beside)[segments] & speech(corpus, clip)
+        return (chosen | beside)[segments] & speech_frames(corpus, clip)
 
     return where

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from phonanim.comparison.fit import Job, corpus_at, safe
+from phonanim.comparison.fit import Job, folder_name, load_cached_corpus
 from phonanim.comparison.plan import Plan
 from phonanim.corpus.corpus import Corpus
 from phonanim.corpus.pictures import Captured, load_captured, pixel_mse
@@ -27,7 +27,7 @@ def mouth_jobs(plan: Plan, corpus: Corpus, work: Path) -> list[Job]:
 
 def mouth_folder(work: Path, name: str) -> Path:
     """Where the mouth of a model lies."""
-    return work / safe(name) / "mouth"
+    return work / folder_name(name) / "mouth"
 
 
 def mouth_scores(plan: Plan, work: Path) -> dict[str, dict[str, list[list[float]]]]:
@@ -38,7 +38,7 @@ def mouth_scores(plan: Plan, work: Path) -> dict[str, dict[str, list[list[float]
     """
     if not plan.mouths:
         return {}
-    corpus, captured = corpus_at(plan.corpus), load_captured(plan.corpus)
+    corpus, captured = load_cached_corpus(plan.corpus), load_captured(plan.corpus)
     return {name: _scores(mouth_folder(work, name), corpus, captured) for name in plan.mouths}
 
 
@@ -46,7 +46,7 @@ def pixel_bound(plan: Plan) -> list[list[float]]:
     """Sums of the squared pixel error that the appearance model itself leaves on every test clip."""
     captured = load_captured(plan.corpus)
     error = pixel_mse(captured.model, captured.joint[captured.rows], captured.grey).whole
-    return [_sum(part) for part in np.split(error, _bounds(corpus_at(plan.corpus)))]
+    return [_sum(part) for part in np.split(error, _bounds(load_cached_corpus(plan.corpus)))]
 
 
 def _scores(folder: Path, corpus: Corpus, captured: Captured) -> dict[str, list[list[float]]]:

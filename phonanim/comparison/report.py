@@ -8,11 +8,11 @@ from typing import Any
 
 from phonanim.comparison import tables, tools
 from phonanim.comparison.figures import draw_all
-from phonanim.comparison.fit import corpus_at, face_of
+from phonanim.comparison.fit import load_cached_corpus, reference_face
 from phonanim.comparison.mouths import WHERE
 from phonanim.comparison.plan import Plan
-from phonanim.comparison.run import rows_of
-from phonanim.comparison.scores import value
+from phonanim.comparison.run import model_rows
+from phonanim.comparison.scores import measure_value
 from phonanim.comparison.tables import markdown
 from phonanim.core.files import write_text
 from phonanim.errors import ModelError
@@ -48,8 +48,8 @@ def read_document(folder: Path) -> Document:
 
 def write_report(document: Document, plan: Plan, folder: Path) -> Path:
     """Write benchmark.md into a folder, and its figures into benchmark/ beside it."""
-    corpus = corpus_at(plan.corpus)
-    face = face_of(plan.corpus, tuple(corpus.clips_of("train").tolist()))
+    corpus = load_cached_corpus(plan.corpus)
+    face = reference_face(plan.corpus, tuple(corpus.clips_of("train").tolist()))
     clip = corpus.clips.index(document["folds"]["test"]["clips"][0])
     captured = face.project(corpus.landmarks[corpus.rows([clip])])[:, 0]
     figures = draw_all(document, face, corpus.fps, captured, "raw", folder / DATA)
@@ -78,20 +78,22 @@ def _test(document: Document, plan: Plan) -> list[str]:
     parts = ["## Test clips", plan.notes.get("test", "")]
     for variant, title in (("raw", "As predicted"), ("contacts", "With the closures that `animate` adds")):
         parts += [f"### {title}"]
-        parts += [markdown(tables.values(document, variant, "test/all", m)) for m in (ERRORS, CURVES)]
-        parts += [markdown(tables.differences(document, variant, "test/all", TESTED))]
+        parts += [markdown(tables.values_table(document, variant, "test/all", m)) for m in (ERRORS, CURVES)]
+        parts += [markdown(tables.differences_table(document, variant, "test/all", TESTED))]
     parts += ["In speech alone, as predicted:"]
-    parts += [markdown(tables.values(document, "raw", "test/speech", SHORT))]
-    parts += [markdown(tables.differences(document, "raw", "test/speech", SHORT))]
+    parts += [markdown(tables.values_table(document, "raw", "test/speech", SHORT))]
+    parts += [markdown(tables.differences_table(document, "raw", "test/speech", SHORT))]
     return [*parts, _picture("bars"), _picture("sentences"), *_pixels(document, plan)]
 
 
 def _pixels(document: Document, plan: Plan) -> list[str]:
     if "pixel_bound" not in document:
         return []
-    drawn = tables.values(document, "raw", WHERE, PIXELS)
-    tested = tables.differences(document, "raw", WHERE, PIXELS[:2])
-    bound = f"The appearance model itself leaves {value('pixel_mse', document['pixel_bound']):.2f} grey²."
+    drawn = tables.values_table(document, "raw", WHERE, PIXELS)
+    tested = tables.differences_table(document, "raw", WHERE, PIXELS[:2])
+    bound = (
+        f"The appearance model itself leaves {measure_value('pixel_mse', document['pixel_bound']):.2f} grey²."
+    )
     parts = ["### Drawn as a mouth", plan.notes.get("pixels", ""), markdown(drawn), bound]
     return [*parts, markdown(tested)]
 
@@ -104,13 +106,16 @@ def _generalization(document: Document, plan: Plan) -> list[str]:
     }
     for note, found in sections.items():
         for where, title in found:
-            if rows_of(document, document["reference"], "raw", where) is None:
+            if model_rows(document, document["reference"], "raw", where) is None:
                 continue
             parts += [f"## {title}" if title != "In those words alone" else f"### {title}"]
             parts += [plan.notes.get(note, "")] if where != "words*/word" else []
-            parts += [markdown(tables.values(document, "raw", where, SHORT))]
-            parts += [markdown(tables.differences(document, "raw", where, SHORT)), _absent(document, where)]
-    spoken = tables.ema(document)
+            parts += [markdown(tables.values_table(document, "raw", where, SHORT))]
+            parts += [
+                markdown(tables.differences_table(document, "raw", where, SHORT)),
+                _absent(document, where),
+            ]
+    spoken = tables.ema_table(document)
     if spoken:
         parts += ["## Another speaker, another language", plan.notes.get("ema", ""), markdown(spoken)]
     return parts
@@ -118,7 +123,7 @@ def _generalization(document: Document, plan: Plan) -> list[str]:
 
 def _absent(document: Document, where: str) -> str:
     """The models that a table lacks, as they were trained for the test clips alone."""
-    absent = [f"`{name}`" for name in document["models"] if rows_of(document, name, "raw", where) is None]
+    absent = [f"`{name}`" for name in document["models"] if model_rows(document, name, "raw", where) is None]
     return f"Not trained again for this: {', '.join(absent)}." if absent else ""
 
 
@@ -127,32 +132,37 @@ def _conditions(document: Document, plan: Plan) -> list[str]:
     if not document.get("conditions"):
         return []
     parts = ["## Noise, another voice, an automatic aligner", plan.notes.get("conditions", "")]
-    parts += [markdown(tables.aligner(document)), _picture("conditions")]
+    parts += [markdown(tables.aligner_table(document)), _picture("conditions")]
     for measure in SHORT:
         asked = document, "raw", "all", measure
-        parts += [f"### Under each condition: {tables.heading(measure)}"]
+        parts += [f"### Under each condition: {tables.measure_heading(measure)}"]
         parts += [
-            markdown(tables.under_conditions(*asked)),
+            markdown(tables.conditions_table(*asked)),
             "Each change of the model's own clean score, and its p:",
         ]
-        parts += [markdown(tables.losses(*asked)), "Each difference under the same condition, and its p:"]
-        parts += [markdown(tables.under_conditions_against(*asked))]
-    parts += [f"### Under each condition: {tables.heading('aperture_r')}, in speech alone"]
-    parts += [markdown(tables.under_conditions(document, "raw", "speech", "aperture_r"))]
-    parts += [f"### Under each condition: {tables.heading('pbm_gap')}, with the closures of `animate`"]
-    return [*parts, markdown(tables.under_conditions(document, "contacts", "all", "pbm_gap"))]
+        parts += [
+            markdown(tables.losses_table(*asked)),
+            "Each difference under the same condition, and its p:",
+        ]
+        parts += [markdown(tables.conditions_difference_table(*asked))]
+    parts += [f"### Under each condition: {tables.measure_heading('aperture_r')}, in speech alone"]
+    parts += [markdown(tables.conditions_table(document, "raw", "speech", "aperture_r"))]
+    parts += [
+        f"### Under each condition: {tables.measure_heading('pbm_gap')}, with the closures of `animate`"
+    ]
+    return [*parts, markdown(tables.conditions_table(document, "contacts", "all", "pbm_gap"))]
 
 
 def _sweeps(document: Document, plan: Plan) -> list[str]:
     parts: list[str] = []
     for name, found in document.get("sweeps", {}).items():
         parts += [f"## {found['label']}", plan.notes.get(name, "")]
-        parts += [markdown(tables.sweep(found, "shape_mse")), _picture(f"sweep_{name}")]
+        parts += [markdown(tables.sweep_table(found, "shape_mse")), _picture(f"sweep_{name}")]
     return parts
 
 
 def _cost(document: Document, plan: Plan) -> list[str]:
-    table = markdown(tables.cost(document))
+    table = markdown(tables.cost_table(document))
     note = plan.notes.get("cost", "")
     return ["## Speed and size", note, table, _effort(document["effort"]), _picture("cost")]
 
@@ -173,7 +183,7 @@ def _effort(effort: dict[str, float]) -> str:
 def _tools(document: Document, plan: Plan) -> list[str]:
     if "tools" not in document:
         return []
-    rows = markdown(tools.table(document["tools"], document["seed"]))
+    rows = markdown(tools.tools_table(document["tools"], document["seed"]))
     return ["## Other tools, through the same head", plan.notes.get("tools", ""), rows]
 
 

@@ -11,11 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import regressors
-from phonanim.comparison.conditions import Take, condition_scores, describe_conditions, takes
-from phonanim.comparison.cost import frames_per_second, line_cost, look_ahead, trainings
+from phonanim.comparison.conditions import ClipInput, clip_inputs, condition_scores, describe_conditions
+from phonanim.comparison.cost import frames_per_second, line_cost, look_ahead, training_cost
 from phonanim.comparison.ema import ema_scores
-from phonanim.comparison.fit import Job, Trained, corpus_at, describe, face_of, fit_all, load_trained, safe
-from phonanim.comparison.folds import Fold, folds
+from phonanim.comparison.fit import (
+    Job,
+    Trained,
+    describe_model,
+    fit_all,
+    folder_name,
+    load_cached_corpus,
+    load_trained,
+    reference_face,
+)
+from phonanim.comparison.folds import Fold, make_folds
 from phonanim.comparison.mouths import WHERE, mouth_jobs, mouth_scores, pixel_bound
 from phonanim.comparison.plan import Plan
 from phonanim.comparison.scores import Scores, scores_by_frames
@@ -36,11 +45,11 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
 
     `work` keeps the trained models. Sums are per clip, so that any interval or test can be made of them.
     """
-    corpus = corpus_at(plan.corpus)
-    found = list(folds(plan, corpus))
+    corpus = load_cached_corpus(plan.corpus)
+    found = list(make_folds(plan, corpus))
     jobs = [job for fold in found for job in _jobs(plan, fold, work)]
     jobs += [*mouth_jobs(plan, corpus, work), *sweep_jobs(plan, corpus, work)]
-    heard = takes(plan, corpus, work, lambda done: progress("aligning", done))
+    heard = clip_inputs(plan, corpus, work, lambda done: progress("aligning", done))
     fit_all(jobs, workers, lambda done: progress("training", done))
     begin = time.process_time()
     document: Document = {
@@ -61,7 +70,7 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
     if plan.tools is not None:
         document["tools"] = read_tools(plan.tools)
     document["sweeps"] = run_sweeps(plan, corpus, work)
-    document["effort"] = trainings(jobs) | {"scoring_s": round(time.process_time() - begin, 1)}
+    document["effort"] = training_cost(jobs) | {"scoring_s": round(time.process_time() - begin, 1)}
     return document
 
 
@@ -70,7 +79,7 @@ def model_folder(plan: Plan, name: str, fold: Fold, work: Path) -> Path | None:
     where = plan.models[name]
     if fold.name != "test" and (name in plan.test_only or where.is_dir()):
         return None
-    return work / safe(name) / fold.name if where.is_file() else where
+    return work / folder_name(name) / fold.name if where.is_file() else where
 
 
 def _jobs(plan: Plan, fold: Fold, work: Path) -> Iterable[Job]:
@@ -84,7 +93,7 @@ def _score_model(
     plan: Plan,
     name: str,
     found: list[Fold],
-    heard: dict[str, tuple[Take, ...]],
+    heard: dict[str, tuple[ClipInput, ...]],
     work: Path,
     corpus: Corpus,
 ) -> Document:
@@ -93,7 +102,7 @@ def _score_model(
         folder = model_folder(plan, name, fold, work)
         if folder is None:
             continue
-        trained, face = load_trained(folder), face_of(plan.corpus, fold.face_clips)
+        trained, face = load_trained(folder), reference_face(plan.corpus, fold.face_clips)
         predicted = {
             int(clip): predict_clip(trained.model.regressor, corpus, int(clip)) for clip in fold.test
         }
@@ -102,7 +111,7 @@ def _score_model(
                 _score_fold(trained.model, predicted, variant, fold, corpus, face)
             )
         if fold.name == "test":
-            row |= describe(trained.model) | {"training_s": trained.seconds}
+            row |= describe_model(trained.model) | {"training_s": trained.seconds}
             row |= _cost(trained.model, folder, corpus, fold) | _pictures(trained, predicted, corpus)
             for variant, scores in condition_scores(trained.model, heard, corpus, face).items():
                 row["scores"][variant].update(scores)
@@ -121,17 +130,20 @@ def _score_fold(
 ) -> dict[str, dict[str, list[Any]]]:
     """Sums by "fold/where", measure and clip."""
     shapes = (
-        (clip, model.face.instance(with_contacts(modes, model, corpus, clip) if variant != "raw" else modes))
+        (
+            clip,
+            model.face.instance(enforce_contacts(modes, model, corpus, clip) if variant != "raw" else modes),
+        )
         for clip, modes in predicted.items()
     )
     return scores_by_frames(fold.name, shapes, fold.where, corpus, face)
 
 
-def with_contacts(
+def enforce_contacts(
     modes: NDArray[np.float32], model: regressors.Model, corpus: Corpus, clip: int
 ) -> NDArray[np.float32]:
     """Predicted modes of a clip with the closures that `animate` guarantees."""
-    return contacts.close(modes, corpus.tracks[clip], model.face, corpus.fps, 0.5 / corpus.fps)
+    return contacts.enforce_lip_contacts(modes, corpus.tracks[clip], model.face, corpus.fps, 0.5 / corpus.fps)
 
 
 def _cost(model: regressors.Model, folder: Path, corpus: Corpus, fold: Fold) -> Document:
@@ -153,7 +165,7 @@ def _pictures(trained: Trained, predicted: dict[int, NDArray[np.float32]], corpu
     }
 
 
-def rows_of(document: Document, name: str, variant: str, where: str) -> Scores | None:
+def model_rows(document: Document, name: str, variant: str, where: str) -> Scores | None:
     """Sums of one model, (clips, sums) by measure; several folds joined where `where` ends with *."""
     scores = document["models"][name]["scores"].get(variant, {})
     fold, _, frames = where.partition("/")

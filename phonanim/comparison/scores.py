@@ -106,7 +106,7 @@ def _short(sums: Array) -> list[float]:
     return [float(f"{number:.9g}") for number in sums]
 
 
-def value(name: str, rows: Array) -> float:
+def measure_value(name: str, rows: Array) -> float:
     """One number for some clips, (clips, sums)."""
     return float(MEASURES[name].statistic(np.asarray(rows).sum(axis=0)))
 

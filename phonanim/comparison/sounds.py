@@ -15,12 +15,12 @@ SEARCH = 0.008  # seconds either way in which a piece is sought that goes on whe
 QUIET = 1e-9  # of full scale squared, so that silence is divided by something
 
 
-def white(length: int, rng: np.random.Generator) -> Samples:
+def white_noise(length: int, rng: np.random.Generator) -> Samples:
     """White noise, (length,)."""
     return rng.standard_normal(length).astype(np.float32)
 
 
-def babble(voices: Sequence[Sound], length: int, rate: int, rng: np.random.Generator) -> Samples:
+def babble_noise(voices: Sequence[Sound], length: int, rate: int, rng: np.random.Generator) -> Samples:
     """Several recordings at once, equally loud, each begun anywhere and repeated, -> (length,)."""
     total = np.zeros(length, np.float32)
     for voice in voices:
@@ -30,7 +30,7 @@ def babble(voices: Sequence[Sound], length: int, rate: int, rng: np.random.Gener
     return total
 
 
-def mixed(sound: Sound, noise: Samples, snr: float, spoken: NDArray[np.bool_]) -> Sound:
+def mix_noise(sound: Sound, noise: Samples, snr: float, spoken: NDArray[np.bool_]) -> Sound:
     """A recording in noise (samples,), `snr` dB below what it holds where it is `spoken`, (samples,).
 
     What would then be louder than full scale is made softer as a whole.
@@ -41,7 +41,7 @@ def mixed(sound: Sound, noise: Samples, snr: float, spoken: NDArray[np.bool_]) -
     return Sound(samples / max(1.0, float(np.abs(samples).max())), sound.rate)
 
 
-def moved(sound: Sound, semitones: float) -> Sound:
+def shift_voice(sound: Sound, semitones: float) -> Sound:
     """The voice with its pitch and its formants times 2 ** (semitones / 12), as long as it was.
 
     Played faster or slower, and stretched back. A larger or smaller speaker, in what makes up most of the
@@ -49,10 +49,10 @@ def moved(sound: Sound, semitones: float) -> Sound:
     """
     rate = round(sound.rate / 2 ** (semitones / 12))
     played = resample(sound.samples, sound.rate, rate)
-    return Sound(stretched(played, len(sound.samples), sound.rate), sound.rate)
+    return Sound(stretch_time(played, len(sound.samples), sound.rate), sound.rate)
 
 
-def stretched(samples: Samples, length: int, rate: int) -> Samples:
+def stretch_time(samples: Samples, length: int, rate: int) -> Samples:
     """Samples at another speed and the same pitch, (n,) -> (length,).
 
     Waveform similarity overlap-add (Verhelst and Roelands 1993): instant t of the result is instant

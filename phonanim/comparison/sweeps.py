@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from phonanim.comparison.fit import CLIPS, Job, face_of, load_trained
-from phonanim.comparison.folds import everywhere
+from phonanim.comparison.fit import CLIPS, Job, load_trained, reference_face
+from phonanim.comparison.folds import all_frames
 from phonanim.comparison.plan import Plan, Sweep
-from phonanim.comparison.scores import clip_scores, value
+from phonanim.comparison.scores import clip_scores, measure_value
 from phonanim.corpus.corpus import Corpus
 from phonanim.training.recipes import predict_clip
 
@@ -21,7 +21,7 @@ HELD_OUT = 0.1  # of the training clips: sweeps are choices, and choices do not 
 
 def sweep_jobs(plan: Plan, corpus: Corpus, work: Path) -> list[Job]:
     """What the sweeps of a plan have to train."""
-    train, _ = split(plan, corpus)
+    train, _ = split_clips(plan, corpus)
     return [
         Job(
             sweep.recipe or plan.models[values[MODEL]],
@@ -32,11 +32,11 @@ def sweep_jobs(plan: Plan, corpus: Corpus, work: Path) -> list[Job]:
             {key: setting for key, setting in values.items() if key not in (CLIPS, MODEL)},
         )
         for name, sweep in plan.sweeps.items()
-        for values in points(sweep)
+        for values in sweep_points(sweep)
     ]
 
 
-def points(sweep: Sweep) -> list[dict[str, Any]]:
+def sweep_points(sweep: Sweep) -> list[dict[str, Any]]:
     """Settings of every point of a sweep."""
     return [
         {sweep.x: x, **({sweep.series: series} if sweep.series else {})}
@@ -46,12 +46,12 @@ def points(sweep: Sweep) -> list[dict[str, Any]]:
 
 def run_sweeps(plan: Plan, corpus: Corpus, work: Path) -> dict[str, Any]:
     """Scores of every point on the clips held out of the training clips."""
-    train, held_out = split(plan, corpus)
-    face = face_of(plan.corpus, tuple(train.tolist()))
+    train, held_out = split_clips(plan, corpus)
+    face = reference_face(plan.corpus, tuple(train.tolist()))
     found: dict[str, Any] = {}
     for name, sweep in plan.sweeps.items():
         rows = []
-        for values in points(sweep):
+        for values in sweep_points(sweep):
             trained = load_trained(_folder(work, name, values))
             scores = [
                 clip_scores(
@@ -60,17 +60,17 @@ def run_sweeps(plan: Plan, corpus: Corpus, work: Path) -> dict[str, Any]:
                     face,
                     corpus.tracks[clip],
                     corpus.fps,
-                    everywhere(corpus, clip),
+                    all_frames(corpus, clip),
                 )
                 for clip in held_out.tolist()
             ]
-            measured = {m: value(m, np.array([row[m] for row in scores])) for m in scores[0]}
+            measured = {m: measure_value(m, np.array([row[m] for row in scores])) for m in scores[0]}
             rows.append({**values, **measured, "training_s": trained.seconds})
         found[name] = {"x": sweep.x, "series": sweep.series, "label": sweep.label or name, "rows": rows}
     return found
 
 
-def split(plan: Plan, corpus: Corpus) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+def split_clips(plan: Plan, corpus: Corpus) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
     """Training clips in random order, and those held out of them."""
     shuffled = np.random.default_rng(plan.seed).permutation(corpus.clips_of("train"))
     count = round(HELD_OUT * len(shuffled))

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.comparison.run import rows_of
-from phonanim.comparison.scores import MEASURES, value
+from phonanim.comparison.run import model_rows
+from phonanim.comparison.scores import MEASURES, measure_value
 from phonanim.evaluation.statistics import bootstrap_interval, holm, paired_test, pearson
 
 Table = list[list[str]]
@@ -24,18 +24,18 @@ def markdown(table: Table) -> str:
     return "\n".join("| " + " | ".join(row) + " |" for row in [table[0], rule, *table[1:]])
 
 
-def heading(measure: str) -> str:
+def measure_heading(measure: str) -> str:
     """A measure with its unit."""
     found = MEASURES[measure]
     return f"{found.label}, {found.unit}" if found.unit else found.label
 
 
-def values(document: Document, variant: str, where: str, measures: tuple[str, ...]) -> Table:
+def values_table(document: Document, variant: str, where: str, measures: tuple[str, ...]) -> Table:
     """One row per model: each measure with its 95 % interval over sentences; the best in bold."""
-    names = [n for n in document["models"] if rows_of(document, n, variant, where) is not None]
+    names = [n for n in document["models"] if model_rows(document, n, variant, where) is not None]
     columns = [_column(document, names, variant, where, measure) for measure in measures]
     cells = [list(row) for row in zip(*columns, strict=True)]
-    header = ["model", *[heading(measure) for measure in measures]]
+    header = ["model", *[measure_heading(measure) for measure in measures]]
     return [header, *[[name, *row] for name, row in zip(names, cells, strict=True)]]
 
 
@@ -45,7 +45,7 @@ def _column(document: Document, names: list[str], variant: str, where: str, meas
         rows = _rows(document, name, variant, where, measure)
         rng = np.random.default_rng(document["seed"])
         low, high = bootstrap_interval(rows, rng, MEASURES[measure].statistic)
-        found.append(value(measure, rows))
+        found.append(measure_value(measure, rows))
         texts.append(f"{_number(found[-1])} [{_number(low)}, {_number(high)}]")
     # A gap may be negative where lips press; nearest to nothing is best.
     away = np.abs(found) if MEASURES[measure].better == "less" else -np.array(found)
@@ -53,11 +53,13 @@ def _column(document: Document, names: list[str], variant: str, where: str, meas
     return [f"**{text}**" if i == best else text for i, text in enumerate(texts)]
 
 
-def differences(document: Document, variant: str, where: str, measures: tuple[str, ...]) -> Table:
+def differences_table(document: Document, variant: str, where: str, measures: tuple[str, ...]) -> Table:
     """How far each model is from the reference: change of each measure and its p, Holm-corrected together."""
     reference = document["reference"]
     others = [
-        n for n in document["models"] if n != reference and rows_of(document, n, variant, where) is not None
+        n
+        for n in document["models"]
+        if n != reference and model_rows(document, n, variant, where) is not None
     ]
     pairs = [(name, measure) for name in others for measure in measures]
     compared = [
@@ -68,7 +70,7 @@ def differences(document: Document, variant: str, where: str, measures: tuple[st
         for name, measure in pairs
     ]
     chances = holm([_p(document, *rows, m) for rows, (_, m) in zip(compared, pairs, strict=True)])
-    header = [f"{reference} against", *[text for m in measures for text in (heading(m), "p")]]
+    header = [f"{reference} against", *[text for m in measures for text in (measure_heading(m), "p")]]
     table = [header]
     for name in others:
         cells = []
@@ -86,7 +88,7 @@ def _p(document: Document, ours: Sums, theirs: Sums, measure: str) -> float:
 
 def _change(ours: Sums, theirs: Sums, measure: str) -> str:
     """Errors change by a share, correlations by a difference."""
-    first, second = value(measure, ours), value(measure, theirs)
+    first, second = measure_value(measure, ours), measure_value(measure, theirs)
     if MEASURES[measure].statistic is pearson:
         return f"{first - second:+.3f}"
     return f"{100 * (first / second - 1):+.1f} %"
@@ -97,13 +99,13 @@ def _p_text(p: float) -> str:
 
 
 def _rows(document: Document, name: str, variant: str, where: str, measure: str) -> Sums:
-    found = rows_of(document, name, variant, where)
+    found = model_rows(document, name, variant, where)
     if found is None:
         raise KeyError(f"{name} was not measured in {where}")
     return found[measure]
 
 
-def under_conditions(document: Document, variant: str, frames: str, measure: str) -> Table:
+def conditions_table(document: Document, variant: str, frames: str, measure: str) -> Table:
     """One row per model: a measure on the clean test clips and under each condition; the best in bold."""
     names, conditions = list(document["models"]), list(document["conditions"])
     places = [f"test/{frames}", *[f"with {condition}/{frames}" for condition in conditions]]
@@ -112,7 +114,7 @@ def under_conditions(document: Document, variant: str, frames: str, measure: str
     return [header, *[list(row) for row in zip(names, *columns, strict=True)]]
 
 
-def losses(document: Document, variant: str, frames: str, measure: str) -> Table:
+def losses_table(document: Document, variant: str, frames: str, measure: str) -> Table:
     """What each condition changes of each model's clean score, with its p, Holm-corrected together."""
     cells = {
         (name, condition): (
@@ -125,7 +127,7 @@ def losses(document: Document, variant: str, frames: str, measure: str) -> Table
     return _grid(document, "model", cells, measure)
 
 
-def under_conditions_against(document: Document, variant: str, frames: str, measure: str) -> Table:
+def conditions_difference_table(document: Document, variant: str, frames: str, measure: str) -> Table:
     """How far each model is from the reference under the same condition, p Holm-corrected together."""
     reference = document["reference"]
     cells = {
@@ -154,7 +156,7 @@ def _grid(
     return [[title, *conditions], *rows]
 
 
-def aligner(document: Document) -> Table:
+def aligner_table(document: Document) -> Table:
     """How the aligner fares under each condition."""
     table = [["condition", "clips not aligned", "frames of speech with another phone than labelled"]]
     for name, found in document["conditions"].items():
@@ -163,7 +165,7 @@ def aligner(document: Document) -> Table:
     return table
 
 
-def ema(document: Document) -> Table:
+def ema_table(document: Document) -> Table:
     """Lip aperture r of each utterance of another speaker, with and without contacts."""
     named = {n: m["ema"] for n, m in document["models"].items() if "ema" in m}
     if not named:
@@ -195,16 +197,16 @@ COSTS: dict[str, Callable[[Document], str]] = {
 }
 
 
-def cost(document: Document) -> Table:
+def cost_table(document: Document) -> Table:
     """What each model costs: size, training, speed, memory, and what it must know of what is to come."""
     rows = [[name, *[show(found) for show in COSTS.values()]] for name, found in document["models"].items()]
     return [["model", *COSTS], *rows]
 
 
-def sweep(found: dict[str, Any], measure: str) -> Table:
+def sweep_table(found: dict[str, Any], measure: str) -> Table:
     """A sweep: one row per value, one column per series."""
     series = list(dict.fromkeys(str(row.get(found["series"], "")) for row in found["rows"]))
-    named = [f"{found['series']} {s}" if found["series"] else heading(measure) for s in series]
+    named = [f"{found['series']} {s}" if found["series"] else measure_heading(measure) for s in series]
     table = [[found["x"], *named]]
     for x in dict.fromkeys(str(row[found["x"]]) for row in found["rows"]):
         picked = {

@@ -37,7 +37,7 @@ def read_tools(path: Path) -> dict[str, Any]:
     return found
 
 
-def table(tools: dict[str, Any], seed: int) -> list[list[str]]:
+def tools_table(tools: dict[str, Any], seed: int) -> list[list[str]]:
     """Mean over clips with its 95 % interval for each tool; p of its difference from ours, Holm-corrected."""
     others = [name for name in tools if name != OURS]
     pairs = [(name, measure) for name in others for measure in TESTED]

@@ -61,7 +61,7 @@ def write_text(path: Path, text: str) -> None:
         partial.write_bytes(text.encode("utf-8"))
 
 
-def gathered(pieces: Iterable[NDArray[Any]]) -> NDArray[Any]:
+def concatenate_pieces(pieces: Iterable[NDArray[Any]]) -> NDArray[Any]:
     """Arrays joined along their first axis, at least one; more than LARGE bytes lie in a file without a name.
 
     The file goes when the array does. Raises OutputError when there is no room for it.

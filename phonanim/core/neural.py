@@ -68,6 +68,6 @@ def transformer_block(signal: Floats, part: Mapping[str, Floats], heads: int) ->
     return np.asarray(signal + wide @ part["narrow"] + part["narrow_bias"])
 
 
-def named(tensors: Mapping[str, Floats], prefix: str) -> dict[str, Floats]:
+def tensors_with_prefix(tensors: Mapping[str, Floats], prefix: str) -> dict[str, Floats]:
     """The tensors whose names begin with a prefix, without it."""
     return {name.removeprefix(prefix): t for name, t in tensors.items() if name.startswith(prefix)}

@@ -20,11 +20,11 @@ def first_guesses(image: Grey, template: Grey, mask: Grey) -> list[tuple[float, 
     counts. Best first, by normalized correlation under the mask (Padfield 2012, with one mask).
     """
     small = COARSE / template.shape[1]
-    kernel, weights = shrunk(template, small), (shrunk(mask, small) > 0.99).astype(np.float32)
+    kernel, weights = downscale(template, small), (downscale(mask, small) > 0.99).astype(np.float32)
     found = []
     for size in SIZES:
         scale = size * image.shape[1] / template.shape[1]
-        picture = shrunk(image, small / scale)
+        picture = downscale(image, small / scale)
         if min(np.subtract(picture.shape, kernel.shape)) < 0:
             continue
         likeness = correlation_map(picture, kernel, weights)
@@ -50,7 +50,7 @@ def correlate(image: Grey, kernel: Grey) -> Array:
     return np.asarray(np.fft.irfft2(spectrum, image.shape)[:rows, :columns])
 
 
-def shrunk(image: Grey, scale: float) -> Grey:
+def downscale(image: Grey, scale: float) -> Grey:
     """The picture `scale` times as large, each pixel the mean of those it covers."""
     rows, columns = (max(2, round(size * scale)) for size in image.shape)
     tall = _means(image, rows)

@@ -7,7 +7,7 @@ import os
 VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
-def one_thread() -> None:
+def use_one_thread() -> None:
     """Make NumPy use one thread in this process and those it starts; call it before NumPy is imported.
 
     Several threads share the rows of a product differently and so round differently: with one, the same

@@ -12,7 +12,7 @@ from phonanim.media.audio import read_sound
 from phonanim.regressors import Examples
 
 
-def examples(corpus: Corpus, face: FaceModel, clips: Iterable[int], heard: bool = False) -> Examples:
+def make_examples(corpus: Corpus, face: FaceModel, clips: Iterable[int], heard: bool = False) -> Examples:
     """Clips of a corpus as training examples: modes of the captured face at mid-exposure instants.
 
     `heard`: with their recordings. Raises AudioError where one cannot be read.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from phonanim.core.files import atomic_path
 from phonanim.corpus.corpus import Corpus, load_corpus, read_clips, read_landmarks
-from phonanim.corpus.examples import examples
+from phonanim.corpus.examples import make_examples
 from phonanim.errors import CorpusError
 from phonanim.face.appearance import (
     LUMA,
@@ -54,7 +54,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Recordings:
+class MouthFilms:
     """Mouth films with the landmarks (frames, landmarks, 2) in pixels of each film."""
 
     folder: Path
@@ -105,7 +105,7 @@ class PixelError:
     outer: Array
 
 
-def open_recordings(folder: Path, corpus: Corpus) -> Recordings:
+def open_mouth_films(folder: Path, corpus: Corpus) -> MouthFilms:
     """The films that a corpus was built from. Raises CorpusError when they are not those."""
     rows = read_clips(folder)
     if tuple(row["clip"] for row in rows) != corpus.clips:
@@ -116,7 +116,7 @@ def open_recordings(folder: Path, corpus: Corpus) -> Recordings:
         )
     crops = np.array([[float(row["crop_x"]), float(row["crop_y"])] for row in rows])
     pixels = read_landmarks(folder, rows)[0][:, :, :2] * np.array([1.0, -1.0])
-    return Recordings(
+    return MouthFilms(
         folder, corpus, (pixels - np.repeat(crops, corpus.frames, axis=0)[:, None]).astype("f4")
     )
 
@@ -132,20 +132,20 @@ def build_appearance(
     Only training clips teach; every clip is projected. Raises CorpusError.
     """
     corpus = load_corpus(destination)
-    films = open_recordings(recordings, corpus)
+    films = open_mouth_films(recordings, corpus)
     face = fit_face(corpus.landmarks[corpus.rows(corpus.clips_of("train"))], corpus.indices)
     model = fit_appearance(films, face, settings, lambda done: progress(FIRST_PASS * done))
-    captured = capture(films, model, lambda done: progress(FIRST_PASS + (1 - FIRST_PASS) * done))
+    captured = capture_joint_modes(films, model, lambda done: progress(FIRST_PASS + (1 - FIRST_PASS) * done))
     save_captured(captured, destination, corpus)
     return captured
 
 
 def fit_appearance(
-    films: Recordings, face: FaceModel, settings: Settings, progress: Progress = lambda done: None
+    films: MouthFilms, face: FaceModel, settings: Settings, progress: Progress = lambda done: None
 ) -> AppearanceModel:
     """The appearance model of a corpus' training clips; about SAMPLES frames of them are looked at."""
     rows, mesh = appearance_mesh(face, settings.pixel)
-    clips, step = thinned(films.corpus)
+    clips, step = choose_samples(films.corpus)
     pieces = []
     for done, clip in enumerate(clips, 1):
         pieces.append(films.cut(int(clip), face, rows, mesh, step))
@@ -174,7 +174,7 @@ def fit_model(
     return AppearanceModel(face, rows, mesh, outer, inner, slopes, weight, basis, std, settings.pixel)
 
 
-def thinned(corpus: Corpus) -> tuple[NDArray[np.int64], int]:
+def choose_samples(corpus: Corpus) -> tuple[NDArray[np.int64], int]:
     """Training clips and a step between their frames that leave about SAMPLES frames."""
     clips = corpus.clips_of("train")
     surplus = max(1.0, float(corpus.frames[clips].sum()) / SAMPLES)
@@ -194,7 +194,9 @@ def texture_slopes(pieces: list[tuple[Array, Texture]]) -> Texture:
     return np.asarray(solved.reshape(moments.shape), np.float32)
 
 
-def capture(films: Recordings, model: AppearanceModel, progress: Progress = lambda done: None) -> Captured:
+def capture_joint_modes(
+    films: MouthFilms, model: AppearanceModel, progress: Progress = lambda done: None
+) -> Captured:
     """The joint modes of every frame, and the grey textures of the test clips."""
     corpus = films.corpus
     joint = np.empty((int(corpus.frames.sum()), len(model.std)), np.float32)
@@ -215,7 +217,7 @@ def joint_examples(corpus: Corpus, captured: Captured, clips: Iterable[int]) -> 
     """Clips of a corpus as training examples whose targets are joint modes, (frames, j)."""
     chosen = [int(clip) for clip in clips]
     targets = tuple(captured.joint[corpus.rows([clip])] for clip in chosen)
-    return replace(examples(corpus, captured.model.face, chosen), targets=targets)
+    return replace(make_examples(corpus, captured.model.face, chosen), targets=targets)
 
 
 def save_captured(captured: Captured, destination: Path, corpus: Corpus) -> None:
@@ -223,7 +225,7 @@ def save_captured(captured: Captured, destination: Path, corpus: Corpus) -> None
     from safetensors.numpy import save
 
     folder = destination / FOLDER
-    card = {"corpus": corpus.provenance, "bound": bound(captured)}
+    card = {"corpus": corpus.provenance, "bound": reconstruction_error(captured)}
     save_appearance(captured.model, folder, card)
     with atomic_path(folder / "captured.safetensors") as path:
         path.write_bytes(save({"joint": captured.joint, "grey": captured.grey, "rows": captured.rows}))
@@ -260,7 +262,7 @@ def pixel_mse(model: AppearanceModel, joint: NDArray[np.floating], grey: NDArray
     )
 
 
-def bound(captured: Captured) -> dict[str, float]:
+def reconstruction_error(captured: Captured) -> dict[str, float]:
     """The pixel error that the model itself leaves on the test clips: no prediction can have less."""
     if len(captured.rows) == 0:
         return {}

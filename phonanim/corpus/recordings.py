@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from phonanim.aligners.pocketsphinx import align
 from phonanim.core.files import atomic_path, write_text
-from phonanim.corpus.tracking import Quality, Track, Tracker, quality, track_film
+from phonanim.corpus.tracking import Quality, Track, Tracker, measure_quality, track_film
 from phonanim.errors import AlignmentError, CorpusError, OptionError, PhonanimError
 from phonanim.face.model import OUTER_LIPS, SUBNASALE
 from phonanim.inputs.alignment import read_alignment
 from phonanim.media.video import (
     SOUND_RATE,
     Film,
-    conversion,
+    conversion_hint,
     open_film,
     read_frames,
     read_sound,
@@ -63,20 +63,20 @@ class Rejected:
 
 
 @dataclass(frozen=True)
-class Report:
+class FilmReport:
     """What became of the films."""
 
     clips: tuple[Clip, ...]
     rejected: tuple[Rejected, ...]
 
 
-def record(
+def make_recordings(
     films: Sequence[Path],
     destination: Path,
     tracker: Tracker,
     test: float = 0.1,
     progress: Progress = lambda done: None,
-) -> Report:
+) -> FilmReport:
     """Track films, align what is said, and write a recordings folder.
 
     Beside each film lies its alignment (.TextGrid) or its text (.txt). `test` is the share of the clips
@@ -93,17 +93,17 @@ def record(
     for number, path in enumerate(films):
         try:
             share = _part(progress, number, len(films))
-            clips.append(take(path, destination, tracker, clips[0].film if clips else None, share))
+            clips.append(process_film(path, destination, tracker, clips[0].film if clips else None, share))
         except PhonanimError as error:
             rejected.append(Rejected(path, str(error)))
     if not clips:
         raise CorpusError(f"none of the {len(films)} films can be used; the first: {rejected[0].why}")
-    report = Report(tuple(clips), tuple(rejected))
+    report = FilmReport(tuple(clips), tuple(rejected))
     write_tables(report, tracker, destination, test)
     return report
 
 
-def take(
+def process_film(
     path: Path,
     destination: Path,
     tracker: Tracker,
@@ -118,7 +118,7 @@ def take(
     if first and abs(float(film.rate / first.rate) - 1) > SAME_RATE:
         raise CorpusError(
             f"{path}: has {float(film.rate):g} frames per second and {first.path.name} "
-            f"{float(first.rate):g}; {conversion(path, first.rate)}"
+            f"{float(first.rate):g}; {conversion_hint(path, first.rate)}"
         )
     sound = read_sound(path)
     words, phones = transcribe(find_text(path), film, sound)
@@ -131,7 +131,7 @@ def take(
         destination / "textgrid" / f"{path.stem}.TextGrid", {"words": words, "phones": phones}, duration
     )
     corner = film_mouth(film, track, tracker, destination / "mouth" / f"{path.stem}.mp4")
-    worth = quality(track.landmarks, tracker.indices)
+    worth = measure_quality(track.landmarks, tracker.indices)
     return Clip(path.stem, film, track, worth, corner, len(phones))
 
 
@@ -202,9 +202,9 @@ def _evened(frames: Iterator[NDArray[np.uint8]]) -> Iterator[NDArray[np.uint8]]:
     return (frame[: len(frame) // 2 * 2, : frame.shape[1] // 2 * 2] for frame in frames)
 
 
-def write_tables(report: Report, tracker: Tracker, destination: Path, test: float) -> None:
+def write_tables(report: FilmReport, tracker: Tracker, destination: Path, test: float) -> None:
     """Write what all clips share: quality.json, quality.txt, landmarks.npz and, last, clips.csv."""
-    splits = split(len(report.clips), test)
+    splits = choose_test_clips(len(report.clips), test)
     facts = [_facts(clip, kind) for clip, kind in zip(report.clips, splits, strict=True)]
     rejected = [{"film": str(film.film), "why": film.why} for film in report.rejected]
     document = {
@@ -214,7 +214,7 @@ def write_tables(report: Report, tracker: Tracker, destination: Path, test: floa
         "rejected": rejected,
     }
     write_text(destination / "quality.json", json.dumps(document, indent=1) + "\n")
-    write_text(destination / "quality.txt", "".join(line + "\n" for line in summary(report)))
+    write_text(destination / "quality.txt", "".join(line + "\n" for line in report_text(report)))
     write_landmarks(report.clips, tracker.indices, destination / "landmarks.npz")
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
@@ -224,7 +224,7 @@ def write_tables(report: Report, tracker: Tracker, destination: Path, test: floa
     write_text(destination / "clips.csv", table.getvalue())
 
 
-def split(n_clips: int, test: float) -> list[str]:
+def choose_test_clips(n_clips: int, test: float) -> list[str]:
     """Which clips are set aside: a share of them, evenly spread and never the only one."""
     n_test = min(round(test * n_clips), n_clips - 1)
     chosen = {int((k + 0.5) * n_clips / n_test) for k in range(n_test)}
@@ -246,7 +246,7 @@ def write_landmarks(clips: Sequence[Clip], indices: NDArray[np.int64], path: Pat
         )
 
 
-def summary(report: Report) -> list[str]:
+def report_text(report: FilmReport) -> list[str]:
     """The report for readers: a line per clip, what to know of it, and the films that were left out."""
     lines = ["clip                     frames  bridged  pupils px  jitter mm  turn deg  phones"]
     for clip in report.clips:

@@ -108,14 +108,14 @@ def _pixels(face: Any, frame: Frame, indices: NDArray[np.int64]) -> Array:
 
 def aam_tracker(folder: Path) -> Tracker:
     """A search for the face of an appearance model. Raises ModelError."""
-    from phonanim.face.aam import build_fitter, track
+    from phonanim.face.aam import build_fitter, track_face
     from phonanim.face.appearance import load_appearance
 
     model = load_appearance(folder)
     fitter = build_fitter(model)
 
     def follow(frames: Iterable[Frame]) -> Iterator[Array | None]:
-        for pose in track(fitter, frames):
+        for pose in track_face(fitter, frames):
             yield fitter.landmarks(pose) if pose else None
 
     likeness = f"the model explains less than {fitter.options.likeness:.0%} of the picture"
@@ -136,7 +136,7 @@ def track_film(film: Film, tracker: Tracker, progress: Callable[[float], None] =
         found.append(points)
         if points is None:
             rejected[number] = tracker.miss
-        elif leaves(points, tracker.indices, frame):
+        elif leaves_frame(points, tracker.indices, frame):
             rejected[number] = "the mouth leaves the picture"
         progress(min(1.0, (number + 1) / film.frames))
     if len(rejected) == len(found):
@@ -145,14 +145,14 @@ def track_film(film: Film, tracker: Tracker, progress: Callable[[float], None] =
     blank = np.full((len(tracker.indices), 3), np.nan)
     landmarks = np.stack([blank if points is None else points for points in found])
     landmarks[list(rejected)] = np.nan
-    rejected |= dict.fromkeys(jumps(landmarks, tracker.indices, float(film.rate)), "the face jumped")
+    rejected |= dict.fromkeys(find_jumps(landmarks, tracker.indices, float(film.rate)), "the face jumped")
     landmarks[list(rejected)] = np.nan
     check_gaps(film, rejected)
     check_cuts(film, landmarks, tracker.indices)
-    return Track(bridged(landmarks), dict(sorted(rejected.items())))
+    return Track(bridge_gaps(landmarks), dict(sorted(rejected.items())))
 
 
-def jumps(landmarks: Array, indices: NDArray[np.int64], rate: float) -> list[int]:
+def find_jumps(landmarks: Array, indices: NDArray[np.int64], rate: float) -> list[int]:
     """Frames in which the rigid landmarks are far from those before and after, though these agree."""
     steps, allowed = _steps(landmarks, indices, rate)
     far = steps > allowed
@@ -172,7 +172,7 @@ def check_cuts(film: Film, landmarks: Array, indices: NDArray[np.int64]) -> None
         )
 
 
-def leaves(points: Array, indices: NDArray[np.int64], frame: Frame) -> bool:
+def leaves_frame(points: Array, indices: NDArray[np.int64], frame: Frame) -> bool:
     """Whether a part of the lips lies outside a frame."""
     lips = points[_rows(indices, OUTER_LIPS), :2]
     return bool((lips < 0).any() or (lips > [frame.shape[1], frame.shape[0]]).any())
@@ -197,7 +197,7 @@ def check_gaps(film: Film, rejected: Mapping[int, str]) -> None:
             )
 
 
-def bridged(landmarks: Array) -> Array:
+def bridge_gaps(landmarks: Array) -> Array:
     """Frames that are NaN filled from their neighbours: straight lines, and repeated at the ends."""
     flat = landmarks.reshape(len(landmarks), -1)
     known = np.flatnonzero(np.isfinite(flat).all(axis=1))
@@ -205,7 +205,7 @@ def bridged(landmarks: Array) -> Array:
     return np.stack([np.interp(at, known, curve[known]) for curve in flat.T], axis=1).reshape(landmarks.shape)
 
 
-def quality(landmarks: Array, indices: NDArray[np.int64]) -> Quality:
+def measure_quality(landmarks: Array, indices: NDArray[np.int64]) -> Quality:
     """How good a track is; (frames, landmarks, 3) pixels."""
     distance = _pupils(landmarks, indices)
     rigid = landmarks[:, _rows(indices, RIGID), :2]

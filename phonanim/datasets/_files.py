@@ -17,7 +17,7 @@ from phonanim.media.audio import Sound, read_sound
 Split = Callable[[str, str], str]  # speaker, sentence -> split
 
 
-def sound_of(path: Path) -> Callable[[], Sound] | None:
+def sound_loader(path: Path) -> Callable[[], Sound] | None:
     """A function that reads a recording, where there is one."""
     return partial(read_sound, path) if path.is_file() else None
 
@@ -30,7 +30,7 @@ def load_array(path: Path) -> NDArray[np.float32]:
         raise CorpusError(f"{path}: cannot be read as an array of numbers: {error}") from error
 
 
-def numbers_last(path: Path) -> tuple[int, str]:
+def last_number(path: Path) -> tuple[int, str]:
     """A key that sorts files by the last number in their stem."""
     found = re.findall(r"\d+", path.stem)
     return int(found[-1]) if found else -1, path.name
@@ -44,7 +44,9 @@ def read_list(path: Path) -> tuple[str, ...]:
         raise CorpusError(f"{path}: cannot be read as a list of names: {error}") from error
 
 
-def prepared(folder: Path, fps: float, split: Split, axes: int, unit: str = "") -> Iterator[Recording]:
+def faceformer_recordings(
+    folder: Path, fps: float, split: Split, axes: int, unit: str = ""
+) -> Iterator[Recording]:
     """Recordings in the layout that FaceFormer introduced: `vertices_npy/<speaker>_<sentence>.npy` beside
     `wav/`, of the same names. Arrays are (frames, vertices * axes), or (frames, controls) with `axes` 1.
     """
@@ -55,7 +57,7 @@ def prepared(folder: Path, fps: float, split: Split, axes: int, unit: str = "") 
             speaker,
             split(speaker, sentence),
             partial(frames_of, path, fps, axes, unit=unit),
-            sound_of(folder / "wav" / f"{path.stem}.wav"),
+            sound_loader(folder / "wav" / f"{path.stem}.wav"),
         )
 
 

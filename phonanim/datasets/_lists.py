@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from phonanim.datasets import Recording, intervals, not_found
-from phonanim.datasets._files import frames_of, read_list, sound_of
-from phonanim.datasets._splits import EIGHTY_TWENTY, Cuts, drawn
+from phonanim.datasets._files import frames_of, read_list, sound_loader
+from phonanim.datasets._splits import EIGHTY_TWENTY, Cuts, draw_splits
 
 LABELS = (".TextGrid", ".lab")
 
 
-def listed(
+def list_recordings(
     folder: Path,
     title: str,
     motion: str,
@@ -42,7 +42,7 @@ def listed(
             title,
             splits.get(path.stem, ""),
             partial(frames_of, path, fps, axes, names, "mm" if axes > 1 else ""),
-            sound_of(folder / "wav" / f"{path.stem}.wav"),
+            sound_loader(folder / "wav" / f"{path.stem}.wav"),
             partial(intervals, label) if label else None,
         )
 
@@ -51,4 +51,4 @@ def _splits(folder: Path, names: list[str], cuts: Cuts, seed: int) -> dict[str, 
     lists = {"train": folder / "train.lst", "test": folder / "test.lst"}
     if all(path.is_file() for path in lists.values()):
         return {name: split for split, path in lists.items() for name in read_list(path)}
-    return drawn(dict.fromkeys(names, ""), cuts, np.random.default_rng(seed))
+    return draw_splits(dict.fromkeys(names, ""), cuts, np.random.default_rng(seed))

@@ -18,7 +18,7 @@ EIGHTY_TEN_TEN: Cuts = (("train", 0.8), ("validation", 0.9), ("test", 1.0))
 EIGHTY_TWENTY: Cuts = (("train", 0.8), ("test", 1.0))
 
 
-def drawn(groups: Mapping[str, str], cuts: Cuts, rng: np.random.Generator) -> dict[str, str]:
+def draw_splits(groups: Mapping[str, str], cuts: Cuts, rng: np.random.Generator) -> dict[str, str]:
     """The split of each name; every group is divided in the same parts."""
     members: dict[str, list[str]] = defaultdict(list)
     for name, group in sorted(groups.items()):
@@ -31,7 +31,7 @@ def drawn(groups: Mapping[str, str], cuts: Cuts, rng: np.random.Generator) -> di
     return found
 
 
-def pieces(recording: Recording, seconds: float, length: float) -> Iterator[Recording]:
+def cut_pieces(recording: Recording, seconds: float, length: float) -> Iterator[Recording]:
     """A recording cut into pieces of `length` seconds, numbered from 1; what is left over is dropped."""
     for number in range(int(seconds / length + 1e-6)):
         start = number * length

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from phonanim.datasets import Card, Frames, Recording, intervals, not_found
-from phonanim.datasets._files import sound_of
-from phonanim.datasets._splits import EIGHTY_TEN_TEN, drawn, pieces
+from phonanim.datasets._files import sound_loader
+from phonanim.datasets._splits import EIGHTY_TEN_TEN, cut_pieces, draw_splits
 from phonanim.errors import CorpusError
-from phonanim.media.audio import duration
+from phonanim.media.audio import audio_duration
 
 CARD = Card(
     title="BEAT",
@@ -46,7 +46,7 @@ def recordings(folder: Path) -> Iterator[Recording]:
         raise not_found(folder, "BEAT", "<speaker>/<speaker>_<name>_<type>_<first>_<last>.json")
     found = {piece.name: (piece, group_of(path.stem)) for path in paths for piece in _pieces(path)}
     groups = {name: group for name, (_, group) in found.items() if group}
-    splits = drawn(groups, EIGHTY_TEN_TEN, np.random.default_rng(SEED))
+    splits = draw_splits(groups, EIGHTY_TEN_TEN, np.random.default_rng(SEED))
     for name, (piece, _) in sorted(found.items()):
         yield Recording(name, piece.speaker, splits.get(name, ""), piece.frames, piece.sound, piece.phones)
 
@@ -67,8 +67,8 @@ def _pieces(path: Path) -> Iterator[Recording]:
     speaker = path.stem.split("_")[1]
     grid = path.with_suffix(".TextGrid")
     phones = partial(intervals, grid) if grid.is_file() else None
-    whole = Recording(path.stem, speaker, "", partial(load, path), sound_of(audio), phones)
-    yield from pieces(whole, duration(audio), PIECE)
+    whole = Recording(path.stem, speaker, "", partial(load, path), sound_loader(audio), phones)
+    yield from cut_pieces(whole, audio_duration(audio), PIECE)
 
 
 @lru_cache(maxsize=2)

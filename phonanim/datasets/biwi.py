@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.datasets import Card, Frames, Recording, not_found
-from phonanim.datasets._files import numbers_last, prepared, sound_of
+from phonanim.datasets._files import faceformer_recordings, last_number, sound_loader
 from phonanim.errors import CorpusError
 
 CARD = Card(
@@ -35,7 +35,7 @@ SENTENCES = 40
 def recordings(folder: Path) -> Iterator[Recording]:
     """The recordings, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
     if (folder / "vertices_npy").is_dir():
-        yield from prepared(folder, FPS, split_of, 3, UNIT)
+        yield from faceformer_recordings(folder, FPS, split_of, 3, UNIT)
         return
     sequences = sorted(path for path in folder.glob("faces/*/*") if any(path.glob("*.vl")))
     if not sequences:
@@ -48,7 +48,7 @@ def recordings(folder: Path) -> Iterator[Recording]:
             speaker,
             split_of(speaker, sentence),
             partial(load, path),
-            sound_of(audio),
+            sound_loader(audio),
         )
 
 
@@ -65,7 +65,7 @@ def split_of(speaker: str, sentence: str) -> str:
 
 def load(sequence: Path) -> Frames:
     """The frames of a folder of `.vl` files. Raises CorpusError when they differ in size."""
-    frames = [read_vl(path) for path in sorted(sequence.glob("*.vl"), key=numbers_last)]
+    frames = [read_vl(path) for path in sorted(sequence.glob("*.vl"), key=last_number)]
     if len({len(frame) for frame in frames}) > 1:
         raise CorpusError(f"{sequence}: its frames have different numbers of vertices; fetch it again")
     return Frames(np.stack(frames), FPS, unit=UNIT)

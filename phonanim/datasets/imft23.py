@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from phonanim.datasets import Card, Recording
-from phonanim.datasets._lists import listed
+from phonanim.datasets._lists import list_recordings
 
 CARD = Card(
     title="IMFT'23",
@@ -25,4 +25,4 @@ FPS = 50.0
 
 def recordings(folder: Path) -> Iterator[Recording]:
     """The recordings, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
-    return listed(folder, "IMFT'23", "params", FPS, 1)
+    return list_recordings(folder, "IMFT'23", "params", FPS, 1)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from phonanim.datasets import Card, Recording
-from phonanim.datasets._lists import listed
+from phonanim.datasets._lists import list_recordings
 
 CARD = Card(
     title="IMT'22",
@@ -26,4 +26,4 @@ SENSORS = ("TD", "TB", "BR", "BL", "TT", "UL", "LC", "LL", "LI", "LJ")
 
 def recordings(folder: Path) -> Iterator[Recording]:
     """The recordings, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
-    return listed(folder, "IMT'22", "ema", FPS, 3, SENSORS)
+    return list_recordings(folder, "IMT'22", "ema", FPS, 3, SENSORS)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from phonanim.datasets import Card, Recording
-from phonanim.datasets._lists import listed
+from phonanim.datasets._lists import list_recordings
 
 CARD = Card(
     title="KB-2k",
@@ -27,4 +27,4 @@ HELD_OUT = 50 / 2543
 def recordings(folder: Path) -> Iterator[Recording]:
     """The recordings, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
     cuts = (("train", 1 - HELD_OUT), ("test", 1.0))
-    return listed(folder, "KB-2k", "aam", FPS, 1, cuts=cuts)
+    return list_recordings(folder, "KB-2k", "aam", FPS, 1, cuts=cuts)

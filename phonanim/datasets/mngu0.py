@@ -8,7 +8,7 @@ from pathlib import Path
 
 from phonanim.datasets import Card, Recording, intervals, not_found
 from phonanim.datasets._est import sensors
-from phonanim.datasets._files import read_list, sound_of
+from phonanim.datasets._files import read_list, sound_loader
 
 CARD = Card(
     title="mngu0, day 1",
@@ -46,7 +46,7 @@ def recordings(folder: Path) -> Iterator[Recording]:
             "s1",
             splits.get(path.stem, ""),
             partial(sensors, path, SENSORS, CENTIMETRES),
-            sound_of(sounds.get(path.stem, folder / "none")),
+            sound_loader(sounds.get(path.stem, folder / "none")),
             partial(intervals, label) if label else None,
         )
 

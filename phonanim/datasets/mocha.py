@@ -9,7 +9,7 @@ from pathlib import Path
 
 from phonanim.datasets import Card, Recording, intervals, not_found
 from phonanim.datasets._est import sensors
-from phonanim.datasets._files import sound_of
+from phonanim.datasets._files import sound_loader
 
 CARD = Card(
     title="MOCHA-TIMIT",
@@ -45,6 +45,6 @@ def recordings(folder: Path) -> Iterator[Recording]:
             path.stem.partition("_")[0],
             {"2": "test", "6": "validation"}.get(path.stem[-1], "train"),
             partial(sensors, path, SENSORS, HUNDREDTHS),
-            sound_of(path.with_suffix(".wav")),
+            sound_loader(path.with_suffix(".wav")),
             partial(intervals, label) if label.is_file() else None,
         )

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.datasets import Card, Frames, Recording, not_found
-from phonanim.datasets._files import numbers_last, sound_of
+from phonanim.datasets._files import last_number, sound_loader
 from phonanim.errors import CorpusError
 
 CARD = Card(
@@ -46,7 +46,7 @@ def recordings(folder: Path) -> Iterator[Recording]:
             speaker,
             split_of(speakers.index(speaker), sentence, sentences),
             partial(load, path),
-            sound_of(path.parents[1] / "audio" / f"{sentence}.wav"),
+            sound_loader(path.parents[1] / "audio" / f"{sentence}.wav"),
             text=sentence.removeprefix("SEN_").replace("_", " "),
         )
 
@@ -63,9 +63,7 @@ def split_of(speaker: int, sentence: str, sentences: Sequence[str]) -> str:
 
 def load(sequence: Path) -> Frames:
     """The frames of a folder, mm, without the motion of the head. Raises CorpusError."""
-    paths = sorted(sequence.glob("*.bin"), key=numbers_last) or sorted(
-        sequence.glob("*.obj"), key=numbers_last
-    )
+    paths = sorted(sequence.glob("*.bin"), key=last_number) or sorted(sequence.glob("*.obj"), key=last_number)
     frames = [read_mesh(path) for path in paths]
     if len({len(frame) for frame in frames}) != 1:
         raise CorpusError(f"{sequence}: has no frames, or frames of different sizes; fetch it again")

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from phonanim.datasets import Card, Recording, not_found
-from phonanim.datasets._files import prepared
+from phonanim.datasets._files import faceformer_recordings
 
 CARD = Card(
     title="Utrecht University Dyadic Multimodal MoCap data set (UUDaMM)",
@@ -31,7 +31,7 @@ def recordings(folder: Path) -> Iterator[Recording]:
     """The pieces, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
     if not any((folder / "vertices_npy").glob("*_*.npy")):
         raise not_found(folder, "UUDaMM", "vertices_npy/<speaker>_<number>.npy")
-    return prepared(folder, FPS, split_of, 1)
+    return faceformer_recordings(folder, FPS, split_of, 1)
 
 
 def split_of(speaker: str, number: str) -> str:

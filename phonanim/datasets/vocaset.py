@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from phonanim.datasets import Card, Frames, Recording, not_found
-from phonanim.datasets._files import prepared
+from phonanim.datasets._files import faceformer_recordings
 from phonanim.datasets._pickles import read_pickle
 from phonanim.errors import CorpusError
 from phonanim.media.audio import Sound
@@ -39,7 +39,7 @@ def recordings(folder: Path) -> Iterator[Recording]:
     if vertices.is_file() and index.is_file():
         return _raw(folder, vertices, read_index(index))
     if (folder / "vertices_npy").is_dir():
-        return prepared(folder, FPS, split_of, 3, "as distributed")
+        return faceformer_recordings(folder, FPS, split_of, 3, "as distributed")
     raise not_found(folder, "VOCASET", "data_verts.npy and subj_seq_to_idx.pkl", "vertices_npy/*.npy")
 
 

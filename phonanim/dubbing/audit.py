@@ -13,16 +13,16 @@ import numpy as np
 from phonanim.animation.animation import Animation
 from phonanim.dubbing.ledger import read_ledger
 from phonanim.dubbing.line import Line
-from phonanim.dubbing.lines import Lines, below, files_below
-from phonanim.dubbing.origin import digest_of, file_of, rig_hash
+from phonanim.dubbing.lines import Lines, files_below, path_below
+from phonanim.dubbing.origin import file_entry, output_hash, rig_hash
 from phonanim.dubbing.outcome import Outcome
-from phonanim.dubbing.spoken import aligned
+from phonanim.dubbing.spoken import alignment_place
 from phonanim.dubbing.staging import Copies
 from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError, PhonanimError
 from phonanim.exporters import find_exporter, load, suffixes
 from phonanim.inputs.alignment import read_alignment
-from phonanim.media.audio import duration
+from phonanim.media.audio import audio_duration
 from phonanim.pipeline import model_hash
 from phonanim.speech.labels import is_silent
 
@@ -49,7 +49,7 @@ def audit(lines: Lines, folder: Place) -> list[Finding]:
     if not folder.is_dir():
         raise OptionError(f"{folder}: there is no such folder; name the one with the outputs")
     ledger = read_ledger(folder)
-    delivered = files_of(folder)
+    delivered = delivered_files(folder)
     findings = [
         Finding("missing", fault.id, fault.language, f"{fault.place}: {fault.message}")
         for fault in lines.faults
@@ -57,11 +57,11 @@ def audit(lines: Lines, folder: Place) -> list[Finding]:
     for line in lines.lines:
         files = delivered.pop(str(line.output), [])
         findings += _findings(line, files, ledger.get(line.id), folder)
-    orphans = sorted(str(below(path, folder)) for files in delivered.values() for path in files)
+    orphans = sorted(str(path_below(path, folder)) for files in delivered.values() for path in files)
     return findings + [Finding("orphan", name, "", "no line has it") for name in orphans]
 
 
-def counts(findings: Iterable[Finding]) -> dict[str, dict[str, int]]:
+def count_problems(findings: Iterable[Finding]) -> dict[str, dict[str, int]]:
     """How many problems of each kind each language has."""
     found: dict[str, Counter[str]] = {}
     for finding in findings:
@@ -69,12 +69,12 @@ def counts(findings: Iterable[Finding]) -> dict[str, dict[str, int]]:
     return {language: dict(sorted(problems.items())) for language, problems in sorted(found.items())}
 
 
-def files_of(folder: Place) -> dict[str, list[Place]]:
+def delivered_files(folder: Place) -> dict[str, list[Place]]:
     """The delivered files by their path without suffix, relative to the folder."""
     found: dict[str, list[Place]] = {}
     for path in files_below(folder):
         suffix = max((end for end in suffixes() if path.name.lower().endswith(end)), key=len, default="")
-        name = str(below(path, folder))
+        name = str(path_below(path, folder))
         if suffix and path.is_file() and not path.name.startswith(".") and name not in OWN:
             found.setdefault(name[: -len(suffix)], []).append(path)
     return found
@@ -90,7 +90,7 @@ def _findings(line: Line, files: list[Place], known: Outcome | None, folder: Pla
         yield Finding("stale", line.id, language, "; ".join(changed))
     for path in files:
         if hasattr(find_exporter(Path(path.name)), "read"):
-            for problem, text in _looked_at(line, path, aligned(line, folder)):
+            for problem, text in _looked_at(line, path, alignment_place(line, folder)):
                 yield Finding(problem, line.id, language, text)
 
 
@@ -102,7 +102,7 @@ def _changes(line: Line, files: list[Place], known: Outcome | None, folder: Plac
         f"{name} has changed" for name, value in _now(line, known).items() if known.origin.get(name) != value
     ]
     for name, digest in known.outputs.items():
-        found = digest_of(folder / name)
+        found = output_hash(folder / name)
         if found != digest:
             changed.append(f"{folder / name} {'was changed after it was made' if found else 'is gone'}")
     return changed
@@ -126,12 +126,12 @@ def _now(line: Line, known: Outcome) -> Mapping[str, object]:
     """
     options = known.origin["options"]
     return {
-        "alignment": file_of(line.alignment),
+        "alignment": file_entry(line.alignment),
         "text": line.text,
-        "audio": file_of(line.audio),
+        "audio": file_entry(line.audio),
         "model": model_hash(options["model"]),
         "rig": rig_hash(options["rig"]),
-        **({"edits": file_of(line.edits)} if line.edits else {}),
+        **({"edits": file_entry(line.edits)} if line.edits else {}),
     }
 
 
@@ -141,7 +141,7 @@ def _looked_at(line: Line, path: Place, alignment: Place) -> list[tuple[str, str
         near = Copies(Path(scratch))
         audio = near.fetch(line.audio) if line.audio else None
         faults = list(_faults(line, near.fetch(path), near.fetch(alignment), audio))
-        return [(problem, near.named(text)) for problem, text in faults]
+        return [(problem, near.restore_urls(text)) for problem, text in faults]
 
 
 def _faults(line: Line, path: Path, alignment_path: Path, audio: Path | None) -> Iterator[tuple[str, str]]:
@@ -151,7 +151,7 @@ def _faults(line: Line, path: Path, alignment_path: Path, audio: Path | None) ->
         alignment = read_alignment(
             alignment_path, line.options.tier, line.options.speaker, line.options.lexicon
         )
-        seconds = duration(audio) if audio else alignment.duration
+        seconds = audio_duration(audio) if audio else alignment.duration
     except PhonanimError as error:
         yield "unreadable", str(error)
         return

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from phonanim.errors import AudioError, MissingExtraError
 from phonanim.face.model import lip_aperture
-from phonanim.media.audio import duration, read_audio
-from phonanim.pipeline import Performance
+from phonanim.media.audio import audio_duration, read_audio
+from phonanim.pipeline import AnimationResult
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.phones import PhoneTrack
 
@@ -36,33 +36,33 @@ class Flag:
     text: str
 
 
-def facts_of(performance: Performance, audio: Path | None) -> dict[str, Any]:
+def line_facts(result: AnimationResult, audio: Path | None) -> dict[str, Any]:
     """What the report says of a line: its size and its flags, the worst first."""
-    flags = [flag for check in CHECKS if (flag := check(performance, audio))]
+    flags = [flag for check in CHECKS if (flag := check(result, audio))]
     flags.sort(key=lambda flag: -flag.severity)
     return {
-        "frames": len(performance.animation.values),
-        "seconds": round(performance.track.duration, 6),
-        "phones": int(np.count_nonzero(performance.track.codes)),
+        "frames": len(result.animation.values),
+        "seconds": round(result.track.duration, 6),
+        "phones": int(np.count_nonzero(result.track.codes)),
         "flags": [asdict(flag) for flag in flags],
     }
 
 
-def replaced_labels(performance: Performance, audio: Path | None) -> Flag | None:
+def replaced_labels(result: AnimationResult, audio: Path | None) -> Flag | None:
     """Labels that were not taken as written."""
-    notes = performance.notes
+    notes = result.notes
     return Flag("labels", _severity(len(notes), 5), "; ".join(notes)) if notes else None
 
 
-def missed_closures(performance: Performance, audio: Path | None) -> Flag | None:
+def missed_closures(result: AnimationResult, audio: Path | None) -> Flag | None:
     """The p, b and m that no frame in or next to them shows with closed lips."""
-    track, fps = performance.track, performance.animation.fps
+    track, fps = result.track, result.animation.fps
     numbers = np.flatnonzero(np.isin(track.codes, INVENTORY.codes(["p", "b", "m"])))
     if len(numbers) == 0:
         return None
     first = np.floor(track.bounds[numbers] * fps).astype(int)
-    last = np.minimum(np.ceil(track.bounds[numbers + 1] * fps).astype(int), len(performance.modes) - 1)
-    gaps = np.array([_least_gap(performance, *span) for span in zip(first, last, strict=True)])
+    last = np.minimum(np.ceil(track.bounds[numbers + 1] * fps).astype(int), len(result.modes) - 1)
+    gaps = np.array([_least_gap(result, *span) for span in zip(first, last, strict=True)])
     missed = numbers[gaps > OPEN_MM]
     if len(missed) == 0:
         return None
@@ -71,9 +71,9 @@ def missed_closures(performance: Performance, audio: Path | None) -> Flag | None
     return Flag("closures", _severity(len(missed), len(numbers)), text)
 
 
-def fast_speech(performance: Performance, audio: Path | None) -> Flag | None:
+def fast_speech(result: AnimationResult, audio: Path | None) -> Flag | None:
     """More phones in a second than anybody speaks: often an alignment that failed."""
-    track = performance.track
+    track = result.track
     onsets = track.bounds[:-1][track.codes != 0]
     if len(onsets) == 0:
         return None
@@ -86,22 +86,22 @@ def fast_speech(performance: Performance, audio: Path | None) -> Flag | None:
     return Flag("speed", _severity(rate - FASTEST, FASTEST), text)
 
 
-def other_length(performance: Performance, audio: Path | None) -> Flag | None:
+def other_length(result: AnimationResult, audio: Path | None) -> Flag | None:
     """A recording that is longer or shorter than its alignment."""
     if audio is None:
         return None
     try:
-        seconds = duration(audio)
+        seconds = audio_duration(audio)
     except (AudioError, MissingExtraError) as error:
         return Flag("length", 0.1, str(error))
-    off = seconds - performance.track.duration
+    off = seconds - result.track.duration
     if abs(off) <= LENGTH_TOLERANCE:
         return None
-    text = f"the recording has {seconds:.2f} s, the alignment {performance.track.duration:.2f} s"
+    text = f"the recording has {seconds:.2f} s, the alignment {result.track.duration:.2f} s"
     return Flag("length", _severity(abs(off), 1.0), text)
 
 
-def misplaced_silence(performance: Performance, audio: Path | None) -> Flag | None:
+def misplaced_silence(result: AnimationResult, audio: Path | None) -> Flag | None:
     """Sound where the alignment has silence, or silence where it has phones."""
     levels = _levels(audio) if audio else None
     if levels is None:
@@ -110,16 +110,16 @@ def misplaced_silence(performance: Performance, audio: Path | None) -> Flag | No
     if loud - soft < CONTRAST_DB:
         return None
     middle = (soft + loud) / 2
-    silent, spoken = _certain(performance.track, len(levels))
+    silent, spoken = _certain(result.track, len(levels))
     noise = STEP * np.count_nonzero(levels[silent] > middle)
     quiet = STEP * np.count_nonzero(levels[spoken] < soft + 3.0)
     if max(noise, quiet) <= MISPLACED:
         return None
     text = f"{noise:.2f} s of sound in silence, {quiet:.2f} s of silence in speech; check the alignment"
-    return Flag("silence", _severity(noise + quiet, 0.5 * performance.track.duration), text)
+    return Flag("silence", _severity(noise + quiet, 0.5 * result.track.duration), text)
 
 
-CHECKS: tuple[Callable[[Performance, Path | None], Flag | None], ...] = (
+CHECKS: tuple[Callable[[AnimationResult, Path | None], Flag | None], ...] = (
     replaced_labels,
     missed_closures,
     fast_speech,
@@ -128,10 +128,10 @@ CHECKS: tuple[Callable[[Performance, Path | None], Flag | None], ...] = (
 )
 
 
-def _least_gap(performance: Performance, first: int, last: int) -> float:
+def _least_gap(result: AnimationResult, first: int, last: int) -> float:
     """Millimetres between the lips in the frame, from `first` to `last`, in which they are closest."""
-    face = performance.face
-    return float(lip_aperture(face.instance(performance.modes[first : last + 1]), face).min())
+    face = result.face
+    return float(lip_aperture(face.instance(result.modes[first : last + 1]), face).min())
 
 
 def _severity(count: float, most: float) -> float:

@@ -11,7 +11,7 @@ from typing import IO
 
 from phonanim.core.files import atomic_path
 from phonanim.dubbing import parts
-from phonanim.dubbing.outcome import Outcome, decode, encode
+from phonanim.dubbing.outcome import Outcome, decode_outcomes, encode_outcome
 from phonanim.dubbing.storage import Place, Remote
 from phonanim.errors import OutputError
 
@@ -25,14 +25,14 @@ def read_ledger(folder: Place) -> dict[str, Outcome]:
     if isinstance(folder, Remote):
         return parts.read(folder, NAME)
     try:
-        return decode((folder / NAME).read_text("utf-8", errors="replace").splitlines())
+        return decode_outcomes((folder / NAME).read_text("utf-8", errors="replace").splitlines())
     except FileNotFoundError:
         return {}
 
 
 def write_ledger(folder: Place, outcomes: Iterable[Outcome]) -> None:
     """Write the ledger anew: one outcome an id, in the order given."""
-    text = "".join(map(encode, outcomes))
+    text = "".join(map(encode_outcome, outcomes))
     if isinstance(folder, Remote):
         parts.write(folder, NAME, text)
         return
@@ -40,13 +40,13 @@ def write_ledger(folder: Place, outcomes: Iterable[Outcome]) -> None:
         partial.write_text(text, "utf-8")
 
 
-def recording(folder: Place) -> AbstractContextManager[Record]:
+def ledger_writer(folder: Place) -> AbstractContextManager[Record]:
     """A function that adds an outcome to the ledger, so that it outlives a kill. Raises OutputError."""
-    return parts.recording(folder) if isinstance(folder, Remote) else _appending(folder)
+    return parts.part_writer(folder) if isinstance(folder, Remote) else _appending(folder)
 
 
 @contextmanager
-def locked(folder: Place) -> Iterator[None]:
+def lock_folder(folder: Place) -> Iterator[None]:
     """Hold the folder for one run; a kill releases it. Raises OutputError when another run holds it.
 
     Shared storage has no such locks: there the user must keep two runs apart.
@@ -82,7 +82,7 @@ def _appending(folder: Path) -> Iterator[Record]:
 
 def _append(stream: IO[str], outcome: Outcome) -> None:
     """Add an outcome; it is with the operating system when this returns."""
-    stream.write(encode(outcome))
+    stream.write(encode_outcome(outcome))
     stream.flush()
 
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
 from phonanim.dubbing.line import Line
-from phonanim.dubbing.names import same_file
-from phonanim.dubbing.row import EDITS, Common, line_of
-from phonanim.dubbing.storage import Place, Remote, forget_listings, place
+from phonanim.dubbing.names import collision_key
+from phonanim.dubbing.row import EDITS, Common, parse_row
+from phonanim.dubbing.storage import Place, Remote, forget_listings, parse_place
 from phonanim.dubbing.table import SUFFIXES as TABLES
 from phonanim.dubbing.table import Row, read_table
 from phonanim.errors import OptionError, PhonanimError
@@ -37,7 +37,7 @@ class Lines:
 
     lines: tuple[Line, ...]
     faults: tuple[Fault, ...]
-    remarks: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def read_lines(source: str, common: Common) -> Lines:
@@ -47,7 +47,7 @@ def read_lines(source: str, common: Common) -> Lines:
     no use.
     """
     forget_listings()
-    path = place(source)
+    path = parse_place(source)
     if path.suffix.lower() in TABLES and path.is_file():
         table = read_table(path)
         unused = [f"{path.name}: the column {name!r} is not used" for name in table.unused]
@@ -61,7 +61,7 @@ def read_lines(source: str, common: Common) -> Lines:
         lines, unused = _checked(rows, root, common, f"{source}: matches no alignment"), []
     else:
         raise _useless(source, path)
-    return replace(lines, remarks=(*unused, *_idle_edits(common.edits, lines.lines)))
+    return replace(lines, notes=(*unused, *_idle_edits(common.edits, lines.lines)))
 
 
 def _useless(source: str, path: Place) -> OptionError:
@@ -92,14 +92,14 @@ def _root(pattern: Place) -> Place:
 def _rows_of(root: Place, paths: Iterable[Place]) -> list[Row]:
     """A row for every file that is not hidden; the id is the path below `root` without suffix."""
     files = [path for path in paths if not path.name.startswith(".") and path.is_file()]
-    names = [below(path, root) for path in files]
+    names = [path_below(path, root) for path in files]
     return [
         Row(str(path), {"id": str(name.with_suffix("")), "alignment": str(name)})
         for path, name in zip(files, names, strict=True)
     ]
 
 
-def below(path: Place, folder: Place) -> PurePosixPath:
+def path_below(path: Place, folder: Place) -> PurePosixPath:
     """Where a file lies below a folder; both are paths, or both are remote."""
     if isinstance(path, Remote) and isinstance(folder, Remote):
         return path.relative_to(folder)
@@ -115,9 +115,9 @@ def _checked(rows: Iterable[Row], root: Place, common: Common, empty: str) -> Li
     for row in rows:
         id = row.cells.get("id", PurePosixPath(row.cells.get("alignment", row.cells.get("audio", ""))).stem)
         try:
-            line = line_of(id, row, root, common)
+            line = parse_row(id, row, root, common)
             _first(ids, line.id, row.place, f"the id {line.id!r}")
-            _first(names, same_file(line.output), row.place, f"the output {str(line.output)!r}")
+            _first(names, collision_key(line.output), row.place, f"the output {str(line.output)!r}")
             lines.append(line)
         except PhonanimError as error:
             faults.append(Fault(id, row.place, str(error), row.cells.get("language", "")))

@@ -9,31 +9,38 @@ from typing import cast
 
 from phonanim.core.files import content_hash
 from phonanim.core.plugins import find_culprit
-from phonanim.dubbing.checks import facts_of
+from phonanim.dubbing.checks import line_facts
 from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.line import Line
-from phonanim.dubbing.origin import is_current, origin_of, rig_hash, shared_file_of
+from phonanim.dubbing.origin import is_current, origin_of, rig_hash, shared_file_entry
 from phonanim.dubbing.outcome import Outcome
-from phonanim.dubbing.spoken import align_line, aligned
-from phonanim.dubbing.staging import Copies, at_hand, copies, deliver, forget_copies
+from phonanim.dubbing.spoken import align_line, alignment_place
+from phonanim.dubbing.staging import Copies, forget_copies, open_copies, stage_inputs, upload_outputs
 from phonanim.dubbing.storage import forget_listings
 from phonanim.errors import OptionError, PhonanimError
-from phonanim.exporters import allotted, save
-from phonanim.pipeline import Performance, load_cached_model, load_cached_rig, model_hash, perform, with_edits
+from phonanim.exporters import assign_options, save
+from phonanim.pipeline import (
+    AnimationResult,
+    animate_detailed,
+    apply_edit_file,
+    load_cached_model,
+    load_cached_rig,
+    model_hash,
+)
 from phonanim.speech.pronunciations import load_pronunciations
 
 
-def make(job: Job) -> Result:
+def make_line(job: Job) -> Result:
     """Animate a line and write its outputs, unless they are there already, made from the same things."""
-    begin(job.run)
+    reset_caches(job.run)
     line = job.line
-    with copies(job) as near:
+    with open_copies(job) as near:
         try:
             return _made(job, near)
         except PhonanimError as error:
-            why = near.named(str(error))
+            why = near.restore_urls(str(error))
         except OSError as error:
-            why = near.named(f"{error.filename or line.alignment}: {error.strerror or error}")
+            why = near.restore_urls(f"{error.filename or line.alignment}: {error.strerror or error}")
         except Exception as error:  # a fault of phonanim costs its line, not the night's run
             plugin = find_culprit(error.__traceback__)
             what = f"{plugin} failed" if plugin else "a fault of phonanim, please report it"
@@ -42,7 +49,7 @@ def make(job: Job) -> Result:
 
 
 @lru_cache(maxsize=1)
-def begin(run: str) -> None:
+def reset_caches(run: str) -> None:
     """Forget what an earlier run left in this process: its files may have changed since."""
     for remembered in (
         load_cached_model,
@@ -50,7 +57,7 @@ def begin(run: str) -> None:
         load_pronunciations,
         model_hash,
         rig_hash,
-        shared_file_of,
+        shared_file_entry,
     ):
         remembered.cache_clear()
     forget_listings()
@@ -59,26 +66,26 @@ def begin(run: str) -> None:
 
 def _made(job: Job, near: Copies) -> Result:
     """The result of a line, whose files are fetched and whose outputs are delivered as need be."""
-    here = at_hand(job, near)
+    here = stage_inputs(job, near)
     origin = origin_of(here.line, job.formats)
     if job.known and is_current(job.known, origin, job.folder):
         return Result(replace(job.known, place=job.line.place), made=False)
     folder = cast("Path", here.folder)
     performance, outputs = _written(here.line, folder, origin["outputs"])
-    deliver(list(outputs), folder, job.folder)
-    facts = facts_of(performance, cast("Path | None", here.line.audio))
+    upload_outputs(list(outputs), folder, job.folder)
+    facts = line_facts(performance, cast("Path | None", here.line.audio))
     return Result(Outcome(job.line.id, job.line.place, origin, outputs, facts), made=True)
 
 
-def _written(line: Line, folder: Path, names: list[str]) -> tuple[Performance, dict[str, str]]:
+def _written(line: Line, folder: Path, names: list[str]) -> tuple[AnimationResult, dict[str, str]]:
     """The performance of a line, and the content hashes of the outputs that were written of it."""
-    alignment = cast("Path", aligned(line, folder))
+    alignment = cast("Path", alignment_place(line, folder))
     made = [] if line.text is None else [alignment]
     if line.text is not None:
         align_line(line, alignment)
-    performance = _edited(perform(alignment, line.options, cast("Path | None", line.audio)), line)
+    performance = _edited(animate_detailed(alignment, line.options, cast("Path | None", line.audio)), line)
     paths = [folder / name for name in names]
-    options, idle = allotted(line.exports, paths)
+    options, idle = assign_options(line.exports, paths)
     if idle:
         raise OptionError(f"{line.alignment}: {idle[0]} does nothing for {', '.join(names)}; leave it out")
     for path, given in zip(paths, options, strict=True):
@@ -87,8 +94,8 @@ def _written(line: Line, folder: Path, names: list[str]) -> tuple[Performance, d
     return performance, {path.relative_to(folder).as_posix(): content_hash(path) for path in (*made, *paths)}
 
 
-def _edited(performance: Performance, line: Line) -> Performance:
+def _edited(performance: AnimationResult, line: Line) -> AnimationResult:
     if line.edits is None:
         return performance
-    animation = with_edits(performance.animation, cast("Path", line.edits), line.options)
+    animation = apply_edit_file(performance.animation, cast("Path", line.edits), line.options)
     return replace(performance, animation=animation, notes=tuple(animation.provenance["notes"]))

@@ -31,7 +31,7 @@ def safe_name(id: str) -> PurePosixPath:
     return PurePosixPath(*kept)
 
 
-def same_file(name: PurePosixPath) -> str:
+def collision_key(name: PurePosixPath) -> str:
     """What two names share when some file system takes them for one: case and composition are folded."""
     return unicodedata.normalize("NFC", str(name)).casefold()
 

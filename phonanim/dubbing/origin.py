@@ -15,7 +15,7 @@ from phonanim.core.plugins import plugin_packages
 from phonanim.core.version import __version__
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.outcome import Outcome
-from phonanim.dubbing.storage import Place, Remote, hash_of, is_url, place
+from phonanim.dubbing.storage import Place, Remote, is_url, parse_place, place_hash
 from phonanim.errors import OptionError
 from phonanim.options import Options, Overlay
 from phonanim.pipeline import model_hash
@@ -32,10 +32,10 @@ def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
     It is the same for a file and its copy under the same name.
     """
     origin = {
-        "alignment": file_of(line.alignment),
+        "alignment": file_entry(line.alignment),
         "text": line.text,
-        "audio": file_of(line.audio),
-        "edits": file_of(line.edits),
+        "audio": file_entry(line.audio),
+        "edits": file_entry(line.edits),
         "exports": {name: _export(value) for name, value in sorted(line.exports.items())},
         "options": _options(line.options),
         "model": model_hash(line.options.model),
@@ -52,7 +52,7 @@ def _extensions() -> dict[str, Any]:
     tables = find_tables("languages").values()
     found = {
         "plugins": plugin_packages(),
-        "languages": [shared_file_of(path.absolute()) for path in tables if LEXICON not in path.parents],
+        "languages": [shared_file_entry(path.absolute()) for path in tables if LEXICON not in path.parents],
     }
     return {name: values for name, values in found.items() if values}
 
@@ -61,26 +61,26 @@ def is_current(known: Outcome, origin: Mapping[str, Any], folder: Place) -> bool
     """Whether the outputs in the ledger were made from the same things and are there unchanged."""
     if not known.done or known.origin != origin:
         return False
-    return all(digest_of(folder / name) == digest for name, digest in known.outputs.items())
+    return all(output_hash(folder / name) == digest for name, digest in known.outputs.items())
 
 
-def digest_of(path: Place) -> str:
+def output_hash(path: Place) -> str:
     """The content hash of an output; empty when it is gone."""
     try:
-        return hash_of(path) if isinstance(path, Remote) or path.is_file() else ""
+        return place_hash(path) if isinstance(path, Remote) or path.is_file() else ""
     except OptionError:  # shared storage is not asked twice for the same file
         return ""
 
 
-def file_of(path: Place | None) -> list[str] | None:
+def file_entry(path: Place | None) -> list[str] | None:
     """The name and the content hash of a file of one line."""
-    return [path.name, hash_of(path)] if path else None
+    return [path.name, place_hash(path)] if path else None
 
 
 @lru_cache(maxsize=1024)
-def shared_file_of(path: Place) -> list[str]:
+def shared_file_entry(path: Place) -> list[str]:
     """The same for a file that many lines use, such as a character."""
-    return [path.name, hash_of(path)]
+    return [path.name, place_hash(path)]
 
 
 @cache
@@ -98,14 +98,14 @@ def rig_hash(name: str) -> str:
 
 def overlay_place(overlay: Overlay) -> Place:
     """Where an overlay lies. Raises OptionError when there is none."""
-    return place(overlay.source) if is_url(overlay.source) else find_overlay(overlay.source)
+    return parse_place(overlay.source) if is_url(overlay.source) else find_overlay(overlay.source)
 
 
 def _options(options: Options) -> dict[str, Any]:
     """The options, with names and hashes of files instead of paths."""
-    lexicon = shared_file_of(place(options.lexicon).absolute()) if options.lexicon else None
+    lexicon = shared_file_entry(parse_place(options.lexicon).absolute()) if options.lexicon else None
     overlays = [
-        [*shared_file_of(overlay_place(overlay).absolute()), overlay.gain, overlay.span]
+        [*shared_file_entry(overlay_place(overlay).absolute()), overlay.gain, overlay.span]
         for overlay in options.overlays
     ]
     found = {"rig": options.rig, "model": options.model}  # where an audit will look for them
@@ -113,4 +113,4 @@ def _options(options: Options) -> dict[str, Any]:
 
 
 def _export(value: Any) -> Any:
-    return shared_file_of(value.absolute()) if isinstance(value, Place) else value
+    return shared_file_entry(value.absolute()) if isinstance(value, Place) else value

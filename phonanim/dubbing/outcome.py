@@ -29,12 +29,12 @@ class Outcome:
         return not self.error
 
 
-def encode(outcome: Outcome) -> str:
+def encode_outcome(outcome: Outcome) -> str:
     """One outcome as one line of JSON."""
     return json.dumps(asdict(outcome), ensure_ascii=False) + "\n"
 
 
-def decode(lines: Iterable[str]) -> dict[str, Outcome]:
+def decode_outcomes(lines: Iterable[str]) -> dict[str, Outcome]:
     """The last outcome of each id; lines that are none, as a kill leaves them, are left out."""
     found = filter(None, map(_outcome, lines))
     return {outcome.id: outcome for outcome in found}

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import PurePosixPath
 
-from phonanim.dubbing.outcome import Outcome, decode, encode
+from phonanim.dubbing.outcome import Outcome, decode_outcomes, encode_outcome
 from phonanim.dubbing.storage import Remote, forget_listings
 
 FOLDER = "ledger.parts"
@@ -24,7 +24,7 @@ def read(folder: Remote, name: str) -> dict[str, Outcome]:
     forget_listings()
     whole = folder / name
     texts = [part.read_bytes() for part in ([whole] if whole.is_file() else []) + _parts(folder)]
-    return decode(line for text in texts for line in text.decode("utf-8", "replace").splitlines())
+    return decode_outcomes(line for text in texts for line in text.decode("utf-8", "replace").splitlines())
 
 
 def write(folder: Remote, name: str, text: str) -> None:
@@ -35,7 +35,7 @@ def write(folder: Remote, name: str, text: str) -> None:
 
 
 @contextmanager
-def recording(folder: Remote) -> Iterator[Callable[[Outcome], None]]:
+def part_writer(folder: Remote) -> Iterator[Callable[[Outcome], None]]:
     """A function that takes outcomes, which become a part every few seconds and at the end."""
     waiting: list[Outcome] = []
     last = time.monotonic()
@@ -58,7 +58,7 @@ def recording(folder: Remote) -> Iterator[Callable[[Outcome], None]]:
 def _write(folder: Remote, waiting: list[Outcome]) -> None:
     """Make a part of what waits. Its name sorts by time, and is no other run's."""
     name = PurePosixPath(FOLDER, f"{time.time_ns():020}-{secrets.token_hex(4)}.jsonl")
-    (folder / name).write_bytes("".join(map(encode, waiting)).encode("utf-8"))
+    (folder / name).write_bytes("".join(map(encode_outcome, waiting)).encode("utf-8"))
     waiting.clear()
 
 

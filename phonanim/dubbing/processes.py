@@ -12,7 +12,7 @@ from itertools import islice
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from phonanim.core.threads import one_thread
+from phonanim.core.threads import use_one_thread
 from phonanim.dubbing.job import Job, Result, Task
 from phonanim.dubbing.outcome import Outcome
 
@@ -30,7 +30,7 @@ class Worker:
     tries: int
 
 
-def cores() -> int:
+def count_cores() -> int:
     """How many processes this machine runs at once."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
@@ -39,7 +39,7 @@ def cores() -> int:
 
 def run_jobs(jobs: Iterable[Job], task: Task, workers: int) -> Iterator[Result]:
     """Do `task` for every job, in as many processes as said, and give the results as they come."""
-    one_thread()  # in the workers, which inherit it
+    use_one_thread()  # in the workers, which inherit it
     waiting = iter(jobs)
     team = [_start(job, task) for job in islice(waiting, workers)]
     try:

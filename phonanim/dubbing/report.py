@@ -33,7 +33,7 @@ tr.good td:first-child { border-left: 4px solid #4a9a5a; }
 def write_reports(folder: Place, outcomes: Sequence[Outcome], remarks: Sequence[str]) -> None:
     """Write report.json, summary.txt and report.html: the same for the same outcomes, whenever made."""
     ordered = worst_first(outcomes)
-    totals = totals_of(ordered)
+    totals = count_totals(ordered)
     document = {
         "tool": f"phonanim {__version__}",
         "totals": totals,
@@ -41,8 +41,8 @@ def write_reports(folder: Place, outcomes: Sequence[Outcome], remarks: Sequence[
         "lines": [_entry(outcome) for outcome in ordered],
     }
     write(folder / "report.json", json.dumps(document, indent=1, ensure_ascii=False) + "\n")
-    write(folder / "summary.txt", summary(totals, ordered, remarks))
-    write(folder / "report.html", page(totals, ordered, remarks))
+    write(folder / "summary.txt", text_summary(totals, ordered, remarks))
+    write(folder / "report.html", html_page(totals, ordered, remarks))
 
 
 def worst_first(outcomes: Iterable[Outcome]) -> list[Outcome]:
@@ -50,7 +50,7 @@ def worst_first(outcomes: Iterable[Outcome]) -> list[Outcome]:
     return sorted(outcomes, key=lambda outcome: (outcome.done, -_badness(outcome), outcome.id))
 
 
-def totals_of(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+def count_totals(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """Counts over a run: lines, those made, failed and flagged, seconds, frames, flags by check."""
     done = [outcome for outcome in outcomes if outcome.done]
     flags = Counter(flag["check"] for outcome in done for flag in outcome.facts["flags"])
@@ -75,7 +75,7 @@ def headline(totals: dict[str, Any]) -> str:
     )
 
 
-def summary(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Sequence[str]) -> str:
+def text_summary(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Sequence[str]) -> str:
     """The run as plain text: the totals, remarks, and the worst lines."""
     bad = [outcome for outcome in ordered if _trouble(outcome)]
     lines = [headline(totals), *remarks, *(f"{outcome.id}: {_trouble(outcome)}" for outcome in bad[:WORST])]
@@ -84,7 +84,7 @@ def summary(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Sequenc
     return "\n".join(lines) + "\n"
 
 
-def page(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Sequence[str]) -> str:
+def html_page(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Sequence[str]) -> str:
     """The run as one HTML page without scripts, the worst lines first."""
     rows = "\n".join(map(_row, ordered))
     notes = "".join(f"<p>{html.escape(remark)}</p>\n" for remark in remarks)

@@ -13,7 +13,7 @@ from phonanim.animation.rates import parse_rate
 from phonanim.core.catalog import CARD
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.names import safe_name
-from phonanim.dubbing.storage import Place, place
+from phonanim.dubbing.storage import Place, parse_place
 from phonanim.dubbing.styles import DIALS, Styles, find_style, read_styles
 from phonanim.dubbing.table import Row
 from phonanim.errors import OptionError
@@ -46,7 +46,7 @@ class Common:
     edits: Place | None = None
 
 
-def line_of(id: str, row: Row, root: Place, common: Common) -> Line:
+def parse_row(id: str, row: Row, root: Place, common: Common) -> Line:
     """The line of a row, whose paths are relative to `root`. Raises OptionError for cells of no use."""
     cells = row.cells
     spoken = "alignment" not in cells
@@ -72,7 +72,7 @@ def is_character(cell: str) -> bool:
     return cell.lower().endswith(CHARACTERS)
 
 
-def files_beside(root: Place, names: Mapping[str, Any]) -> dict[str, Any]:
+def resolve_files(root: Place, names: Mapping[str, Any]) -> dict[str, Any]:
     """The absolute paths of a rig and of a model that lie below `root`; all others go by their names."""
     if not isinstance(root, Path):
         return {}
@@ -82,7 +82,7 @@ def files_beside(root: Place, names: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _found(name: str, root: Place) -> Place:
-    path = place(name, root).absolute()
+    path = parse_place(name, root).absolute()
     if not path.is_file():
         raise OptionError(f"{path}: does not exist; correct the path")
     return path
@@ -114,7 +114,7 @@ def _overrides(cells: Mapping[str, str], root: Place, styles: Styles) -> dict[st
     """What the cells say of the options: of several that say the same, the style stands last."""
     chosen: dict[str, Any] = dict(find_style(cells["style"], styles)) if "style" in cells else {}
     chosen |= {name: cells[name] for name in TEXTS if name in cells} | _rig(cells)
-    chosen |= files_beside(root, chosen)
+    chosen |= resolve_files(root, chosen)
     if chosen.get("unknown", "error") not in UNKNOWN:
         raise OptionError(f"unknown = {chosen['unknown']!r}; choose error, nearest or silence")
     chosen |= {name: parse_gain(name, cells[name]) for name in DIALS if name in cells}

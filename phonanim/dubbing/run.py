@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 from phonanim.core.files import PARTIAL
 from phonanim.dubbing.job import Job, Result
-from phonanim.dubbing.ledger import locked, read_ledger, recording, write_ledger
+from phonanim.dubbing.ledger import ledger_writer, lock_folder, read_ledger, write_ledger
 from phonanim.dubbing.lines import Lines
 from phonanim.dubbing.origin import is_current, origin_of
 from phonanim.dubbing.outcome import Outcome
@@ -31,23 +31,23 @@ def run(
     report.html and summary.txt. Raises OutputError when the folder cannot be written.
     """
     make_folder(folder)
-    with locked(folder):
-        sweep_all(folder)
+    with lock_folder(folder):
+        remove_unfinished(folder)
         known = read_ledger(folder)
         found: dict[str, Outcome] = {}
-        with recording(folder) as record:
-            for result in engine(jobs_of(lines, folder, formats, known)):
+        with ledger_writer(folder) as record:
+            for result in engine(make_jobs(lines, folder, formats, known)):
                 found[result.outcome.id] = result.outcome
                 if result.made:
                     record(result.outcome)
                 tell(result)
-        outcomes = [found[line.id] for line in lines.lines] + faults_of(lines)
+        outcomes = [found[line.id] for line in lines.lines] + fault_outcomes(lines)
         write_ledger(folder, sorted((known | found).values(), key=lambda outcome: outcome.id))
-        write_reports(folder, outcomes, lines.remarks)
+        write_reports(folder, outcomes, lines.notes)
     return outcomes
 
 
-def jobs_of(
+def make_jobs(
     lines: Lines, folder: Place, formats: tuple[str, ...], known: dict[str, Outcome]
 ) -> Iterator[Job]:
     """A job for each line, with what the ledger knows of it."""
@@ -55,14 +55,14 @@ def jobs_of(
     return (Job(line, folder.absolute(), formats, known.get(line.id), run) for line in lines.lines)
 
 
-def faults_of(lines: Lines) -> list[Outcome]:
+def fault_outcomes(lines: Lines) -> list[Outcome]:
     """The rows that are no lines, as outcomes."""
     return [Outcome(fault.id, fault.place, error=f"{fault.place}: {fault.message}") for fault in lines.faults]
 
 
-def needed(lines: Lines, folder: Place, formats: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+def plan_run(lines: Lines, folder: Place, formats: tuple[str, ...]) -> Iterator[tuple[str, str]]:
     """What a run would do with each line: (id, "make" | "keep" | why it would fail); nothing is written."""
-    for job in jobs_of(lines, folder, formats, read_ledger(folder)):
+    for job in make_jobs(lines, folder, formats, read_ledger(folder)):
         try:
             kept = job.known and is_current(job.known, origin_of(job.line, formats), folder)
             yield job.line.id, "keep" if kept else "make"
@@ -80,7 +80,7 @@ def make_folder(folder: Place) -> None:
         raise OutputError(f"{folder}: cannot be made: {error.strerror}") from error
 
 
-def sweep_all(folder: Place) -> None:
+def remove_unfinished(folder: Place) -> None:
     """Remove the unfinished files that a killed run left, in every folder of the output.
 
     Shared storage has none: objects are put there whole.

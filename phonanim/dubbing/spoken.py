@@ -15,7 +15,7 @@ from phonanim.speech.textgrid import write_textgrid
 SUFFIX = ".aligned.TextGrid"
 
 
-def aligned(line: Line, folder: Place) -> Place:
+def alignment_place(line: Line, folder: Place) -> Place:
     """Where the alignment of a line is, or will be once it is made into `folder`."""
     return line.alignment if line.text is None else folder / f"{line.output}{SUFFIX}"
 

@@ -14,7 +14,7 @@ from typing import Any
 from phonanim.dubbing.job import Job
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.origin import overlay_place
-from phonanim.dubbing.storage import Place, Remote, is_url, place
+from phonanim.dubbing.storage import Place, Remote, is_url, parse_place
 from phonanim.options import Options
 
 Fetch = Callable[[Place], Path]
@@ -38,7 +38,7 @@ class Copies:
             self.origins[source] = folder / source.name
         return self.origins[source]
 
-    def named(self, text: str) -> str:
+    def restore_urls(self, text: str) -> str:
         """The text with URLs instead of the paths of their copies."""
         for source, copy in self.origins.items():
             text = text.replace(str(copy), str(source))
@@ -46,7 +46,7 @@ class Copies:
 
 
 @contextmanager
-def copies(job: Job) -> Iterator[Copies]:
+def open_copies(job: Job) -> Iterator[Copies]:
     """A folder for copies that is gone afterwards; none where everything is at hand."""
     if not (isinstance(job.folder, Remote) or any(isinstance(file, Remote) for file in _files(job.line))):
         yield Copies(Path())
@@ -55,7 +55,7 @@ def copies(job: Job) -> Iterator[Copies]:
         yield Copies(Path(folder))
 
 
-def at_hand(job: Job, near: Copies) -> Job:
+def stage_inputs(job: Job, near: Copies) -> Job:
     """The job with paths alone, and a folder of this machine to write to. Raises OptionError."""
     line = job.line
     local = replace(
@@ -70,7 +70,7 @@ def at_hand(job: Job, near: Copies) -> Job:
     return replace(job, line=local, folder=folder)
 
 
-def deliver(names: list[str], folder: Path, target: Place) -> None:
+def upload_outputs(names: list[str], folder: Path, target: Place) -> None:
     """Put outputs where they belong, when that is shared storage. Raises OutputError."""
     if isinstance(target, Remote):
         for name in names:
@@ -90,7 +90,7 @@ def _files(line: Line) -> list[Any]:
 
 
 def _options(options: Options) -> Options:
-    lexicon = str(_kept(place(options.lexicon))) if options.lexicon else None
+    lexicon = str(_kept(parse_place(options.lexicon))) if options.lexicon else None
     overlays = (
         replace(one, source=str(_kept(overlay_place(one)))) if is_url(one.source) else one
         for one in options.overlays

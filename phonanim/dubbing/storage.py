@@ -75,35 +75,35 @@ class Remote:
 
     def is_file(self) -> bool:
         """Whether there is a file. Storage that can list a folder is asked once per folder."""
-        with told(self):
+        with storage_errors(self):
             storage = _storage(self.url)
             there = _listed(storage, self.parent.path)
             return self.path in there if there else bool(storage.isfile(self.path))
 
     def is_dir(self) -> bool:
         """Whether there is a folder with something in it."""
-        with told(self):
+        with storage_errors(self):
             return bool(_storage(self.url).isdir(self.path))
 
     def files(self) -> list[Remote]:
         """Every file in the folder and below, sorted; none when there is no folder."""
-        with told(self):
+        with storage_errors(self):
             return [replace(self, path=path) for path in sorted(_storage(self.url).find(self.path))]
 
     def glob(self) -> list[Remote]:
         """Every file that the path matches, read as a pattern, sorted."""
-        with told(self):
+        with storage_errors(self):
             return [replace(self, path=path) for path in sorted(_storage(self.url).glob(self.path))]
 
     def read_bytes(self) -> bytes:
         """The content."""
-        with told(self):
+        with storage_errors(self):
             content: bytes = _storage(self.url).cat_file(self.path)
             return content
 
     def write_bytes(self, content: bytes) -> None:
         """Put a whole object there, which replaces what was there."""
-        with told(self, "written"):
+        with storage_errors(self, "written"):
             storage = _storage(self.url)
             try:
                 storage.pipe_file(self.path, content)
@@ -113,14 +113,14 @@ class Remote:
 
     def unlink(self) -> None:
         """Remove the file."""
-        with told(self, "removed"):
+        with storage_errors(self, "removed"):
             _storage(self.url).rm_file(self.path)
 
 
 Place: TypeAlias = Path | Remote
 
 
-def place(name: str, root: Place | None = None) -> Place:
+def parse_place(name: str, root: Place | None = None) -> Place:
     """What a user names: a URL, or a path, relative to `root` if it is given.
 
     Raises OptionError for a URL that nothing here can open, MissingExtraError where a package is absent.
@@ -139,7 +139,7 @@ def is_url(name: str) -> bool:
     return bool(SCHEME.match(name))
 
 
-def hash_of(file: Place) -> str:
+def place_hash(file: Place) -> str:
     """SHA-256 of a file wherever it lies, as 64 hex digits."""
     return hashlib.sha256(file.read_bytes()).hexdigest() if isinstance(file, Remote) else content_hash(file)
 
@@ -153,7 +153,7 @@ def write(file: Place, text: str) -> None:
 
 
 @contextmanager
-def told(remote: Remote, verb: str = "read") -> Iterator[None]:
+def storage_errors(remote: Remote, verb: str = "read") -> Iterator[None]:
     """Whatever a storage raises, as OptionError (OutputError where it was not to be read), in one line.
 
     The packages behind fsspec share no base of their errors, so every one is caught.

@@ -73,7 +73,7 @@ def standard_name(name: str) -> str:
     return _standard_names().get(name.lower(), name)
 
 
-def renamed(articulation: Articulation, names: tuple[str, ...]) -> Articulation:
+def rename_sensors(articulation: Articulation, names: tuple[str, ...]) -> Articulation:
     """Sensors under other names, in their order; "-" leaves one out. Raises OptionError."""
     if len(names) != len(articulation.names):
         raise OptionError(
@@ -87,7 +87,7 @@ def renamed(articulation: Articulation, names: tuple[str, ...]) -> Articulation:
     return replace(articulation, names=named, positions=articulation.positions[:, kept])
 
 
-def oriented(articulation: Articulation, axes: str) -> Articulation:
+def orient_axes(articulation: Articulation, axes: str) -> Articulation:
     """Turn a file's axes into forward, left and up; `axes` says where its x, y and z point, "left,back,up".
 
     Raises OptionError.

@@ -46,13 +46,13 @@ class Row:
     deviations: dict[str, float]
 
 
-def phones_of(track: PhoneTrack) -> list[Stretch]:
+def phone_stretches(track: PhoneTrack) -> list[Stretch]:
     """Every phone that is no silence."""
     found = zip(track.codes.tolist(), track.bounds[:-1], track.bounds[1:], strict=True)
     return [Stretch(_name(c), _kind(c), float(a), float(b)) for c, a, b in found if c not in SILENT]
 
 
-def diphones_of(track: PhoneTrack) -> list[Stretch]:
+def diphone_stretches(track: PhoneTrack) -> list[Stretch]:
     """Every pair of phones without silence, from the middle of the first to that of the second.
 
     Pairs at the border of speech are left out, as in Medina 2023, section 2.2.
@@ -74,7 +74,7 @@ def _kind(code: int) -> str:
     return "V" if INVENTORY.sounds[code].kind == "vowel" else "C"
 
 
-def curves(articulation: Articulation) -> dict[str, Array]:
+def measured_curves(articulation: Articulation) -> dict[str, Array]:
     """What is measured of stretches, (samples,) each: speeds, and the tongue's shape where it is known.
 
     `speed_<sensor>` is in mm/s, `width` in mm, `curvature` in 1/mm.
@@ -88,7 +88,9 @@ def curves(articulation: Articulation) -> dict[str, Array]:
     return found
 
 
-def measured(stretch: Stretch, found: dict[str, Array], articulation: Articulation) -> dict[str, float]:
+def measure_stretch(
+    stretch: Stretch, found: dict[str, Array], articulation: Articulation
+) -> dict[str, float]:
     """Peaks of speeds and means of shapes within a stretch; NaN where a sensor was lost in it.
 
     Source: Medina 2023, sections 2.2.2 and 2.2.3.
@@ -117,7 +119,7 @@ def side_sums(stretch: Stretch, articulation: Articulation) -> dict[tuple[str, s
     return found
 
 
-def summarized(examples: Iterable[tuple[Stretch, dict[str, float]]], least: int = 1) -> list[Row]:
+def summarize_examples(examples: Iterable[tuple[Stretch, dict[str, float]]], least: int = 1) -> list[Row]:
     """Statistics by name, of those with `least` examples or more, sorted by name.
 
     Medina 2023 keeps pairs with 86 examples or more and no consonant clusters (CC).

@@ -10,7 +10,7 @@ import numpy as np
 
 from phonanim.core.files import atomic_path
 from phonanim.ema.articulation import standard_name
-from phonanim.ema.examples import MIDSAGITTAL, phones_of
+from phonanim.ema.examples import MIDSAGITTAL, phone_stretches
 from phonanim.ema.measures import VIEWS
 from phonanim.ema.report import Report
 from phonanim.errors import MissingExtraError
@@ -64,7 +64,7 @@ def _recording(figure: Any, report: Report) -> None:
         axes.plot(
             articulation.times, articulation.positions[:, place, 2], linewidth=1, label=standard_name(name)
         )
-    spoken = phones_of(report.first.track)
+    spoken = phone_stretches(report.first.track)
     for phone in spoken:
         axes.axvline(phone.start, color="lightgrey", linewidth=0.5, zorder=0)
         middle = (phone.start + phone.end) / 2

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.ema.articulation import Articulation
-from phonanim.ema.preparation import resampled
+from phonanim.ema.preparation import resample_sensors
 
 Array = NDArray[np.float64]
 CUTOFF = 20.0  # hertz; speech keeps below it, and a derivative would enlarge the noise above
@@ -52,7 +52,7 @@ def speeds(articulation: Articulation, cutoff: float = CUTOFF) -> Array:
 
     Source: Medina 2023, section 2.2.3, takes their peaks, and does not say how it filters.
     """
-    smooth = resampled(articulation, articulation.rate, cutoff).positions
+    smooth = resample_sensors(articulation, articulation.rate, cutoff).positions
     if len(smooth) < 2:
         return np.full(smooth.shape[:2], np.nan)
     return np.asarray(np.linalg.norm(np.gradient(smooth, 1 / articulation.rate, axis=0), axis=2))

@@ -28,7 +28,7 @@ class Posture:
     origin: Array
 
 
-def rest_of(articulation: Articulation, references: tuple[str, ...]) -> Posture:
+def rest_posture(articulation: Articulation, references: tuple[str, ...]) -> Posture:
     """The middle (median) position of reference sensors, with the axes as they are. Raises CorpusError.
 
     Three sensors that do not lie on a line fix a head: the bridge of the nose, both mastoids, the upper
@@ -45,7 +45,7 @@ def rest_of(articulation: Articulation, references: tuple[str, ...]) -> Posture:
     return Posture(references, rest, np.eye(3), np.zeros(3))
 
 
-def bitten(
+def bite_posture(
     bite: Articulation, references: tuple[str, ...], plate: tuple[str, str, str], origin: str = ""
 ) -> Posture:
     """The posture of a recording in which a plate is held between the teeth. Raises CorpusError.
@@ -54,8 +54,8 @@ def bitten(
     the first, z stands on the plane of the three, y lies in it, to the left. Zero is at the front one, or at
     the sensor `origin` (the upper incisors).
     """
-    posture = rest_of(bite, references)
-    still = head_corrected(bite, posture)
+    posture = rest_posture(bite, references)
+    still = correct_head_motion(bite, posture)
     front, left, right = (_middle(still, name) for name in plate)
     forward, leftward = front - (left + right) / 2, left - right
     up = np.cross(forward, leftward)
@@ -68,7 +68,7 @@ def bitten(
     return replace(posture, rotation=rotation, origin=_middle(still, origin) if origin else front)
 
 
-def head_corrected(articulation: Articulation, posture: Posture) -> Articulation:
+def correct_head_motion(articulation: Articulation, posture: Posture) -> Articulation:
     """Every sample moved and turned as a whole so that its head is at rest, then turned to the bite.
 
     p' = B (R p + t - o), where R and t bring the references of a sample closest to their rest, in the sum of

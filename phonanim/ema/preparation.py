@@ -34,7 +34,7 @@ def fill_gaps(articulation: Articulation, longest: float = LONGEST) -> tuple[Art
     positions, gaps = articulation.positions.copy(), []
     for place, name in enumerate(articulation.names):
         lost = np.asarray(~np.isfinite(positions[:, place]).all(axis=1))
-        for begin, end in runs(lost):
+        for begin, end in find_runs(lost):
             inside = begin > 0 and end < len(lost)
             filled = inside and (end - begin) / articulation.rate <= longest + 1e-9
             positions[begin:end, place] = np.nan
@@ -47,13 +47,13 @@ def fill_gaps(articulation: Articulation, longest: float = LONGEST) -> tuple[Art
     return replace(articulation, positions=positions), gaps
 
 
-def runs(chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def find_runs(chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Where stretches of true values begin and end, [(begin, end), ...]."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(np.int8)))
     return [(int(begin), int(end)) for begin, end in edges.reshape(-1, 2)]
 
 
-def resampled(articulation: Articulation, rate: float, cutoff: float | None = None) -> Articulation:
+def resample_sensors(articulation: Articulation, rate: float, cutoff: float | None = None) -> Articulation:
     """The same motion at another rate, in hertz, without what is faster than `cutoff`, in hertz.
 
     At `cutoff` (0.86 of half the lower rate) half the amplitude is left, and nothing (-80 dB) above 1.16 of
@@ -70,7 +70,7 @@ def resampled(articulation: Articulation, rate: float, cutoff: float | None = No
     found = np.full((len(at), len(articulation.names), 3), np.nan)
     for place in range(len(articulation.names)):
         values = articulation.positions[:, place]
-        for begin, end in runs(np.asarray(np.isfinite(values).all(axis=1))):
+        for begin, end in find_runs(np.asarray(np.isfinite(values).all(axis=1))):
             rows = np.flatnonzero((at >= begin) & (at <= end - 1))
             found[rows, place] = _sinc(values[begin:end], at[rows] - begin, cutoff / articulation.rate)
     return replace(articulation, positions=found, rate=rate)

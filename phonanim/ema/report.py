@@ -15,20 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.core.files import write_text
-from phonanim.ema.articulation import Articulation, oriented, renamed, standard_name
+from phonanim.ema.articulation import Articulation, orient_axes, rename_sensors, standard_name
 from phonanim.ema.examples import (
     Row,
     Stretch,
-    curves,
-    diphones_of,
-    measured,
-    phones_of,
+    diphone_stretches,
+    measure_stretch,
+    measured_curves,
+    phone_stretches,
     side_sums,
-    summarized,
+    summarize_examples,
 )
 from phonanim.ema.measures import CUTOFF, Envelope, envelope
-from phonanim.ema.posture import Posture, head_corrected
-from phonanim.ema.preparation import Gap, fill_gaps, resampled
+from phonanim.ema.posture import Posture, correct_head_motion
+from phonanim.ema.preparation import Gap, fill_gaps, resample_sensors
 from phonanim.ema.utterances import Spoken
 from phonanim.errors import CorpusError
 from phonanim.evaluation.statistics import pearson
@@ -50,7 +50,7 @@ class Preparation:
 
 
 @dataclass(frozen=True)
-class Take:
+class PreparedRecording:
     """A recording as it is measured: its sensors, where they were lost, and what is said."""
 
     name: str
@@ -69,10 +69,10 @@ class Report:
     sides: list[dict[str, Any]]
     places: dict[str, Array]
     jaws: dict[str, Envelope]
-    first: Take
+    first: PreparedRecording
 
 
-def prepare(raw: Articulation, preparation: Preparation) -> tuple[Articulation, list[Gap]]:
+def prepare_sensors(raw: Articulation, preparation: Preparation) -> tuple[Articulation, list[Gap]]:
     """Name the channels, fill short gaps, hold the head still, turn the axes, and change the rate.
 
     Raises CorpusError when there are no samples, or no such sensors, and OptionError.
@@ -80,38 +80,38 @@ def prepare(raw: Articulation, preparation: Preparation) -> tuple[Articulation, 
     if len(raw.positions) == 0:
         raise CorpusError(f"{raw.source}: has no samples; fetch it again, or take it away")
     if preparation.names:
-        raw = renamed(raw, preparation.names)
+        raw = rename_sensors(raw, preparation.names)
     whole, gaps = fill_gaps(raw)
     if preparation.posture is not None:
-        whole = head_corrected(whole, preparation.posture)
-    turned = oriented(whole, preparation.axes)
-    return (resampled(turned, preparation.rate) if preparation.rate else turned), gaps
+        whole = correct_head_motion(whole, preparation.posture)
+    turned = orient_axes(whole, preparation.axes)
+    return (resample_sensors(turned, preparation.rate) if preparation.rate else turned), gaps
 
 
-def take(spoken: Spoken, preparation: Preparation, language: str = "auto") -> Take:
+def prepare_recording(spoken: Spoken, preparation: Preparation, language: str = "auto") -> PreparedRecording:
     """Read and prepare a recording. Raises CorpusError, AlignmentError, LabelError."""
-    articulation, gaps = prepare(spoken.sensors(), preparation)
-    return Take(spoken.name, articulation, gaps, to_phones(spoken.alignment(), language)[0])
+    articulation, gaps = prepare_sensors(spoken.sensors(), preparation)
+    return PreparedRecording(spoken.name, articulation, gaps, to_phones(spoken.alignment(), language)[0])
 
 
 @dataclass(frozen=True)
 class Measured:
     """A take with its examples, and the sums of `side_sums` for each pair of phones."""
 
-    take: Take
+    take: PreparedRecording
     phones: list[tuple[Stretch, dict[str, float]]]
     diphones: list[tuple[Stretch, dict[str, float]]]
     sides: list[tuple[str, dict[tuple[str, str, str], Array]]]
 
 
-def measure(one: Take) -> Measured:
+def measure(one: PreparedRecording) -> Measured:
     """Measure every phone and every pair of phones of a take."""
-    articulation, pairs = one.articulation, diphones_of(one.track)
-    found = curves(articulation)
+    articulation, pairs = one.articulation, diphone_stretches(one.track)
+    found = measured_curves(articulation)
     return Measured(
         one,
-        [(phone, measured(phone, found, articulation)) for phone in phones_of(one.track)],
-        [(pair, measured(pair, found, articulation)) for pair in pairs],
+        [(phone, measure_stretch(phone, found, articulation)) for phone in phone_stretches(one.track)],
+        [(pair, measure_stretch(pair, found, articulation)) for pair in pairs],
         [(pair.name, side_sums(pair, articulation)) for pair in pairs],
     )
 
@@ -129,14 +129,14 @@ def make_report(
     """
     done: list[Measured] = []
     for number, spoken in enumerate(recordings, start=1):
-        done.append(measure(take(spoken, preparation, language)))
+        done.append(measure(prepare_recording(spoken, preparation, language)))
         _check_alike(done[0].take.articulation, done[-1].take.articulation)
         progress(number / len(recordings))
     places = _places([one.take.articulation for one in done])
-    diphones = summarized([example for one in done for example in one.diphones], least)
+    diphones = summarize_examples([example for one in done for example in one.diphones], least)
     return Report(
         recordings=[_facts(one.take) for one in done],
-        phones=summarized([example for one in done for example in one.phones]),
+        phones=summarize_examples([example for one in done for example in one.phones]),
         diphones=diphones,
         sides=_side_rows(done, {row.name for row in diphones}),
         places=places,
@@ -159,12 +159,12 @@ def _places(articulations: Sequence[Articulation]) -> dict[str, Array]:
     return {standard_name(name): cloud[:, at] for at, name in enumerate(articulations[0].names)}
 
 
-def _facts(one: Take) -> dict[str, Any]:
+def _facts(one: PreparedRecording) -> dict[str, Any]:
     return {
         "name": one.name,
         "seconds": len(one.articulation.positions) / one.articulation.rate,
         "rate_hz": one.articulation.rate,
-        "phones": len(phones_of(one.track)),
+        "phones": len(phone_stretches(one.track)),
         "gaps": [asdict(gap) for gap in one.gaps],
     }
 
@@ -193,11 +193,13 @@ def write_report(report: Report, output: Path) -> list[str]:
         tables["sides.csv"] = report.sides
     for name, rows in tables.items():
         write_text(output / name, _csv(rows))
-    write_text(output / "report.json", json.dumps(summary(report), indent=1, ensure_ascii=False) + "\n")
+    write_text(
+        output / "report.json", json.dumps(report_summary(report), indent=1, ensure_ascii=False) + "\n"
+    )
     return ["report.json", *tables]
 
 
-def summary(report: Report) -> dict[str, Any]:
+def report_summary(report: Report) -> dict[str, Any]:
     """The report without its tables, for scripts; what is not a number is null."""
     return {
         "recordings": report.recordings,

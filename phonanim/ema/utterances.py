@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.ema.articulation import Articulation, oriented
+from phonanim.ema.articulation import Articulation, orient_axes
 from phonanim.ema.readers import read_articulation
 from phonanim.errors import CorpusError
 from phonanim.inputs.alignment import read_alignment
@@ -136,7 +136,7 @@ def _motion(path: Path, names: tuple[str, ...], rate: float) -> Articulation:
 
 
 def _utterance(spoken: Spoken, folder: Path) -> Utterance:
-    articulation, alignment = oriented(spoken.sensors(), EMU_AXES), spoken.alignment()
+    articulation, alignment = orient_axes(spoken.sensors(), EMU_AXES), spoken.alignment()
     track, times = to_phones(alignment, "german")[0], articulation.times
     said = [i for i in alignment.intervals if i.label and not i.label.startswith("&")]
     aperture = articulation.sensor("UL")[:, 2] - articulation.sensor("LL")[:, 2]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.core.plugins import Registry
-from phonanim.encoders._cache import kept
+from phonanim.encoders._cache import cached_features
 from phonanim.errors import AudioError, ModelError
 from phonanim.media.audio import Sound, resample
 
@@ -93,7 +93,7 @@ class Encoder(Protocol):
         """Features of (steps * HOP,) samples at RATE -> (steps, layers, dims)."""
 
 
-def names() -> tuple[str, ...]:
+def encoder_names() -> tuple[str, ...]:
     """Every encoder: the stems of this folder's files."""
     return ENCODERS.names()
 
@@ -102,9 +102,9 @@ def load_encoder(name: str) -> Encoder:
     """An encoder by name, with its weights. Raises ModelError, MissingExtraError; each says what to get."""
     found = ENCODERS.find(name)
     if found is None:
-        near = get_close_matches(name, names(), n=1)
+        near = get_close_matches(name, encoder_names(), n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise ModelError(f"there is no encoder {name!r}{hint} (known: {', '.join(names())})")
+        raise ModelError(f"there is no encoder {name!r}{hint} (known: {', '.join(encoder_names())})")
     return cast("Encoder", found.load())
 
 
@@ -114,14 +114,14 @@ def encode(encoder: Encoder, sound: Sound) -> Features:
     Works through windows, so that memory does not grow with the recording. The same sound and encoder
     give the same bytes. Raises AudioError when the recording holds nothing, or no numbers.
     """
-    check(sound)
+    check_sound(sound)
     shape = (count_steps(sound), encoder.layers, encoder.dims)
     heard = f"{encoder.identity}, {encoder.window} s at a time, {encoder.margin} s around"
-    values = kept(heard, sound, shape, _windows(encoder, sound))
+    values = cached_features(heard, sound, shape, _windows(encoder, sound))
     return Features(values, STEPS, encoder.start)
 
 
-def check(sound: Sound) -> None:
+def check_sound(sound: Sound) -> None:
     """Raise AudioError when a recording cannot be heard."""
     if len(sound.samples) == 0:
         raise AudioError("the recording holds no sound; record it again")

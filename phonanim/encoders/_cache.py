@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.files import atomic_path, gathered
+from phonanim.core.files import atomic_path, concatenate_pieces
 from phonanim.errors import OutputError
 from phonanim.media.audio import Sound
 
@@ -34,7 +34,7 @@ def cache_folder() -> Path | None:
     return Path(base) / "phonanim"
 
 
-def kept(
+def cached_features(
     identity: str, sound: Sound, shape: tuple[int, int, int], pieces: Iterable[NDArray[np.float32]]
 ) -> Values:
     """Features from the cache; when they are not there, `pieces` one after the other, and kept from now on.
@@ -43,7 +43,7 @@ def kept(
     """
     folder = cache_folder()
     if folder is None:
-        return gathered(map(_half, pieces))
+        return concatenate_pieces(map(_half, pieces))
     path = folder / "features" / f"{fingerprint(identity, sound)}.npy"
     found = _read(path, shape)
     if found is None:

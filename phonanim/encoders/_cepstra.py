@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.encoders import HOP, RATE
-from phonanim.encoders._mel import filters, power
+from phonanim.encoders._mel import mel_filters, power_spectra
 
 BINS = 27
 FLOOR = 1e-8  # of the power of a full-scale bin: digital silence has no logarithm
@@ -43,7 +43,7 @@ class Cepstra:
 
     def run(self, samples: NDArray[np.float32]) -> NDArray[np.float32]:
         """Features of (steps * HOP,) samples -> (steps, 1, dims)."""
-        mel = power(samples, self.size, HOP) @ filters(RATE, self.size, BINS)
+        mel = power_spectra(samples, self.size, HOP) @ mel_filters(RATE, self.size, BINS)
         cepstra = np.log(mel + FLOOR) @ _cosines(BINS)
         parts = [cepstra, slopes(cepstra)] if self.sloped else [cepstra]
         return np.column_stack(parts)[:, None].astype(np.float32)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float32]
 
 
-def power(samples: Floats, size: int, hop: int) -> Floats:
+def power_spectra(samples: Floats, size: int, hop: int) -> Floats:
     """Power spectra of Hann windows centred at n * hop, (samples,) -> (frames, size // 2 + 1).
 
     The sound is mirrored at its ends; there are len(samples) // hop frames.
@@ -20,7 +20,7 @@ def power(samples: Floats, size: int, hop: int) -> Floats:
     return np.asarray(np.abs(np.fft.rfft(frames * hann)) ** 2, np.float32)
 
 
-def filters(rate: int, size: int, count: int) -> Floats:
+def mel_filters(rate: int, size: int, count: int) -> Floats:
     """Triangles of equal area on Slaney's mel scale, (size // 2 + 1, count), from 0 to rate / 2 hertz."""
     edges = _hertz(np.linspace(0, _mel(rate / 2), count + 2))
     bins = np.fft.rfftfreq(size, 1 / rate)[:, None]

@@ -15,7 +15,7 @@ from phonanim.errors import AlignmentError
 from phonanim.speech.alignment import Alignment
 from phonanim.speech.inventory import N_PHONES
 from phonanim.speech.language import to_phones
-from phonanim.speech.phones import PhoneTrack, silence
+from phonanim.speech.phones import PhoneTrack, silent_track
 
 
 @dataclass(frozen=True)
@@ -31,22 +31,22 @@ class Posteriors:
 
     def run(self, samples: NDArray[np.float32]) -> NDArray[np.float32]:
         """Features of (steps * HOP,) samples -> (steps, 1, phones)."""
-        return posteriors(recognized(samples), self.start + np.arange(len(samples) // HOP) / STEPS)
+        return one_hot_phones(recognize_phones(samples), self.start + np.arange(len(samples) // HOP) / STEPS)
 
 
-def of_track(track: PhoneTrack) -> Features:
+def track_features(track: PhoneTrack) -> Features:
     """The features of an alignment."""
     start = Posteriors.start
     times = start + np.arange(max(1, int(np.ceil(track.duration * STEPS - 1e-6)))) / STEPS
-    return Features(posteriors(track, times).astype(np.float16), STEPS, start)
+    return Features(one_hot_phones(track, times).astype(np.float16), STEPS, start)
 
 
-def posteriors(track: PhoneTrack, times: NDArray[np.float64]) -> NDArray[np.float32]:
+def one_hot_phones(track: PhoneTrack, times: NDArray[np.float64]) -> NDArray[np.float32]:
     """One phone at a time, (times,) seconds -> (times, 1, phones)."""
     return np.eye(N_PHONES, dtype=np.float32)[track.sample(times)][:, None]
 
 
-def recognized(samples: NDArray[np.float32]) -> PhoneTrack:
+def recognize_phones(samples: NDArray[np.float32]) -> PhoneTrack:
     """The phones of (samples,) at RATE; silence where no word can be made out. Raises MissingExtraError."""
     from phonanim.aligners.pocketsphinx import align
 
@@ -56,9 +56,9 @@ def recognized(samples: NDArray[np.float32]) -> PhoneTrack:
         try:
             found = align(path)
         except AlignmentError:  # nothing was recognized
-            return silence(len(samples) / RATE)
+            return silent_track(len(samples) / RATE)
     if not found.phones:
-        return silence(len(samples) / RATE)
+        return silent_track(len(samples) / RATE)
     return to_phones(Alignment(found.phones, found.duration, "phones", "sound"), "english")[0]
 
 

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.neural import gelu, layer_norm, named, transformer_block
-from phonanim.encoders._mel import filters, power
+from phonanim.core.neural import gelu, layer_norm, tensors_with_prefix, transformer_block
+from phonanim.encoders._mel import mel_filters, power_spectra
 from phonanim.encoders._weights import whisper_tensors
 
 MEL_SIZE, MEL_HOP = 400, 160  # samples of 16 kHz
@@ -51,7 +51,9 @@ class Whisper:
         signal = signal + self.tensors["positions"][: len(signal)]
         found = [signal]
         for number in range(self.layers - 1):
-            signal = transformer_block(signal, named(self.tensors, f"block{number}_"), self.heads)
+            signal = transformer_block(
+                signal, tensors_with_prefix(self.tensors, f"block{number}_"), self.heads
+            )
             found.append(signal)
         found[-1] = layer_norm(signal, self.tensors["norm"], self.tensors["norm_bias"])
         return np.stack(found, axis=1)
@@ -59,7 +61,7 @@ class Whisper:
     def log_mel(self, samples: Floats) -> Floats:
         """What Whisper hears of (samples,) at 16 kHz: (frames, mels) at 100 Hz, about -1 to 1."""
         bands = self.tensors["conv1"].shape[1]
-        mel = power(samples, MEL_SIZE, MEL_HOP) @ filters(16000, MEL_SIZE, bands)
+        mel = power_spectra(samples, MEL_SIZE, MEL_HOP) @ mel_filters(16000, MEL_SIZE, bands)
         decades = np.log10(np.maximum(mel, QUIETEST))
         return np.asarray((np.maximum(decades, decades.max() - RANGE) + 4) / 4, np.float32)
 

@@ -26,12 +26,12 @@ from phonanim.metrics import (
     lip_vertex_error,
     log_spectral_distance,
     mean_vertex_error,
-    spoken,
+    speech_mask,
     squared_error,
     temporal_mean_vertex_error,
 )
 from phonanim.metrics.lips import BILABIALS, LABIODENTALS
-from phonanim.rig.morphs import plain
+from phonanim.rig.morphs import plain_name
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ CONTACTS = {"pbm": BILABIALS, "fv": LABIODENTALS}
 def control_measures(predicted: Animation, captured: Animation) -> dict[str, float]:
     """Errors of curves over all controls and over those of the mouth, in the controls' own units."""
     ours, theirs = predicted.values.astype(np.float64), captured.values.astype(np.float64)
-    mouth = [i for i, name in enumerate(captured.channels) if plain(name).startswith(MOUTH_CONTROLS)]
+    mouth = [i for i, name in enumerate(captured.channels) if plain_name(name).startswith(MOUTH_CONTROLS)]
     liveliest = int(theirs.var(axis=0).argmax())
     measures = {
         "control_mse": squared_error(ours, theirs).mean(),
@@ -97,7 +97,7 @@ def lip_measures(
     }
     if track is None:
         return measures
-    speech = spoken(track, times)
+    speech = speech_mask(track, times)
     if speech.sum() > 1:
         measures |= {
             f"{name}_r_speech": correlation(ours[name][speech], theirs[name][speech]) for name in theirs

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.errors import EvaluationError
-from phonanim.exporters import load, readable, suffixes
+from phonanim.exporters import load, readable_suffixes, suffixes
 
 Array = NDArray[np.float64]
 # Meshes whose frames are stored flat, by their number of vertices.
@@ -53,11 +53,11 @@ def read_motion(path: Path, fps: float | None = None, template: Array | None = N
     the format's own reader does.
     """
     if path.suffix.lower() == ".npy":
-        return from_array(_load(path), str(path), fps or NPY_FPS, template)
+        return motion_from_array(_load(path), str(path), fps or NPY_FPS, template)
     return load(path)
 
 
-def from_array(array: NDArray[Any], source: str, fps: float, template: Array | None = None) -> Motion:
+def motion_from_array(array: NDArray[Any], source: str, fps: float, template: Array | None = None) -> Motion:
     """Motion of a bare array, by its shape.
 
     (frames, vertices, 3) is a mesh; (frames, 3 vertices) is one where `template` or FLAT_MESHES knows as many
@@ -105,17 +105,17 @@ def read_template(path: Path) -> Array:
     return points.astype(np.float64)
 
 
-def at_times(motion: Motion, times: Array) -> Motion:
+def resample_motion(motion: Motion, times: Array) -> Motion:
     """The same motion at other instants within it, evenly spaced, straight between frames."""
     fps = 1 / float(np.diff(times).mean())
     if isinstance(motion, Vertices):
-        flat = interpolated(motion.points.reshape(len(motion.points), -1), motion, times)
+        flat = interpolate_rows(motion.points.reshape(len(motion.points), -1), motion, times)
         return Vertices(flat.reshape(len(times), -1, 3), fps, float(times[0]))
-    values = interpolated(motion.values.astype(np.float64), motion, times)
+    values = interpolate_rows(motion.values.astype(np.float64), motion, times)
     return replace(motion, values=values.astype(np.float32), fps=fps, start=float(times[0]))
 
 
-def interpolated(values: Array, motion: Motion, times: Array) -> Array:
+def interpolate_rows(values: Array, motion: Motion, times: Array) -> Array:
     """Rows (frames, n) of a motion at instants, (times,) -> (times, n)."""
     places = np.clip((times - motion.start) * motion.fps, 0, len(values) - 1)
     first = np.minimum(places.astype(np.int64), max(len(values) - 2, 0))
@@ -133,14 +133,16 @@ def pair_files(predictions: Path, reference: Path) -> list[tuple[Path, Path]]:
         raise EvaluationError(f"{predictions} and {reference}: give two files or two folders")
     if not predictions.is_dir():
         return [(predictions, reference)]
-    references = {stem(path): path for path in _motions(reference)}
-    found = [(path, references[line]) for path in _motions(predictions) if (line := stem(path)) in references]
+    references = {line_name(path): path for path in _motions(reference)}
+    found = [
+        (path, references[line]) for path in _motions(predictions) if (line := line_name(path)) in references
+    ]
     if not found:
         raise EvaluationError(f"{predictions}: no file is named like one of {reference}; match them by stem")
     return found
 
 
-def stem(path: Path) -> str:
+def line_name(path: Path) -> str:
     """The name of a line: without the suffix of its format, and without `_condition_...`."""
     name = path.name
     suffix = max((s for s in suffixes() if name.lower().endswith(s)), key=len, default=path.suffix)
@@ -149,7 +151,7 @@ def stem(path: Path) -> str:
 
 def _motions(folder: Path) -> list[Path]:
     """What may be motion in a folder: no pages or films, nor what `batch` says of its lines."""
-    known = (".npy", *readable())
+    known = (".npy", *readable_suffixes())
     return sorted(
         path
         for path in folder.iterdir()

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from phonanim.animation.animation import Animation
 from phonanim.errors import EvaluationError
 from phonanim.evaluation.measures import control_measures, lip_measures, vertex_measures
-from phonanim.evaluation.predictions import Motion, at_times
-from phonanim.evaluation.surfaces import Settings, Surface, surface
+from phonanim.evaluation.predictions import Motion, resample_motion
+from phonanim.evaluation.surfaces import Settings, Surface, make_surface
 from phonanim.metrics import (
     PhoneError,
     by_class,
@@ -25,7 +25,7 @@ from phonanim.metrics import (
     mean_vertex_error,
     squared_error,
 )
-from phonanim.rig.morphs import plain
+from phonanim.rig.morphs import plain_name
 
 Array = NDArray[np.float64]
 FEWEST = 4  # frames: less has no spectrum and no jerk
@@ -50,15 +50,15 @@ def score(predicted: Motion, captured: Motion, settings: Settings) -> Scores:
 
     Raises EvaluationError when they share no instants, no controls or no mesh.
     """
-    predicted, captured, notes = in_step(predicted, captured)
+    predicted, captured, notes = match_instants(predicted, captured)
     measures: dict[str, float] = {}
     errors: dict[str, Array] = {}
     if isinstance(predicted, Animation) and isinstance(captured, Animation):
-        predicted, captured, remarks = same_channels(predicted, captured)
+        predicted, captured, remarks = match_channels(predicted, captured)
         measures |= control_measures(predicted, captured)
         errors["control_mse"] = squared_error(predicted.values, captured.values)
         notes += remarks
-    surfaces = both_surfaces(predicted, captured, settings)
+    surfaces = match_surfaces(predicted, captured, settings)
     if surfaces:
         ours, theirs = surfaces
         measures |= vertex_measures(ours, theirs, captured.fps)
@@ -81,7 +81,7 @@ def score(predicted: Motion, captured: Motion, settings: Settings) -> Scores:
     return Scores(measures, len(error), captured.fps, name, tuple(tables[0]), tuple(tables[1]), tuple(notes))
 
 
-def in_step(predicted: Motion, captured: Motion) -> tuple[Motion, Motion, list[str]]:
+def match_instants(predicted: Motion, captured: Motion) -> tuple[Motion, Motion, list[str]]:
     """Both at those of the reference's instants that both have. Raises EvaluationError when they are few."""
     ends = [float(motion.times[-1]) for motion in (predicted, captured)]
     first, slack = max(predicted.start, captured.start), 0.5 / captured.fps
@@ -100,10 +100,10 @@ def in_step(predicted: Motion, captured: Motion) -> tuple[Motion, Motion, list[s
             f"predictions {predicted.start:.3f} to {ends[0]:.3f} s, reference {captured.start:.3f} to "
             f"{ends[1]:.3f} s: scored from {kept[0]:.3f} to {kept[-1]:.3f} s"
         )
-    return at_times(predicted, kept), at_times(captured, kept), notes
+    return resample_motion(predicted, kept), resample_motion(captured, kept), notes
 
 
-def same_channels(predicted: Animation, captured: Animation) -> tuple[Animation, Animation, list[str]]:
+def match_channels(predicted: Animation, captured: Animation) -> tuple[Animation, Animation, list[str]]:
     """Both with the reference's channels, by name; those that the predictions lack are at zero.
 
     Raises EvaluationError when no name agrees, or, for controls without names, when their number differs.
@@ -113,8 +113,8 @@ def same_channels(predicted: Animation, captured: Animation) -> tuple[Animation,
             f"the predictions have shape {predicted.values.shape}, the reference {captured.values.shape}; "
             "controls without names must be as many on both sides"
         )
-    own = {plain(name): row for row, name in enumerate(predicted.channels)}
-    theirs = [plain(name) for name in captured.channels]
+    own = {plain_name(name): row for row, name in enumerate(predicted.channels)}
+    theirs = [plain_name(name) for name in captured.channels]
     if not own.keys() & set(theirs):
         raise EvaluationError(
             f"no control in common: the predictions have {_some(predicted.channels)}, the reference "
@@ -123,21 +123,21 @@ def same_channels(predicted: Animation, captured: Animation) -> tuple[Animation,
     values = np.zeros_like(captured.values)
     shared = [column for column, name in enumerate(theirs) if name in own]
     values[:, shared] = predicted.values[:, [own[theirs[column]] for column in shared]]
-    lacking = [name for name in captured.channels if plain(name) not in own]
-    extra = [name for name in predicted.channels if plain(name) not in theirs]
+    lacking = [name for name in captured.channels if plain_name(name) not in own]
+    extra = [name for name in predicted.channels if plain_name(name) not in theirs]
     notes = [f"controls that the predictions lack count as zero: {_some(lacking)}"] if lacking else []
     notes += [f"controls that the reference lacks are left out: {_some(extra)}"] if extra else []
     return replace(predicted, values=values, channels=captured.channels), captured, notes
 
 
-def both_surfaces(predicted: Motion, captured: Motion, settings: Settings) -> tuple[Surface, Surface] | None:
+def match_surfaces(predicted: Motion, captured: Motion, settings: Settings) -> tuple[Surface, Surface] | None:
     """Both sides on one mesh; None where that cannot be done. Raises EvaluationError on different meshes.
 
     Where both have a template of their own, each motion is taken from its own and laid on the reference's.
     """
     theirs_at_rest = settings.template if settings.reference_template is None else settings.reference_template
-    ours = surface(predicted, settings, settings.template)
-    theirs = surface(captured, settings, theirs_at_rest)
+    ours = make_surface(predicted, settings, settings.template)
+    theirs = make_surface(captured, settings, theirs_at_rest)
     if ours is None or theirs is None:
         return None
     if ours.points.shape != theirs.points.shape:
@@ -150,9 +150,9 @@ def both_surfaces(predicted: Motion, captured: Motion, settings: Settings) -> tu
     return ours, theirs
 
 
-def spread(takes: Sequence[Motion], settings: Settings) -> float | None:
+def takes_diversity(takes: Sequence[Motion], settings: Settings) -> float | None:
     """Diversity of several takes of one line, in mm over the frames that all have; None without a mesh."""
-    found = [surface(take, settings, settings.template) for take in takes]
+    found = [make_surface(take, settings, settings.template) for take in takes]
     points = [each.points for each in found if each is not None]
     if len(points) < len(takes) or len({p.shape[1] for p in points}) > 1:
         return None

@@ -21,7 +21,7 @@ from phonanim.face.model import FaceModel, lip_aperture, lip_protrusion, lip_wid
 from phonanim.regressors import load_face
 from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
-from phonanim.rig.morphs import plain
+from phonanim.rig.morphs import plain_name
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
@@ -63,7 +63,7 @@ class Surface:
     notes: tuple[str, ...] = ()
 
 
-def surface(motion: Motion, settings: Settings, template: Array | None = None) -> Surface | None:
+def make_surface(motion: Motion, settings: Settings, template: Array | None = None) -> Surface | None:
     """The surface that a side moves; None for controls that the shipped head does not have.
 
     The shipped head is cut down to the vertices of its regions. Raises EvaluationError when a mask, the lips
@@ -89,8 +89,8 @@ def surface(motion: Motion, settings: Settings, template: Array | None = None) -
 def _on_head(animation: Animation, settings: Settings) -> Surface | None:
     """The shipped head under curves that are named like its shapes."""
     head, spots = load_head(), shipped_landmarks()
-    named = {plain(target): target for target in head.targets}
-    channels = tuple(named.get(plain(name), name) for name in animation.channels)
+    named = {plain_name(target): target for target in head.targets}
+    channels = tuple(named.get(plain_name(name), name) for name in animation.channels)
     if not set(channels) & set(head.targets):
         return None
     weights = head.weights(animation.values, channels)

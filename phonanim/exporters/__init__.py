@@ -37,7 +37,7 @@ def suffixes() -> tuple[str, ...]:
     return tuple(sorted(map(_suffix, EXPORTERS.names())))
 
 
-def readable() -> tuple[str, ...]:
+def readable_suffixes() -> tuple[str, ...]:
     """The suffixes of formats that can be read back."""
     return tuple(suffix for suffix in suffixes() if hasattr(_exporter(suffix), "read"))
 
@@ -55,14 +55,16 @@ def find_exporter(path: Path) -> Exporter:
     raise OutputError(f"{path}: no format has this suffix; end the name with one of {' '.join(suffixes())}")
 
 
-def options_of(path: Path) -> tuple[str, ...]:
+def option_names(path: Path) -> tuple[str, ...]:
     """The names of the options of a path's format, such as `keys` or `character`."""
     return tuple(signature(find_exporter(path).write).parameters)[2:]
 
 
-def allotted(options: Mapping[str, Any], paths: Sequence[Path]) -> tuple[list[dict[str, Any]], list[str]]:
+def assign_options(
+    options: Mapping[str, Any], paths: Sequence[Path]
+) -> tuple[list[dict[str, Any]], list[str]]:
     """For each path those options that its format has, and the names of those that none of them has."""
-    known = [options_of(path) for path in paths]
+    known = [option_names(path) for path in paths]
     given = [{name: value for name, value in options.items() if name in names} for names in known]
     return given, [name for name in options if not any(name in names for names in known)]
 
@@ -92,9 +94,9 @@ def save(animation: Animation, path: str | Path, **options: object) -> None:
     path = Path(path)
     exporter = find_exporter(path)
     _check(animation, path)
-    unknown = sorted(set(options) - set(options_of(path)))
+    unknown = sorted(set(options) - set(option_names(path)))
     if unknown:
-        taken = ", ".join(options_of(path)) or "none"
+        taken = ", ".join(option_names(path)) or "none"
         raise OutputError(f"{path}: this format has no option {unknown[0]}; those it has: {taken}")
     write: Callable[..., None] = exporter.write
     write(animation, path, **options)
@@ -108,7 +110,7 @@ def load(path: Path) -> Animation:
     exporter = find_exporter(path)
     read: Callable[[Path], Animation] | None = getattr(exporter, "read", None)
     if read is None:
-        known = " ".join(readable())
+        known = " ".join(readable_suffixes())
         raise OutputError(f"{path}: this format can only be written; those that can be read are {known}")
     animation = read(path)
     _check_finite(animation, path)

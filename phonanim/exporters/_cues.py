@@ -27,7 +27,7 @@ def mouth_cues(animation: Animation, table: str, path: Path) -> list[Interval]:
     An animation of a rig with these very shapes is followed frame by frame, any other by its phones.
     Raises OutputError when it has neither, LabelError for a phone that its language does not know.
     """
-    shapes = visemes(table)
+    shapes = phone_visemes(table)
     names = {name for pair in shapes.values() for name in pair}
     if set(animation.channels) <= names:
         cues = _from_curves(animation)
@@ -39,7 +39,7 @@ def mouth_cues(animation: Animation, table: str, path: Path) -> list[Interval]:
 
 
 @cache
-def visemes(table: str) -> dict[str, tuple[str, str]]:
+def phone_visemes(table: str) -> dict[str, tuple[str, str]]:
     """The shape that each phone begins and ends with."""
     with (LEXICON / "visemes" / f"{table}.csv").open(newline="", encoding="utf-8") as file:
         return {row["phone"]: (row["viseme"], row["end"] or row["viseme"]) for row in csv.DictReader(file)}

@@ -12,7 +12,7 @@ from phonanim.errors import OutputError
 DIFFERENT = 1e-3  # of full weight
 
 
-def agreed(
+def merge_target_curves(
     known: NDArray[np.float64] | None, curve: NDArray[np.float64], name: str, path: Path
 ) -> NDArray[np.float64]:
     """The curve of a target that several meshes have: one for all that move it. Raises OutputError."""
@@ -30,7 +30,7 @@ USUAL_RATES = (24000 / 1001, 24.0, 25.0, 30000 / 1001, 30.0, 48.0, 50.0, 60000 /
 RATE_TOLERANCE = 5e-4  # timecodes are written to a thousandth of a frame
 
 
-def rate_of(times: NDArray[np.float64]) -> float:
+def estimate_rate(times: NDArray[np.float64]) -> float:
     """Frames per second of rising times, as the usual rate if one is near."""
     rate = 1 / float(np.median(np.diff(times)))
     nearest = min(USUAL_RATES, key=lambda usual: abs(usual - rate))

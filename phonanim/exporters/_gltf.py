@@ -13,7 +13,7 @@ from phonanim.animation.animation import Animation
 from phonanim.animation.keys import reduce_curves
 from phonanim.core.files import atomic_path
 from phonanim.errors import OutputError, RigError
-from phonanim.exporters._curves import agreed, rate_of
+from phonanim.exporters._curves import estimate_rate, merge_target_curves
 from phonanim.media.glb import Glb, glb_bytes, read_glb
 from phonanim.rig.head import TONGUE
 from phonanim.rig.morphs import Morphs, find_morphs, moving_morphs
@@ -28,10 +28,10 @@ def add_to_character(animation: Animation, path: Path, character: Path, keys: fl
     """Write a character's file with the animation added; see `glb.write`. Raises RigError, OutputError."""
     glb = read_glb(character)
     with atomic_path(path) as partial:
-        partial.write_bytes(spliced(glb, animation, path.name.split(".")[0], keys))
+        partial.write_bytes(add_animation(glb, animation, path.name.split(".")[0], keys))
 
 
-def spliced(glb: Glb, animation: Animation, name: str, keys: float | None = None) -> bytes:
+def add_animation(glb: Glb, animation: Animation, name: str, keys: float | None = None) -> bytes:
     """The bytes of a character's file with one animation more."""
     tracks = moving_morphs(glb, animation.channels)
     binary = Appended(glb)
@@ -157,14 +157,14 @@ def _animation(glb: Glb, tracks: list[_Track], morphs: dict[int, Morphs], path: 
     extras, clock = tracks[0].extras, max((track.clock for track in tracks), key=len)
     if len(clock) < 2 and "fps" not in extras:
         raise OutputError(f"{path}: its animation has one key alone, so there is no motion to read")
-    fps = float(extras["fps"]) if "fps" in extras else rate_of(clock)
+    fps = float(extras["fps"]) if "fps" in extras else estimate_rate(clock)
     grid = clock[0] + np.arange(round((clock[-1] - clock[0]) * fps) + 1) / fps
     curves: dict[str, NDArray[np.float64]] = {}
     for track in tracks:
         names = morphs[track.node].names
         sampled = _sampled(glb, track, len(names), grid)
         for name, curve in zip(names, sampled, strict=True):
-            curves[name] = agreed(curves.get(name), curve, name, path)
+            curves[name] = merge_target_curves(curves.get(name), curve, name, path)
     if not any(
         curves[name].any() for name in TONGUE if name in curves
     ):  # the shipped head's, moved by few rigs

@@ -8,7 +8,7 @@ from phonanim.errors import RigError
 from phonanim.rig.head import SHIPPED, Head, load_head
 
 
-def head_of(character: Path = SHIPPED) -> Head:
+def load_drawable_head(character: Path = SHIPPED) -> Head:
     """The shipped head, or the meshes with morph targets of a GLB or VRM file, in the world's axes.
 
     Raises RigError when the file cannot be read, is compressed, or has other units or another way up than
@@ -17,9 +17,9 @@ def head_of(character: Path = SHIPPED) -> Head:
     if character == SHIPPED:
         return load_head()
     from phonanim.rig.character import load_character
-    from phonanim.rig.stance import doubts
+    from phonanim.rig.stance import orientation_warnings
 
     head = load_character(character)
-    if odd := doubts(head):
+    if odd := orientation_warnings(head):
         raise RigError(f"{character}: {odd[0]}")
     return head

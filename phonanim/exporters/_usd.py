@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from phonanim.animation.animation import Animation
 from phonanim.core.files import atomic_path
 from phonanim.errors import MissingExtraError, OutputError
-from phonanim.exporters._curves import agreed
+from phonanim.exporters._curves import merge_target_curves
 from phonanim.speech.alignment import unpack_intervals
 
 Weights = tuple[NDArray[np.float64], tuple[str, ...], float, float, dict[str, Any]]
@@ -99,7 +99,7 @@ def read(path: Path) -> Animation:
     weights, names, start, fps, about = read_weights(path)
     curves: dict[str, NDArray[np.float64]] = {}
     for name, curve in zip(names, weights.T, strict=True):
-        curves[name] = agreed(curves.get(name), curve, name, path)
+        curves[name] = merge_target_curves(curves.get(name), curve, name, path)
     return Animation(
         values=np.stack(list(curves.values()), axis=1).astype(np.float32),
         channels=tuple(curves),

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
-from phonanim.exporters._head import head_of
+from phonanim.exporters._head import load_drawable_head
 from phonanim.rig.head import SHIPPED, Head, load_head
 from phonanim.rig.render import vertex_normals
 from phonanim.speech.alignment import pack_intervals
@@ -131,7 +131,7 @@ SHAPE = """
 
 def stage_text(animation: Animation, character: Path = SHIPPED) -> str:
     """The stage as text. The same input gives the same text."""
-    head = head_of(character)
+    head = load_drawable_head(character)
     weights = head.weights(animation.values, animation.channels)
     frames = animation.times * animation.fps
     samples = [

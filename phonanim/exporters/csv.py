@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from phonanim.animation.animation import Animation
-from phonanim.animation.timecode import Timecode, clock_for
+from phonanim.animation.timecode import Timecode, timecode_for_label
 from phonanim.core.files import write_text
 from phonanim.errors import OptionError, OutputError
-from phonanim.exporters._curves import rate_of
+from phonanim.exporters._curves import estimate_rate
 from phonanim.exporters._livelink import N_ARKIT, columns
 
 SUMMARY = "Live Link Face: a row per frame, ARKit controls by name (rigs with ARKit controls)"
@@ -36,7 +36,7 @@ def write(animation: Animation, path: Path, timecode: str | None = None) -> None
         if name in animation.channels:
             values[:, column] = animation.channel(name)
     first = timecode or str(animation.provenance.get("timecode", "00:00:00:00"))
-    clock = clock_for(first, NOMINAL)
+    clock = timecode_for_label(first, NOMINAL)
     origin = clock.parse(first)
     codes = [clock.format(origin + time) for time in animation.times]
     row = ",".join(["%s", str(len(names)), *["%.10f"] * len(names)])
@@ -54,7 +54,7 @@ def read(path: Path) -> Animation:
     names = tuple(name[:1].lower() + name[1:] for name in rows[0][len(LEAD) :])
     if len(rows) < 3:
         raise OutputError(f"{path}: has fewer than two frames; record it again")
-    clock = clock_for(rows[1][0], NOMINAL)
+    clock = timecode_for_label(rows[1][0], NOMINAL)
     table = np.array(
         [_numbers(path, line, row, len(names), clock) for line, row in enumerate(rows[1:], start=2)]
     )
@@ -62,7 +62,7 @@ def read(path: Path) -> Animation:
     falls = np.flatnonzero(np.diff(times) <= 0)
     if len(falls):
         raise OutputError(f"{path}, row {falls[0] + 3}: its timecode does not rise; remove the row")
-    fps = rate_of(times)
+    fps = estimate_rate(times)
     places = np.rint((times - times[0]) * fps)
     grid = np.arange(int(places[-1]) + 1)
     curves = [np.interp(grid, places, curve) for curve in values.T]

@@ -14,7 +14,7 @@ from phonanim.errors import OutputError
 from phonanim.media.glb import Glb, read_glb
 from phonanim.rig.head import SHIPPED
 from phonanim.speech.alignment import pack_intervals
-from phonanim.viewer.page import base64_text, filled, page_file, script_data, targets_of
+from phonanim.viewer.page import base64_text, character_targets, fill_page, read_page_part, script_data
 
 SUMMARY = "viewer in one file that works offline: head, sound, timeline, curves, two takes side by side"
 SCRIPTS = ("three.js", "data.js", "stage.js", "timeline.js", "player.js")
@@ -40,11 +40,11 @@ def write(
     }
     fields = {
         "title": html.escape(str(animation.provenance.get("input", path.stem))),
-        "style": page_file("style.css"),
+        "style": read_page_part("style.css"),
         "data": script_data(data),
-        "script": "\n".join(map(page_file, SCRIPTS)),
+        "script": "\n".join(map(read_page_part, SCRIPTS)),
     }
-    write_text(path, filled(page_file("page.html"), fields))
+    write_text(path, fill_page(read_page_part("page.html"), fields))
 
 
 def _take(animation: Animation, glb: Glb) -> dict[str, Any]:
@@ -54,7 +54,7 @@ def _take(animation: Animation, glb: Glb) -> dict[str, Any]:
         "fps": animation.fps,
         "start": animation.start,
         "channels": list(animation.channels),
-        "targets": targets_of(animation.channels, glb),
+        "targets": character_targets(animation.channels, glb),
         "phones": pack_intervals(animation.phones),
         "words": pack_intervals(animation.words),
         "curves": base64_text(np.ascontiguousarray(animation.values, "<f4").tobytes()),

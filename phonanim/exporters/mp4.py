@@ -13,7 +13,7 @@ import numpy as np
 from phonanim.animation.animation import Animation
 from phonanim.core.files import atomic_path
 from phonanim.errors import AudioError, MissingExtraError, OutputError
-from phonanim.exporters._head import head_of
+from phonanim.exporters._head import load_drawable_head
 from phonanim.media.pixels import Image, draw_text
 from phonanim.media.video import H264
 from phonanim.rig.head import SHIPPED, Head
@@ -45,7 +45,7 @@ def write(
     av = library()
     if size < 64 or size % 2:
         raise OutputError(f"{path}: a film of {size} pixels cannot be made; choose an even size from 64")
-    head = head_of(character)
+    head = load_drawable_head(character)
     rate = _film_rate(animation.fps)
     with atomic_path(path) as partial:
         try:

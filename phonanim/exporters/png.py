@@ -53,7 +53,7 @@ def write(animation: Animation, path: Path, lanes: int = 12) -> None:
     Raises AudioError or MissingExtraError when there is a recording that cannot be read, OutputError when
     the destination cannot be written.
     """
-    names = liveliest(animation, lanes)
+    names = most_moving_channels(animation, lanes)
     axis = _axis(animation)
     sound = read_audio(animation.audio) if animation.audio else None
     height = 2 * MARGIN + TITLE + (WAVE if sound else 0) + 2 * LABELS + LANE * len(names) + RULER
@@ -72,7 +72,7 @@ def write(animation: Animation, path: Path, lanes: int = 12) -> None:
     write_png(image, path)
 
 
-def liveliest(animation: Animation, count: int) -> list[str]:
+def most_moving_channels(animation: Animation, count: int) -> list[str]:
     """The channels with the widest range, the widest first; equal ones in the rig's order."""
     ranges = np.ptp(animation.values, axis=0)
     order = np.argsort(-ranges, kind="stable")[:count]

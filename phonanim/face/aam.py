@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from phonanim.core.search import first_guesses
 from phonanim.face.appearance import LUMA, AppearanceModel, flat_points
-from phonanim.face.warp import Mesh, sample
+from phonanim.face.warp import Mesh, sample_bilinear
 
 Array = NDArray[np.float64]
 Grey = NDArray[np.float32]
@@ -114,7 +114,7 @@ class Fitter:
 
     def _texture(self, image: Grey, pose: Pose) -> Grey:
         places = self.model.mesh.places(self.points(pose)[None])[0]
-        return sample(image[..., None], places)[:, 0]
+        return sample_bilinear(image[..., None], places)[:, 0]
 
     def _error(self, image: Grey, pose: Pose) -> Grey:
         """Picture minus template, after the picture's gain and offset are set to the template's."""
@@ -198,7 +198,7 @@ def grey_basis(model: AppearanceModel, template: Grey, options: Options) -> Grey
     return np.ascontiguousarray(np.linalg.qr(np.array(parts, np.float64).T)[0].T, np.float32)
 
 
-def track(fitter: Fitter, images: Iterable[NDArray[np.uint8]]) -> Iterator[Pose | None]:
+def track_face(fitter: Fitter, images: Iterable[NDArray[np.uint8]]) -> Iterator[Pose | None]:
     """Follow the face through pictures (rows, columns, 3); None where it is not found.
 
     Each search starts from the frame before; after a frame in which the face is not found, and at the
@@ -209,12 +209,12 @@ def track(fitter: Fitter, images: Iterable[NDArray[np.uint8]]) -> Iterator[Pose 
         grey = image.astype(np.float32) @ LUMA
         found = fitter.fit(grey, last) if last else None
         if found is None or found.likeness < fitter.options.likeness:
-            found = search(fitter, grey)
+            found = find_face(fitter, grey)
         last = found if found.likeness >= fitter.options.likeness else None
         yield last
 
 
-def search(fitter: Fitter, image: Grey) -> Pose:
+def find_face(fitter: Fitter, image: Grey) -> Pose:
     """The best fit from many places and sizes."""
     mean = fitter.model.mesh.picture(fitter.template[:, None])[..., 0]
     mask = fitter.model.mesh.picture(np.ones((len(fitter.template), 1)))[..., 0]

@@ -51,7 +51,7 @@ CONTACTS = (
 SWEEPS = 8  # of the alternating projections; the bounds are then met to a hundredth of a millimetre
 
 
-def close(
+def enforce_lip_contacts(
     modes: NDArray[np.float32], track: PhoneTrack, face: FaceModel, fps: float, start: float = 0.0
 ) -> NDArray[np.float32]:
     """Bound the lips of predicted motion, (frames, modes) at start + n / fps -> the same shape.
@@ -59,18 +59,18 @@ def close(
     Frames without such a phone nearby come back unchanged, and so do those that keep the bounds already.
     """
     times = start + np.arange(len(modes)) / fps
-    gap, width = bound(track, times, "gap"), bound(track, times, "width")
+    gap, width = contact_limits(track, times, "gap"), contact_limits(track, times, "width")
     near = np.flatnonzero(np.isfinite(gap) | np.isfinite(width))
     if len(near) == 0:
         return modes
-    weights, offset = functionals(face)
+    weights, offset = lip_functionals(face)
     limits = np.column_stack([np.tile(gap[near, None], len(INNER_LIP_PAIRS)), width[near]])
     closed: NDArray[np.float32] = modes.copy()
-    closed[near] = project(modes[near].astype(np.float64), weights, limits - offset, face.std)
+    closed[near] = project_within_limits(modes[near].astype(np.float64), weights, limits - offset, face.std)
     return closed
 
 
-def bound(track: PhoneTrack, times: Array, measure: Measure) -> Array:
+def contact_limits(track: PhoneTrack, times: Array, measure: Measure) -> Array:
     """The largest value allowed at instants, (times,) seconds, rising -> (times,) mm; inf where free."""
     limits = np.full(len(times), np.inf)
     for contact in (c for c in CONTACTS if c.measure == measure):
@@ -86,7 +86,7 @@ def bound(track: PhoneTrack, times: Array, measure: Measure) -> Array:
     return limits
 
 
-def project(modes: Array, weights: Array, limits: Array, std: Array) -> Array:
+def project_within_limits(modes: Array, weights: Array, limits: Array, std: Array) -> Array:
     """Move modes (frames, m) as little as possible until modes @ weights.T <= limits (frames, functionals).
 
     The change is measured in standard deviations `std` (m,), so it takes the way in which this face
@@ -105,7 +105,7 @@ def project(modes: Array, weights: Array, limits: Array, std: Array) -> Array:
     return moved
 
 
-def functionals(face: FaceModel) -> tuple[Array, Array]:
+def lip_functionals(face: FaceModel) -> tuple[Array, Array]:
     """The gaps of the inner-lip pairs, then the mouth's width: weights (8, m) on the modes, offset (8,)."""
     upper, lower = (face.rows(side) for side in zip(*INNER_LIP_PAIRS, strict=True))
     right, left = face.rows((MOUTH_CORNER_RIGHT, MOUTH_CORNER_LEFT))

@@ -42,7 +42,10 @@ class Mesh:
         `landmarks` (frames, landmarks, 2) are pixels of the pictures, right and down.
         """
         return np.stack(
-            [sample(image, places) for image, places in zip(images, self.places(landmarks), strict=True)]
+            [
+                sample_bilinear(image, places)
+                for image, places in zip(images, self.places(landmarks), strict=True)
+            ]
         )
 
     def picture(self, texture: NDArray[np.floating]) -> NDArray[np.float32]:
@@ -62,7 +65,7 @@ class Mesh:
         seen = rasterize(flat, self.triangles, *canvas.shape[:2])
         covered = seen.covered()
         places = seen.at(covered, self.reference.astype(np.float32))
-        values = sample(self._bled(texture), places)
+        values = sample_bilinear(self._bled(texture), places)
         drawn = canvas.copy()
         drawn.reshape(-1, canvas.shape[2])[covered] = np.clip(np.rint(values), 0, 255).astype(np.uint8)
         return drawn
@@ -114,7 +117,7 @@ def _facing(points: Array, triangles: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.asarray(turned[np.lexsort(np.sort(turned, axis=1).T)])
 
 
-def sample(image: NDArray[Any], places: NDArray[np.floating]) -> NDArray[np.float32]:
+def sample_bilinear(image: NDArray[Any], places: NDArray[np.floating]) -> NDArray[np.float32]:
     """Bilinear values of a picture (rows, columns, channels) at places (p, 2), -> (p, channels).
 
     Places are pixels right and down; outside the picture its rim goes on.

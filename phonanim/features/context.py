@@ -49,7 +49,7 @@ def context_features(track: PhoneTrack, times: Array, kind: str = "all") -> NDAr
     Columns: box by box (17), each with the columns of `part_table(kind)`; then the 12 of `segment_timing`.
     """
     table = part_table(kind)
-    local = around(track, times)
+    local = crop_track(track, times)
     parts = split_parts(local)
     bounds, rows = parts.bounds, table[parts.parts].astype(np.float64)
     running = np.concatenate(
@@ -66,7 +66,7 @@ def context_features(track: PhoneTrack, times: Array, kind: str = "all") -> NDAr
     return features
 
 
-def around(track: PhoneTrack, times: Array) -> PhoneTrack:
+def crop_track(track: PhoneTrack, times: Array) -> PhoneTrack:
     """The segments that can be felt at instants (times,), so that long tracks cost no more per frame."""
     track = with_silence_beyond(track)
     if len(times) == 0:

@@ -19,7 +19,7 @@ FEATURES = ("indicators", "raw", *CONTEXT)
 NO_CLUSTERS = np.full((N_PHONES, N_PHONES), -1, np.int8)
 
 
-def inputs(
+def window_features(
     kind: str,
     track: PhoneTrack,
     times: Array,

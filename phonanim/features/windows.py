@@ -14,7 +14,7 @@ T = TypeVar("T", bound=np.generic)
 TICK = 1e-7  # seconds
 
 
-def slide(values: NDArray[T], width: int) -> NDArray[T]:
+def sliding_windows(values: NDArray[T], width: int) -> NDArray[T]:
     """Windows of `width` frames around each frame, (frames, ...) -> (frames, width, ...); edges repeat."""
     offsets = np.arange(width) - width // 2
     rows = np.arange(len(values))[:, None] + offsets

@@ -8,11 +8,11 @@ from typing import Literal
 
 from phonanim.errors import AlignmentError, AudioError
 from phonanim.inputs.alignment import read_alignment
-from phonanim.media.audio import SUFFIXES, Sound, cut_short, find_audio, read_sound, remarks
+from phonanim.media.audio import SUFFIXES, Sound, audio_notes, find_audio, read_sound, truncation_note
 from phonanim.options import Options
 from phonanim.speech.alignment import Alignment
 from phonanim.speech.language import to_phones
-from phonanim.speech.phones import PhoneTrack, silence
+from phonanim.speech.phones import PhoneTrack, silent_track
 
 InputModality = Literal["phones", "audio", "both"]
 """What a model reads: phones, audio or both."""
@@ -50,7 +50,7 @@ def read_speech_input(
         if audio is None:
             raise AudioError(f"{path}: has no recording beside it for this model to hear; give --audio")
         sound = _from(read_sound(audio), alignment.offset)
-        notes = (*notes, *remarks(sound), *cut_short(audio))
+        notes = (*notes, *audio_notes(sound), *truncation_note(audio))
         if modality == "both":
             notes = (*notes, *_apart(audio, sound.duration, track.duration))
     return SpeechInput(alignment, track, notes, sound, audio)
@@ -69,8 +69,8 @@ def _read_recording(path: Path, modality: InputModality) -> SpeechInput:
         )
     sound = read_sound(path)
     nothing = Alignment((), sound.duration, "", str(path))
-    notes = (UNENFORCED, *remarks(sound), *cut_short(path))
-    return SpeechInput(nothing, silence(sound.duration), notes, sound, path)
+    notes = (UNENFORCED, *audio_notes(sound), *truncation_note(path))
+    return SpeechInput(nothing, silent_track(sound.duration), notes, sound, path)
 
 
 def _apart(audio: Path, heard: float, read: float) -> tuple[str, ...]:

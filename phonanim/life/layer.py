@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from phonanim.life import blinks, breath, brows, gaze, head
 from phonanim.life.shapes import fade
-from phonanim.rig.morphs import plain
+from phonanim.rig.morphs import plain_name
 from phonanim.rig.rig import Rig, Through
 from phonanim.speech.prosody import Prosody
 
@@ -130,13 +130,15 @@ def add_life(
     if not len(times) or not lively(rig):
         return values
     base = rig.through.rig if rig.through else rig
-    columns = {plain(name): column for column, name in enumerate(base.controls)}
-    curves = life_curves(life, prosody, times, turns_head=plain(HEAD[0]) in map(plain, rig.controls))
+    columns = {plain_name(name): column for column, name in enumerate(base.controls)}
+    curves = life_curves(
+        life, prosody, times, turns_head=plain_name(HEAD[0]) in map(plain_name, rig.controls)
+    )
     offsets = np.zeros((len(times), len(base.controls)))
     for name, curve in curves.items():
-        if plain(name) in columns:
+        if plain_name(name) in columns:
             free = (0.0 if freedom is None else freedom) if name in MOUTH else 1.0
-            offsets[:, columns[plain(name)]] = curve * free
+            offsets[:, columns[plain_name(name)]] = curve * free
     for name, sources in ALIASES.items():
         if name in columns:
             offsets[:, columns[name]] = np.mean([curves[source] for source in sources], axis=0)
@@ -146,7 +148,7 @@ def add_life(
 def lively(rig: Rig) -> bool:
     """Whether a rig has a control that life moves; rigs of mouth shapes have none."""
     base = rig.through.rig if rig.through else rig
-    return rig.visemes is None and any(OURS.match(plain(name)) for name in base.controls)
+    return rig.visemes is None and any(OURS.match(plain_name(name)) for name in base.controls)
 
 
 def own_table(through: Through) -> Array:

@@ -13,7 +13,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.files import gathered
+from phonanim.core.files import concatenate_pieces
 from phonanim.errors import AudioError, MissingExtraError
 
 SUFFIXES = (".wav", ".flac", ".ogg", ".mp3")
@@ -59,11 +59,11 @@ def read_audio(path: Path) -> tuple[NDArray[np.float32], int]:
     16-bit WAV needs nothing; every other format needs the `audio` extra. Long ones lie in a file that goes
     with them, so that memory does not grow. Raises AudioError.
     """
-    rate, blocks = opened_audio(path, READ)
-    return gathered(_numbers(path, rate, blocks)), rate
+    rate, blocks = open_audio(path, READ)
+    return concatenate_pieces(_numbers(path, rate, blocks)), rate
 
 
-def opened_audio(path: Path, seconds: float) -> tuple[int, Iterator[NDArray[np.float32]]]:
+def open_audio(path: Path, seconds: float) -> tuple[int, Iterator[NDArray[np.float32]]]:
     """The rate of a recording in hertz, and its mono samples in blocks of about so many seconds, (n,) each.
 
     What can be read is as in `read_audio`, but memory does not grow with the length. Raises AudioError.
@@ -83,7 +83,7 @@ def opened_audio(path: Path, seconds: float) -> tuple[int, Iterator[NDArray[np.f
 def _wav_blocks(path: Path, size: int) -> Iterator[NDArray[np.float32]]:
     with _open(path) as file, wave.open(file, "rb") as stream:
         while data := stream.readframes(size):
-            yield mono(data, stream.getnchannels())
+            yield to_mono(data, stream.getnchannels())
 
 
 def _other_blocks(path: Path, size: int) -> Iterator[NDArray[np.float32]]:
@@ -113,7 +113,7 @@ def _numbers(path: Path, rate: int, blocks: Iterator[NDArray[np.float32]]) -> It
         yield block
 
 
-def mono(data: bytes, channels: int) -> NDArray[np.float32]:
+def to_mono(data: bytes, channels: int) -> NDArray[np.float32]:
     """16-bit samples of several channels -> (samples,) in -1..1; what is left of a last one is left out."""
     whole = len(data) // (2 * channels) * (2 * channels)
     samples = np.frombuffer(data[:whole], "<i2").reshape(-1, channels)
@@ -132,7 +132,7 @@ def resample(samples: NDArray[np.float32], rate: int, target: int) -> NDArray[np
     return (np.fft.irfft(kept, count) * (count / len(samples))).astype(np.float32)
 
 
-def duration(path: Path) -> float:
+def audio_duration(path: Path) -> float:
     """Seconds of a recording, from its header, as far as they are there. Raises AudioError.
 
     WAV and FLAC need nothing; every other format needs the `audio` extra.
@@ -173,7 +173,7 @@ def _wav_durations(path: Path) -> tuple[float, float] | None:
     return None
 
 
-def cut_short(path: Path) -> tuple[str, ...]:
+def truncation_note(path: Path) -> tuple[str, ...]:
     """A line for people when less of a WAV file is there than its header tells of. Raises AudioError."""
     told, there = _wav_durations(path) or (0.0, 0.0)
     line = f"the recording is cut short: {there:.2f} s of {told:.2f} are there; copy it again"
@@ -188,7 +188,7 @@ class Level:
     peak: float = 0.0
     full: int = 0
 
-    def hear(self, samples: NDArray[np.float32]) -> None:
+    def add(self, samples: NDArray[np.float32]) -> None:
         """Take the next samples, (n,)."""
         loud = np.abs(samples)
         self.count += len(samples)
@@ -196,7 +196,7 @@ class Level:
         self.full += int((loud >= FULL_SCALE).sum())
 
     @property
-    def remarks(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[str, ...]:
         """What is odd about it, in lines for people."""
         if self.count == 0:
             return ("no sound came",)
@@ -207,12 +207,12 @@ class Level:
         return (clipped,) * (share > CLIPPED)
 
 
-def remarks(sound: Sound) -> tuple[str, ...]:
+def audio_notes(sound: Sound) -> tuple[str, ...]:
     """What is odd about a recording, in lines for people."""
     level = Level()
     for begin in range(0, len(sound.samples), BLOCK):
-        level.hear(sound.samples[begin : begin + BLOCK])
-    return level.remarks
+        level.add(sound.samples[begin : begin + BLOCK])
+    return level.notes
 
 
 def _open(path: Path) -> BinaryIO:

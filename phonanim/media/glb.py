@@ -127,7 +127,7 @@ def glb_bytes(tree: dict[str, Any], binary: bytes | list[bytes]) -> bytes:
     return b"".join([header, text, chunk, *pieces, padding])
 
 
-def world(tree: dict[str, Any], node: int) -> Array:
+def world_transform(tree: dict[str, Any], node: int) -> Array:
     """The transform of a node, (4, 4); a skinned mesh stands where its skeleton puts it: none."""
     if "skin" in tree["nodes"][node]:
         return np.eye(4)

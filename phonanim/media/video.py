@@ -48,12 +48,12 @@ def open_film(path: Path) -> Film:
     if abs(off) > RATE_TOLERANCE:
         raise CorpusError(
             f"{path}: its frame rate is not constant (frame {worst} comes {off:+.1f} frames off the even "
-            f"grid); {conversion(path, round(rate))}"
+            f"grid); {conversion_hint(path, round(rate))}"
         )
     return Film(path, rate, len(instants), has_sound)
 
 
-def conversion(path: Path, rate: Fraction | int) -> str:
+def conversion_hint(path: Path, rate: Fraction | int) -> str:
     """How to give a film another rate."""
     return f"convert it: ffmpeg -i {path.name} -vf fps={rate} {path.stem}_{float(rate):.0f}.mp4"
 

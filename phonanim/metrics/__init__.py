@@ -20,9 +20,9 @@ from phonanim.metrics.phones import (
     PhoneError,
     by_class,
     by_phone,
-    merged,
+    merge_tables,
     phone_middles,
-    spoken,
+    speech_mask,
 )
 from phonanim.metrics.vertices import (
     distances,
@@ -55,9 +55,9 @@ __all__ = [
     "lip_vertex_error",
     "log_spectral_distance",
     "mean_vertex_error",
-    "merged",
+    "merge_tables",
     "phone_middles",
-    "spoken",
+    "speech_mask",
     "squared_error",
     "temporal_mean_vertex_error",
     "vertex_error",

@@ -32,7 +32,7 @@ class PhoneError:
     segments: int
 
 
-def spoken(track: PhoneTrack, times: Array) -> NDArray[np.bool_]:
+def speech_mask(track: PhoneTrack, times: Array) -> NDArray[np.bool_]:
     """Which instants hold speech and not silence, (times,) -> (times,)."""
     return np.asarray(~INVENTORY.where(kind="silence")[track.sample(times)])
 
@@ -64,7 +64,7 @@ def by_class(
     return list(_rows(error, segments, codes, classes.items()))
 
 
-def merged(tables: Iterable[Iterable[PhoneError]]) -> list[PhoneError]:
+def merge_tables(tables: Iterable[Iterable[PhoneError]]) -> list[PhoneError]:
     """Tables of several lines as one: means weighed by frames, rows in order of their first appearance."""
     gathered: dict[str, list[PhoneError]] = {}
     for table in tables:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from phonanim.speech.alignment import Interval
-from phonanim.speech.alignment_file import AlignmentFile, brief
+from phonanim.speech.alignment_file import AlignmentFile, quote_label
 
 ROWS_LOOKED_AT = 50
 """A file is known by its first rows; a damaged one further down is the reader's to report."""
@@ -35,7 +35,7 @@ def split(
     for number, line in enumerate(lines(source) if text is None else text, 1):
         match = pattern.fullmatch(line)
         if not match:
-            raise source.error(f'row {number} "{brief(line)}" is damaged; correct it')
+            raise source.error(f'row {number} "{quote_label(line)}" is damaged; correct it')
         matches.append(match)
     return matches
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from phonanim.speech.alignment import Interval, Recording, Tier
-from phonanim.speech.alignment_file import AlignmentFile, brief
+from phonanim.speech.alignment_file import AlignmentFile, quote_label
 
 FORMAT = "Praat TextGrid"
 
@@ -31,7 +31,7 @@ def read(source: AlignmentFile) -> Recording:
         return _read_chronological(tokens)
     if not kind.startswith("ooTextFile") or (kind := tokens.string()) != "TextGrid":
         raise source.error(
-            f'holds a Praat object of class "{brief(kind)}", not a TextGrid; save the TextGrid alone'
+            f'holds a Praat object of class "{quote_label(kind)}", not a TextGrid; save the TextGrid alone'
         )
     start, end = tokens.number(), tokens.number()
     tiers = [_read_tier(tokens, number) for number in range(1, tokens.tier_count() + 1)]
@@ -43,7 +43,7 @@ def _read_tier(tokens: _Tokens, number: int) -> Tier | None:
     kind, name = tokens.string(), tokens.string()
     tokens.number(), tokens.number()
     count = tokens.count()
-    shown = brief(name)
+    shown = quote_label(name)
     intervals = []
     for entry in range(1, count + 1):
         tokens.place = f'tier {number} "{shown}", entry {entry} of {count}'
@@ -109,7 +109,7 @@ class _Tokens:
         if token is None:
             raise self._damaged(f"the file ends where {expected} should stand")
         if type(token) is not kind:
-            raise self._damaged(f'"{brief(str(token))}" stands where {expected} should')
+            raise self._damaged(f'"{quote_label(str(token))}" stands where {expected} should')
         self._next = next(self._tokens, None)
         return token
 

@@ -20,7 +20,7 @@ from phonanim.face.model import FaceModel
 from phonanim.inputs.speech_input import InputModality as InputModality
 from phonanim.media.audio import Sound
 from phonanim.speech.inventory import INVENTORY
-from phonanim.speech.phones import PhoneTrack, silence
+from phonanim.speech.phones import PhoneTrack, silent_track
 
 REGRESSORS = Registry("phonanim.regressors", needs=("REGRESSOR",))
 
@@ -126,7 +126,7 @@ class Model:
         """
         modality = self.regressor.input_modality
         if track is None and sound is not None and modality == "audio":
-            track = silence(sound.duration)
+            track = silent_track(sound.duration)
         if track is None or (sound is None and modality != "phones"):
             raise ModelError(f"a model of kind {kind_of(self.regressor)} needs {NEEDS[modality]}")
         return self.regressor.predict(track, start + np.arange(frames) / fps, sound)

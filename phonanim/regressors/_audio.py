@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from phonanim.core.neural import named
+from phonanim.core.neural import tensors_with_prefix
 from phonanim.regressors import Examples, Progress, Tensors
 from phonanim.regressors._audio_input import check_sounds, fitting, identity_in
 from phonanim.regressors._audio_model import AudioModel
@@ -35,7 +35,7 @@ class AudioRegressor(AudioModel):
         shapes = {f"decoder_{n}": shape for n, shape in decoder_shapes(config, dims, modes).items()}
         shapes |= {"centre": (layers, dims), "scale": (layers, dims), "mix": (layers,)}
         real = fitting(tensors, shapes)
-        weights = named(real, "decoder_")
+        weights = tensors_with_prefix(real, "decoder_")
         return cls(config, real["centre"], real["scale"], real["mix"], weights, identity_in(tensors))
 
     @classmethod

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.neural import named, transformer_block
+from phonanim.core.neural import tensors_with_prefix, transformer_block
 from phonanim.regressors._audio_config import Settings
 from phonanim.regressors._convolution import convolution_shapes, convolve
 from phonanim.regressors._recurrent import gru, recur, recurrent_names
@@ -80,7 +80,7 @@ def _attentive(config: Settings, weights: Mapping[str, Floats], signal: Floats) 
     """Embedding, positions and transformer layers, (n, window, dims) -> (n, window, modes)."""
     signal = signal @ weights["embed"] + weights["embed_bias"] + weights["positions"]
     for layer in range(config.depth):
-        signal = transformer_block(signal, named(weights, f"block{layer}_"), config.heads)
+        signal = transformer_block(signal, tensors_with_prefix(weights, f"block{layer}_"), config.heads)
     return output(weights, signal)
 
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.neural import named
+from phonanim.core.neural import tensors_with_prefix
 from phonanim.encoders import Features
 from phonanim.regressors._audio_input import AudioInput
 from phonanim.regressors._diffusion import absent, embed, noise_of, sample
@@ -70,7 +70,7 @@ class Denoiser(AudioInput):
 
     def embedded(self, values: Floats) -> Floats:
         """What stays the same while sampling, (n, steps, dims) -> (n, steps, size)."""
-        return embed(self.config.sound, named(self.weights, "sound_"), values)
+        return embed(self.config.sound, tensors_with_prefix(self.weights, "sound_"), values)
 
     def unscaled(self, motion: Floats) -> Floats:
         """Modes in the unit of the targets, any shape that ends in modes."""

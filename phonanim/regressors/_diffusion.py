@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.neural import named, sigmoid
+from phonanim.core.neural import sigmoid, tensors_with_prefix
 from phonanim.regressors._facediffuser_config import Config
 from phonanim.regressors._recurrent import gru, recurrent_names
 
@@ -104,7 +104,7 @@ def denoised(config: Config, weights: Weights, seen: Floats, time: int, heard: F
     signal = heard
     if config.diffusion:
         moment = timed(weights, np.array([time]))[:, None]
-        parts = [heard, embed(config.noise, named(weights, "noise_"), seen)]
+        parts = [heard, embed(config.noise, tensors_with_prefix(weights, "noise_"), seen)]
         parts.append(np.broadcast_to(moment, (*seen.shape[:2], moment.shape[2])))
         signal = np.concatenate(parts, axis=2)
     for layer in range(config.depth):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.features.inputs import inputs, n_features
+from phonanim.features.inputs import n_features, window_features
 from phonanim.features.windows import TICK
 from phonanim.speech.inventory import N_PHONES
 from phonanim.speech.phones import PhoneTrack
@@ -39,7 +39,11 @@ class Config:
 
 def sequence(features: str, track: PhoneTrack, times: Array, clusters: NDArray[np.int8]) -> Floats:
     """What the network sees at instants, (times,) seconds -> (times, features)."""
-    return triphones(track, times) if features == "triphone" else inputs(features, track, times, clusters)
+    return (
+        triphones(track, times)
+        if features == "triphone"
+        else window_features(features, track, times, clusters)
+    )
 
 
 def n_inputs(features: str) -> int:

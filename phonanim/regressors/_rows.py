@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from phonanim.errors import MissingExtraError
 from phonanim.features.indicators import CC_CLUSTERS, CONSONANT, CV_CLUSTERS, VC_CLUSTERS, VOWEL, WIDTH
-from phonanim.features.inputs import NO_CLUSTERS, inputs
-from phonanim.features.windows import slide
+from phonanim.features.inputs import NO_CLUSTERS, window_features
+from phonanim.features.windows import sliding_windows
 from phonanim.regressors import Examples
 from phonanim.speech.inventory import N_PHONES
 
@@ -26,12 +26,12 @@ def training_rows(
     for track, times, target, weight in zip(
         examples.tracks, examples.times, examples.targets, examples.weights, strict=True
     ):
-        values = inputs(features, track, times, clusters, reach)
+        values = window_features(features, track, times, clusters, reach)
         if found is None:
             found = np.empty((n_rows, values.shape[1]), np.float32)
         rows = slice(begin, begin + len(times))
         found[rows], weights[rows] = values, weight
-        targets[rows] = slide(target, width).reshape(len(times), -1)
+        targets[rows] = sliding_windows(target, width).reshape(len(times), -1)
         begin += len(times)
     return np.empty((0, 0), np.float32) if found is None else found, targets, weights
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.encoders import Encoder, Features, encode, load_encoder
-from phonanim.encoders.phones import of_track
+from phonanim.encoders.phones import track_features
 from phonanim.media.audio import Sound
 from phonanim.speech.phones import PhoneTrack
 
@@ -26,7 +26,7 @@ def cached_encoder(name: str) -> Encoder:
 def listen(encoder: Encoder, sound: Sound, track: PhoneTrack | None) -> Features:
     """Features of a sound; phones are taken from the alignment, if anything is said in it."""
     if encoder.identity.startswith("phones") and track is not None and track.codes.any():
-        return of_track(track)
+        return track_features(track)
     return encode(encoder, sound)
 
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.features.inputs import STEP, inputs, n_features
+from phonanim.features.inputs import STEP, n_features, window_features
 from phonanim.features.windows import predict_at
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples, InputModality, Progress, Tensors
@@ -41,7 +41,7 @@ class Network:
         return predict_at(times, track.duration, STEP, self.config.width, windows, CHUNK)
 
     def _forward(self, track: PhoneTrack, times: Array) -> NDArray[np.float32]:
-        signal = inputs(self.config.features, track, times, self.clusters, self.config.reach)
+        signal = window_features(self.config.features, track, times, self.clusters, self.config.reach)
         answers = [self._answer(signal, layers) for layers in self.networks]
         return np.asarray(np.mean(answers, axis=0), np.float32) if len(answers) > 1 else answers[0]
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.neural import named
+from phonanim.core.neural import tensors_with_prefix
 from phonanim.errors import ModelError
 from phonanim.regressors import Examples, Progress, Tensors
 from phonanim.regressors._audio_input import check_sounds, fitting, identity_in
@@ -47,7 +47,7 @@ class FaceDiffuser(Denoiser):
         shapes |= {"centre": (1, dims), "scale": (1, dims), "low": (modes,), "span": (modes,)}
         real = fitting(tensors, shapes)
         scaling = {name: real[name] for name in ("centre", "scale", "low", "span")}
-        weights, identity = named(real, "network_"), identity_in(tensors)
+        weights, identity = tensors_with_prefix(real, "network_"), identity_in(tensors)
         return cls(config=config, weights=weights, identity=identity, **scaling)
 
     @classmethod

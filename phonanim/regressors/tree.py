@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import MissingExtraError
-from phonanim.features.inputs import STEP, inputs
+from phonanim.features.inputs import STEP, window_features
 from phonanim.features.windows import predict_at
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples, InputModality, Progress, Tensors
@@ -60,7 +60,7 @@ class Forest:
         """Modes at instants, (times,) seconds -> (times, modes); overlapping windows are averaged."""
 
         def windows(centres: Array) -> NDArray[np.float32]:
-            found = self.descend(inputs(self.config.features, track, centres, self.clusters))
+            found = self.descend(window_features(self.config.features, track, centres, self.clusters))
             return found.reshape(len(centres), self.config.width, -1)
 
         return predict_at(times, track.duration, STEP, self.config.width, windows)

@@ -43,7 +43,7 @@ def read_accents(path: Path, controls: tuple[str, ...]) -> NDArray[np.float32]:
     return table
 
 
-def accented(
+def add_accents(
     values: NDArray[np.float32], accents: NDArray[np.float32], track: PhoneTrack, times: NDArray[np.float64]
 ) -> NDArray[np.float32]:
     """Add accents to controls at `times` (frames,) seconds, in place, (frames, controls) -> the same.

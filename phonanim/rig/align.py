@@ -17,7 +17,7 @@ from phonanim.errors import MissingExtraError, RigError
 from phonanim.rig.geometry import vertex_normals
 from phonanim.rig.head import Head
 from phonanim.rig.landmarks import MeshLandmarks
-from phonanim.rig.morphs import plain
+from phonanim.rig.morphs import plain_name
 from phonanim.rig.tables import VRM, read_viseme_shapes
 
 Array = NDArray[np.float64]
@@ -51,13 +51,13 @@ class Surface:
         )
 
 
-def align(model: Head, target: Head) -> Callable[[Array], Array]:
+def align_heads(model: Head, target: Head) -> Callable[[Array], Array]:
     """A similarity that brings the target onto the model: a function of points, (n, 3) -> (n, 3) metres.
 
     Shapes of the same name move the same part of the face, so the places that they move are matched
     (Umeyama 1991). Raises RigError when too few names are known.
     """
-    ours, theirs = _anchors(with_visemes(model)), _anchors(target)
+    ours, theirs = _anchors(add_viseme_shapes(model)), _anchors(target)
     names = sorted(set(ours) & set(theirs))
     if len(names) < FEWEST_NAMES:
         raise RigError(
@@ -73,7 +73,7 @@ def align(model: Head, target: Head) -> Callable[[Array], Array]:
     return lambda moved: np.asarray((moved - centre) @ turn * scale + middle)
 
 
-def with_visemes(model: Head) -> Head:
+def add_viseme_shapes(model: Head) -> Head:
     """The shipped head with visemes and VRM's expressions for shapes as well."""
     names, mixtures = read_viseme_shapes(model.targets)
     blinks = np.array([[t == f"eyeBlink{side}" for t in model.targets] for side in ("Left", "Right")], float)
@@ -93,11 +93,11 @@ def _anchors(head: Head) -> dict[str, Array]:
     for name, delta in zip(head.targets, head.deltas, strict=True):
         weight = (delta[skin] ** 2).sum(axis=1)
         if weight.sum() > 0:
-            found[plain(name)] = np.asarray(weight @ head.vertices[skin] / weight.sum())
+            found[plain_name(name)] = np.asarray(weight @ head.vertices[skin] / weight.sum())
     return found
 
 
-def align_bare(model: Head, spots: MeshLandmarks, target: Head) -> Callable[[Array], Array]:
+def align_bare_head(model: Head, spots: MeshLandmarks, target: Head) -> Callable[[Array], Array]:
     """As `align`, for a head without shapes that looks along z with y up.
 
     Noses and skulls are laid on each other first, then the faces (iterative closest points, the worst
@@ -165,7 +165,7 @@ def skin_rows(head: Head) -> NDArray[np.int64]:
 def surface_of(head: Head) -> Surface:
     """The skin of a head, with what it does as the mouth opens."""
     skin = np.isin(head.triangles, skin_rows(head)).all(axis=1)
-    known = [i for i, name in enumerate(head.targets) if plain(name) in OPENINGS]
+    known = [i for i, name in enumerate(head.targets) if plain_name(name) in OPENINGS]
     opening = np.zeros(len(head.vertices))
     if known:
         moved = np.linalg.norm(head.deltas[known[0]], axis=1)

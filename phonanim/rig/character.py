@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import RigError
-from phonanim.media.glb import Glb, read_glb, world
-from phonanim.rig.head import Head, reflected
+from phonanim.media.glb import Glb, read_glb, world_transform
+from phonanim.rig.head import Head, vertex_colors
 from phonanim.rig.morphs import Morphs, find_morphs
 
 Array = NDArray[np.float64]
@@ -90,7 +90,7 @@ def _controls(morphs: Morphs) -> dict[str, Array]:
 def _pieces(glb: Glb, morphs: Morphs) -> list[Piece]:
     """The primitives of a node's mesh, named by node and material."""
     node = glb.tree["nodes"][morphs.node]
-    matrix, controls = world(glb.tree, morphs.node), _controls(morphs)
+    matrix, controls = world_transform(glb.tree, morphs.node), _controls(morphs)
     turn = matrix[:3, :3].T
     pieces = []
     for primitive in glb.tree["meshes"][node["mesh"]]["primitives"]:
@@ -102,7 +102,7 @@ def _pieces(glb: Glb, morphs: Morphs) -> list[Piece]:
         moves = np.array([_moved(glb, target, len(points)) for target in named]).reshape(-1, *points.shape)
         faces = index.reshape(-1, 3).astype(np.int64)
         told = _tells_colour(material, primitive)
-        colors = reflected(glb, primitive, points) if told else np.full_like(points, GREY)
+        colors = vertex_colors(glb, primitive, points) if told else np.full_like(points, GREY)
         placed = points @ turn + matrix[:3, 3]
         pieces.append(Piece(name, placed, faces, moves @ turn, controls, colors))
     return pieces

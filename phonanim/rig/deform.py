@@ -19,7 +19,7 @@ from phonanim.rig.align import NORMAL_REACH, Surface, scipy_parts
 from phonanim.rig.geometry import face_normals, vertex_normals, weld
 from phonanim.rig.head import Head
 from phonanim.rig.landmarks import MeshLandmarks
-from phonanim.rig.register import SAMPLE_WEIGHTS, sampled
+from phonanim.rig.register import SAMPLE_WEIGHTS, sample_surface
 from phonanim.rig.rims import LOWER_INNER, UPPER_INNER
 
 Array = NDArray[np.float64]
@@ -106,7 +106,7 @@ class Finder:
     def __init__(self, warped: Surface) -> None:
         """Spread samples over the surface."""
         _, _, tree = scipy_parts()
-        self.points, _, self.owners = sampled(warped)
+        self.points, _, self.owners = sample_surface(warped)
         self.facing = face_normals(warped.points, warped.triangles)[self.owners]
         self.search = tree(np.column_stack([self.points, NORMAL_REACH * self.facing]))
 

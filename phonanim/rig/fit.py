@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from phonanim.face.model import INNER_LIP_PAIRS, FaceModel
 from phonanim.rig.descent import Problem, descend
 from phonanim.rig.motion import closed_face
-from phonanim.rig.puppet import Puppet
+from phonanim.rig.puppet import LandmarkRig
 from phonanim.rig.rig import POSED_MODES, SIGMAS, HingeMap, Rig, pose_map
-from phonanim.rig.sight import Energy, observe, targets
+from phonanim.rig.sight import Energy, observe_displacements, target_observations
 from phonanim.rig.solve import Unknowns, solve
 
 Array = NDArray[np.float64]
@@ -27,7 +27,7 @@ GAP_UNIT = 3.0  # mm: brings the hinges of gaps to the size of the others
 RIDGE = 1e-3
 
 
-def fit_rig(rig: Rig, puppet: Puppet, face: FaceModel, modes: Array) -> Rig:
+def fit_rig(rig: Rig, puppet: LandmarkRig, face: FaceModel, modes: Array) -> Rig:
     """Give a rig its mean, its eight poses and its direct map, from frames of the speaker's motion.
 
     `modes` (frames, m) are shape parameters of the training clips or a sample of them, in any order.
@@ -38,19 +38,21 @@ def fit_rig(rig: Rig, puppet: Puppet, face: FaceModel, modes: Array) -> Rig:
     return replace(rig, mean=mean, poses=poses, direct=direct, face=face.id)
 
 
-def fit_poses(rig: Rig, puppet: Puppet, face: FaceModel, modes: Array, closed: Array) -> tuple[Array, Array]:
+def fit_poses(
+    rig: Rig, puppet: LandmarkRig, face: FaceModel, modes: Array, closed: Array
+) -> tuple[Array, Array]:
     """Controls r_0 at the mean and R at the eight poses, (controls,) and (8, controls).
 
     Bounded least squares of the motion that equations 2 and 3 of Taylor 2017 make of them, over frames
     of speech and the posed stills themselves; r_0 and R enter linearly, so it is one problem.
     """
     unknowns = Unknowns.of(puppet, rig)
-    frames = np.concatenate([modes, stills(face)])
+    frames = np.concatenate([modes, pose_modes(face)])
     counts = np.concatenate([np.ones(len(modes)), np.full(1 + 2 * POSED_MODES, STILLS * len(modes))])
     mixing = pose_weights(frames, face, rig)
     weighted = mixing * counts[:, None] / counts.sum()
-    seen = observe(unknowns.shapes(puppet), face, ENERGY)
-    wanted = targets(face.instance(frames), closed, face, puppet, ENERGY)
+    seen = observe_displacements(unknowns.shapes(puppet), face, ENERGY)
+    wanted = target_observations(face.instance(frames), closed, face, puppet, ENERGY)
     share = weighted.T @ mixing
     problem = Problem(
         gram=np.kron(share, seen @ seen.T),
@@ -66,7 +68,7 @@ def fit_poses(rig: Rig, puppet: Puppet, face: FaceModel, modes: Array, closed: A
     return controls[0], controls[1:]
 
 
-def stills(face: FaceModel) -> Array:
+def pose_modes(face: FaceModel) -> Array:
     """Modes of the mean and of the eight poses, (9, m), in the order of `Rig.poses`."""
     modes = np.zeros((1 + 2 * POSED_MODES, len(face.std)))
     for k in range(POSED_MODES):
@@ -81,7 +83,7 @@ def pose_weights(modes: Array, face: FaceModel, rig: Rig) -> Array:
     return np.column_stack([1.0 - weights.sum(axis=1), weights])
 
 
-def fit_direct(rig: Rig, puppet: Puppet, face: FaceModel, modes: Array, closed: Array) -> HingeMap:
+def fit_direct(rig: Rig, puppet: LandmarkRig, face: FaceModel, modes: Array, closed: Array) -> HingeMap:
     """The hinge map that comes nearest to frame-by-frame solutions.
 
     Where several controls can make the same mouth, the frames are solved again, drawn to what the map
@@ -102,7 +104,7 @@ def fit_hinges(standardized: Array, solved: Array, rig: Rig, face: FaceModel) ->
     Limits cut the map's output off, so a value at its limit asks only that the map says that much or
     more: its residual is taken as zero beyond, and the regression repeated.
     """
-    names, loads, offsets = hinges_of(face)
+    names, loads, offsets = make_hinges(face)
     moving = np.any(solved != rig.rest, axis=0)
     wanted, low, high = solved[:, moving], rig.minimum[moving] + 1e-6, rig.maximum[moving] - 1e-6
     design = np.column_stack([np.ones(len(standardized)), np.maximum(standardized @ loads.T + offsets, 0)])
@@ -118,7 +120,7 @@ def fit_hinges(standardized: Array, solved: Array, rig: Rig, face: FaceModel) ->
     return HingeMap(names, loads, offsets, full, base)
 
 
-def hinges_of(face: FaceModel) -> tuple[tuple[str, ...], Array, Array]:
+def make_hinges(face: FaceModel) -> tuple[tuple[str, ...], Array, Array]:
     """What a direct map may look at: each mode's two halves, and lip gaps beyond some openings.
 
     Returns names, loads (hinges, modes) on modes in standard deviations, and offsets (hinges,).

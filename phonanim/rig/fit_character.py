@@ -12,9 +12,9 @@ from phonanim.metrics import correlation
 from phonanim.rig.fit import fit_rig
 from phonanim.rig.head import TONGUE, Head, load_head
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
-from phonanim.rig.morphs import plain
+from phonanim.rig.morphs import plain_name
 from phonanim.rig.motion import read_motion
-from phonanim.rig.puppet import Puppet, control_partners, make_puppet
+from phonanim.rig.puppet import LandmarkRig, control_partners, make_landmark_rig
 from phonanim.rig.read import load_rig
 from phonanim.rig.register import suggest_landmarks
 from phonanim.rig.retarget import retarget
@@ -37,15 +37,15 @@ def fit_character(
     arkit, head = load_rig("arkit"), head.without(TONGUE)
     if spots is None:
         spots = suggest_landmarks(load_head(), shipped_landmarks(), head)
-    puppet = make_puppet(head, spots, face)
-    rig = blank(head, name, speech_controls(puppet, face, arkit))
+    puppet = make_landmark_rig(head, spots, face)
+    rig = unfitted_rig(head, name, speech_controls(puppet, face, arkit))
     return fit_rig(rig, puppet, face, read_motion().modes(face)), spots
 
 
-def blank(head: Head, name: str, speech: tuple[str, ...]) -> Rig:
+def unfitted_rig(head: Head, name: str, speech: tuple[str, ...]) -> Rig:
     """A head's shapes as controls from 0 to 1, not yet fitted."""
     zeros, ones = np.zeros(len(head.targets)), np.ones(len(head.targets))
-    places = {plain(target): number for number, target in enumerate(head.targets)}
+    places = {plain_name(target): number for number, target in enumerate(head.targets)}
     rig = Rig(
         name, f"{name}, fitted", "phonanim rig fit", head.targets, zeros, ones, zeros, zeros, zeros[None][:0]
     )
@@ -54,14 +54,14 @@ def blank(head: Head, name: str, speech: tuple[str, ...]) -> Rig:
     return replace(rig, speech=speech)
 
 
-def speech_controls(puppet: Puppet, face: FaceModel, arkit: Rig) -> tuple[str, ...]:
+def speech_controls(puppet: LandmarkRig, face: FaceModel, arkit: Rig) -> tuple[str, ...]:
     """The controls that speech moves: ARKit's by name, else all that move the lips and are no mood.
 
     Pairs that pull the mouth to either side cancel each other and are left out. Raises RigError when
     nothing is left.
     """
-    known = {plain(name) for name in arkit.speech}
-    named = tuple(name for name in puppet.controls if plain(name) in known)
+    known = {plain_name(name) for name in arkit.speech}
+    named = tuple(name for name in puppet.controls if plain_name(name) in known)
     if len(named) >= ENOUGH_ARKIT:
         return named
     lips = puppet.shapes[:, face.rows(OUTER_LIPS)]
@@ -72,17 +72,17 @@ def speech_controls(puppet: Puppet, face: FaceModel, arkit: Rig) -> tuple[str, .
     chosen = tuple(
         name
         for name, speaks in zip(puppet.controls, moving & ~apart, strict=True)
-        if speaks and plain(name) not in MOODS
+        if speaks and plain_name(name) not in MOODS
     )
     if not chosen:
         raise RigError("no shape of the head moves its lips; check its morph targets, or give --landmarks")
     return chosen
 
 
-def quality(rig: Rig, head: Head, spots: MeshLandmarks, face: FaceModel) -> dict[str, float]:
+def fit_quality(rig: Rig, head: Head, spots: MeshLandmarks, face: FaceModel) -> dict[str, float]:
     """How well the lips of a fitted head follow the face on the motion sample: correlations by measure."""
     modes = read_motion().modes(face)
-    posed = make_puppet(head, spots, face).pose(retarget(modes, face, rig))
+    posed = make_landmark_rig(head, spots, face).pose(retarget(modes, face, rig))
     shapes = face.instance(modes)
     measures = {"aperture": lip_aperture, "width": lip_width, "protrusion": lip_protrusion}
     return {name: round(correlation(of(posed, face), of(shapes, face)), 4) for name, of in measures.items()}

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from phonanim.core.lexicon import LEXICON
 from phonanim.errors import RigError
 from phonanim.media.glb import Glb, read_glb
-from phonanim.rig.morphs import plain
+from phonanim.rig.morphs import plain_name
 
 SHIPPED = LEXICON / "rigs" / "head.glb"
 PARTS = ("skin", "tongue", "teeth_u", "teeth_l", "eye_l", "eye_r")
@@ -57,9 +57,9 @@ class Head:
         Names match exactly, or as they read. Channels that the head lacks are left out; raises RigError when
         it has none of them.
         """
-        alike = {plain(name): number for number, name in reversed(list(enumerate(self.targets)))}
+        alike = {plain_name(name): number for number, name in reversed(list(enumerate(self.targets)))}
         exact = {name: number for number, name in enumerate(self.targets)}
-        found = [exact.get(name, alike.get(plain(name))) for name in channels]
+        found = [exact.get(name, alike.get(plain_name(name))) for name in channels]
         known = [(column, target) for column, target in enumerate(found) if target is not None]
         if not known:
             raise RigError(
@@ -97,7 +97,7 @@ def _head(glb: Glb) -> Head:
         parts=dict(zip(_part_names(glb, primitives), spans, strict=True)),
         targets=_target_names(glb, meshes[0]),
         deltas=_deltas(glb, primitives, spans),
-        colors=np.concatenate([reflected(glb, *item) for item in zip(primitives, points, strict=True)]),
+        colors=np.concatenate([vertex_colors(glb, *item) for item in zip(primitives, points, strict=True)]),
     )
 
 
@@ -124,7 +124,7 @@ def _deltas(glb: Glb, primitives: list[dict[str, Any]], spans: list[slice]) -> N
     return deltas
 
 
-def reflected(glb: Glb, primitive: dict[str, Any], points: NDArray[Any]) -> NDArray[np.float64]:
+def vertex_colors(glb: Glb, primitive: dict[str, Any], points: NDArray[Any]) -> NDArray[np.float64]:
     """(n, 3) linear: the material's colour times the vertex colours."""
     material = glb.tree["materials"][primitive["material"]] if "material" in primitive else {}
     factor = material.get("pbrMetallicRoughness", {}).get("baseColorFactor", (0.8, 0.8, 0.8, 1.0))

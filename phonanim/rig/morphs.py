@@ -60,12 +60,12 @@ class Morphs:
     def _by_name(self) -> dict[str, list[int]]:
         places: dict[str, list[int]] = {}
         for number, name in enumerate(self.names):
-            places.setdefault(plain(name), []).append(number)
+            places.setdefault(plain_name(name), []).append(number)
         return places
 
     def _named(self, channel: str) -> list[tuple[int, float]]:
         """The target of a channel's own name, or of one that reads the same."""
-        alike = self._by_name.get(plain(channel), [])
+        alike = self._by_name.get(plain_name(channel), [])
         exact = [i for i in alike if self.names[i] == channel]
         found = exact or alike
         if len(found) > 1:
@@ -76,7 +76,7 @@ class Morphs:
         return [(i, 1.0) for i in found]
 
 
-def plain(name: str) -> str:
+def plain_name(name: str) -> str:
     """A name without what programs add to it: `head.jawOpen`, `JawOpen` and `jaw_open` are one.
 
     A side at the end is spelt out, so that `eyeBlink_L` is `eyeBlinkLeft`.

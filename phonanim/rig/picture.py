@@ -12,7 +12,7 @@ from phonanim.face.model import MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT, FaceModel
 from phonanim.media.pixels import Image, draw_text, paste, write_png
 from phonanim.rig.head import Head
 from phonanim.rig.landmarks import MeshLandmarks
-from phonanim.rig.puppet import straightened
+from phonanim.rig.puppet import to_face_axes
 from phonanim.rig.render import View, render
 from phonanim.rig.rig import MEAN, POSES, Rig
 
@@ -24,7 +24,7 @@ CLOSE = 1.7  # of the distance from eyes to mouth: what a picture shows from top
 
 def draw_poses(path: Path, rig: Rig, head: Head, landmarks: MeshLandmarks, face: FaceModel) -> None:
     """Draw the mean and the eight poses from two sides, named, and write a PNG. Raises OutputError."""
-    straight = straightened(head, landmarks, face)
+    straight = to_face_axes(head, landmarks, face)
     metres = replace(straight, vertices=straight.vertices / 1000, deltas=straight.deltas / 1000)
     weights = metres.weights(np.vstack([rig.mean, rig.poses]), rig.controls)
     named = {MEAN: "the reference face at its mean", **POSES}

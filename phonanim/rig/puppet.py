@@ -19,7 +19,7 @@ ALIKE = 0.5  # two controls are partners when their mirrored motions differ by l
 
 
 @dataclass(frozen=True)
-class Puppet:
+class LandmarkRig:
     """The landmarks of a head at rest and under each control at full weight.
 
     `controls` are names, `rest` (landmarks, 3) and `shapes` (controls, landmarks, 3) millimetres in the
@@ -35,23 +35,23 @@ class Puppet:
         flat = np.asarray(values, np.float64) @ self.shapes.reshape(len(self.shapes), -1)
         return self.rest + flat.reshape(-1, *self.rest.shape)
 
-    def take(self, controls: tuple[str, ...]) -> Puppet:
+    def take(self, controls: tuple[str, ...]) -> LandmarkRig:
         """These controls alone."""
         rows = [self.controls.index(control) for control in controls]
         return replace(self, controls=controls, shapes=self.shapes[rows])
 
 
-def make_puppet(head: Head, landmarks: MeshLandmarks, face: FaceModel) -> Puppet:
+def make_landmark_rig(head: Head, landmarks: MeshLandmarks, face: FaceModel) -> LandmarkRig:
     """The landmarks of a head, brought into the reference face's axes and size. Raises RigError.
 
     The shipped head's tongue, which shows in none, is left out.
     """
     spots = landmarks.take(face.indices.tolist())
-    head = straightened(head.without(TONGUE), landmarks, face)
-    return Puppet(head.targets, spots.of(head.vertices), spots.of(head.deltas))
+    head = to_face_axes(head.without(TONGUE), landmarks, face)
+    return LandmarkRig(head.targets, spots.of(head.vertices), spots.of(head.deltas))
 
 
-def straightened(head: Head, landmarks: MeshLandmarks, face: FaceModel) -> Head:
+def to_face_axes(head: Head, landmarks: MeshLandmarks, face: FaceModel) -> Head:
     """A head in the reference face's axes and size, in millimetres, the middle of its eyes at the origin.
 
     Heads are modelled along the axes, so the turn is the signed permutation of axes nearest to the best
@@ -88,7 +88,7 @@ def _snap(rotation: Array) -> Array:
     return snapped
 
 
-def mirrored(shapes: Array, partner: NDArray[np.int64]) -> Array:
+def mirror_faces(shapes: Array, partner: NDArray[np.int64]) -> Array:
     """Faces seen in a mirror, (..., landmarks, 3) -> the same shape."""
     return np.asarray(shapes[..., partner, :] * (-1.0, 1.0, 1.0))
 
@@ -99,10 +99,10 @@ def landmark_partners(rest: Array) -> NDArray[np.int64]:
     return np.asarray(np.linalg.norm(flipped[:, None] - rest[None], axis=2).argmin(axis=1))
 
 
-def control_partners(puppet: Puppet) -> NDArray[np.int64]:
+def control_partners(puppet: LandmarkRig) -> NDArray[np.int64]:
     """The control that does the same on the other side, (controls,); itself for a symmetric control."""
     flat = puppet.shapes.reshape(len(puppet.shapes), -1)
-    flipped = mirrored(puppet.shapes, landmark_partners(puppet.rest)).reshape(flat.shape)
+    flipped = mirror_faces(puppet.shapes, landmark_partners(puppet.rest)).reshape(flat.shape)
     apart = np.linalg.norm(flipped[:, None] - flat[None], axis=2)
     nearest = apart.argmin(axis=1)
     mutual = nearest[nearest] == np.arange(len(flat))

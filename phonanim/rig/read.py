@@ -47,7 +47,7 @@ def load_rig(name: str | Path) -> Rig:
     """
     path = find_rig(str(name))
     document = read_document(path)
-    found = problems(document)
+    found = rig_problems(document)
     if found:
         more = f" (and {len(found) - 1} more: phonanim rig check {path})" if len(found) > 1 else ""
         raise RigError(f"{path}: {found[0]}{more}")
@@ -78,7 +78,7 @@ def read_document(path: Path) -> dict[str, Any]:
     return document
 
 
-def problems(document: dict[str, Any]) -> list[str]:
+def rig_problems(document: dict[str, Any]) -> list[str]:
     """Everything that is wrong with a rig document, each in one line with its mend; empty when good."""
     unknown = [f"unknown key {key!r}{_hint(key, KEYS)}" for key in document if key not in KEYS]
     controls = document.get("controls")
@@ -90,7 +90,7 @@ def problems(document: dict[str, Any]) -> list[str]:
     return [*_reference_problems(document, controls), *_pose_problems(document, controls)]
 
 
-def doubts(rig: Rig) -> list[str]:
+def rig_warnings(rig: Rig) -> list[str]:
     """What is allowed but looks forgotten: poses like another, controls that no pose moves."""
     table = {MEAN: rig.mean, **dict(zip(POSES, rig.poses, strict=False))}
     seen: dict[bytes, str] = {}

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.rig.align import Surface, align, face_rows, scipy_parts, surface_of
+from phonanim.rig.align import Surface, align_heads, face_rows, scipy_parts, surface_of
 from phonanim.rig.geometry import uniform_laplacian
 from phonanim.rig.head import Head
 from phonanim.rig.landmarks import MeshLandmarks
@@ -45,15 +45,17 @@ def suggest_landmarks(model: Head, spots: MeshLandmarks, target: Head) -> MeshLa
     mine, theirs = surface_of(model), surface_of(target)
     if not theirs.opening.any():
         mine = replace(mine, opening=np.zeros_like(mine.opening))
-    theirs = replace(theirs, points=align(model, target)(target.vertices))
-    warped = warp(mine, theirs, face_rows(model, spots))
+    theirs = replace(theirs, points=align_heads(model, target)(target.vertices))
+    warped = warp_surface(mine, theirs, face_rows(model, spots))
     return place_landmarks(warped, spots, theirs)
 
 
-def warp(mine: Surface, theirs: Surface, rows: NDArray[np.int64], pins: Pins | None = None) -> Surface:
+def warp_surface(
+    mine: Surface, theirs: Surface, rows: NDArray[np.int64], pins: Pins | None = None
+) -> Surface:
     """One surface with some of its points moved onto another, smoothly, `pins` where they belong."""
     sparse, factorized, tree = scipy_parts()
-    goal_points, goal_features, _ = sampled(theirs)
+    goal_points, goal_features, _ = sample_surface(theirs)
     search = tree(goal_features)
     smooth = _laplacian(mine.triangles, rows)
     smooth = smooth.T @ smooth
@@ -90,7 +92,7 @@ def _laplacian(triangles: NDArray[np.int64], rows: NDArray[np.int64]) -> Any:
     return uniform_laplacian(edges[(edges >= 0).all(axis=1)], len(rows))
 
 
-def sampled(surface: Surface) -> tuple[Array, Array, NDArray[np.int64]]:
+def sample_surface(surface: Surface) -> tuple[Array, Array, NDArray[np.int64]]:
     """Points spread over the triangles with their features, (samples, 3), (samples, 7), and triangles."""
     weights = SAMPLE_WEIGHTS
     features = np.einsum("sk,tkf->tsf", weights, surface.features()[surface.triangles])
@@ -102,7 +104,7 @@ def sampled(surface: Surface) -> tuple[Array, Array, NDArray[np.int64]]:
 def place_landmarks(warped: Surface, spots: MeshLandmarks, theirs: Surface) -> MeshLandmarks:
     """Landmarks of the warped model on the nearest places of the other surface, inner lips on its rims."""
     _, _, tree = scipy_parts()
-    _, features, owners = sampled(theirs)
+    _, features, owners = sample_surface(theirs)
     found = tree(features).query(spots.of(warped.features()))[1]
     weights = SAMPLE_WEIGHTS[found % len(SAMPLE_WEIGHTS)]
     placed = MeshLandmarks(spots.numbers, theirs.triangles[owners[found]], weights)

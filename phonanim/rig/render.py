@@ -99,16 +99,18 @@ def _around_moved(head: Head, height: int, width: int, yaw: float) -> View:
 def render(vertices: NDArray[np.float64], head: Head, view: View) -> NDArray[np.uint8]:
     """Draw a head, (n, 3) metres -> (height, width, 3) sRGB."""
     height, width = view.height * view.samples, view.width * view.samples
-    seen = turned(vertices, view)
-    picture = rasterize(projected(seen, view), head.triangles, height, width)
+    seen = to_camera_axes(vertices, view)
+    picture = rasterize(project_vertices(seen, view), head.triangles, height, width)
     pixels = picture.covered()
-    light = picture.at(pixels, lit(seen, head)) * crevices(picture, view, pixels)[:, None]
+    light = picture.at(pixels, light_vertices(seen, head)) * ambient_occlusion(picture, view, pixels)[:, None]
     image = backdrop(height, width).copy()
     image.reshape(-1, 3)[pixels] = light
-    return srgb(averaged(image, view.samples) if view.samples > 1 else softened(image, picture.depth))
+    return to_srgb(
+        downsample(image, view.samples) if view.samples > 1 else soften_edges(image, picture.depth)
+    )
 
 
-def turned(vertices: NDArray[np.float64], view: View) -> NDArray[np.float32]:
+def to_camera_axes(vertices: NDArray[np.float64], view: View) -> NDArray[np.float32]:
     """Vertices in the camera's axes: x right, y up, z to the viewer, metres from the centre."""
     yaw, pitch = np.radians([view.yaw, view.pitch])
     about_y = np.array([[np.cos(yaw), 0, np.sin(yaw)], [0, 1, 0], [-np.sin(yaw), 0, np.cos(yaw)]])
@@ -117,7 +119,7 @@ def turned(vertices: NDArray[np.float64], view: View) -> NDArray[np.float32]:
     return np.asarray(seen, np.float32)
 
 
-def projected(seen: NDArray[np.float32], view: View) -> NDArray[np.float32]:
+def project_vertices(seen: NDArray[np.float32], view: View) -> NDArray[np.float32]:
     """Pixels right and down, and nearness in metres (at the centre)."""
     scale = view.distance / (view.distance - seen[:, 2:])
     pixels = view.height * view.samples / view.span
@@ -126,15 +128,15 @@ def projected(seen: NDArray[np.float32], view: View) -> NDArray[np.float32]:
     return np.hstack([places, (scale - 1) * view.distance]).astype(np.float32)
 
 
-def lit(seen: NDArray[np.float32], head: Head) -> NDArray[np.float32]:
+def light_vertices(seen: NDArray[np.float32], head: Head) -> NDArray[np.float32]:
     """Linear light from each vertex towards the viewer, (n, 3)."""
     normal = vertex_normals(seen, head.triangles)
     strength, power = part_gloss(head)
-    diffuse = ambient(normal[:, 1:2])
+    diffuse = ambient_light(normal[:, 1:2])
     highlight = np.zeros_like(diffuse)
     for light in LIGHTS:
-        towards = unit(light.direction)
-        half = unit(towards + np.array([0, 0, 1], np.float32))
+        towards = normalized(light.direction)
+        half = normalized(towards + np.array([0, 0, 1], np.float32))
         tint = np.array(light.color, np.float32)
         diffuse += np.clip((normal @ towards + WRAP) / (1 + WRAP), 0, None)[:, None] * tint
         highlight += np.clip(normal @ half, 0, None)[:, None] ** power * tint
@@ -149,14 +151,14 @@ def part_gloss(head: Head) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     return gloss[:, :1], gloss[:, 1:]
 
 
-def ambient(up: NDArray[np.float32]) -> NDArray[np.float32]:
+def ambient_light(up: NDArray[np.float32]) -> NDArray[np.float32]:
     """Light from sky and ground on a surface whose normal rises by `up`, (p, 1) -> (p, 3)."""
     share = (up + 1) / 2
     mixed = share * np.array(SKY, np.float32) + (1 - share) * np.array(GROUND, np.float32)
     return np.asarray(mixed, np.float32)
 
 
-def crevices(picture: Picture, view: View, pixels: NDArray[np.int64]) -> NDArray[np.float32]:
+def ambient_occlusion(picture: Picture, view: View, pixels: NDArray[np.int64]) -> NDArray[np.float32]:
     """How much light reaches pixels past what stands before them, (p,), 0 to 1.
 
     The surroundings are blurred at half the resolution, as they have no detail.
@@ -168,19 +170,19 @@ def crevices(picture: Picture, view: View, pixels: NDArray[np.int64]) -> NDArray
     darkness = np.zeros_like(depth)
     for radius, rate in CREVICES:
         reach = max(1, round(radius * view.height * view.samples / view.span / 2))
-        around = doubled(doubled(blurred(filled[::2, ::2], reach)).T).T[:height, :width]
+        around = double_rows(double_rows(blur(filled[::2, ::2], reach)).T).T[:height, :width]
         row, column = np.divmod(pixels, width)
         darkness += np.float32(rate) * np.maximum(around[row, column] - depth, 0)
     return np.asarray(np.exp(-darkness), np.float32)
 
 
-def doubled(values: NDArray[np.float32]) -> NDArray[np.float32]:
+def double_rows(values: NDArray[np.float32]) -> NDArray[np.float32]:
     """Twice as many rows, the new ones halfway between their neighbours; the last repeats."""
     after = np.concatenate([values[1:], values[-1:]])
     return np.stack([values, (values + after) / 2], axis=1).reshape(-1, values.shape[1])
 
 
-def blurred(values: NDArray[np.float32], radius: int) -> NDArray[np.float32]:
+def blur(values: NDArray[np.float32], radius: int) -> NDArray[np.float32]:
     """Mean over a square of (2·radius + 1)² pixels, twice; the border repeats."""
     for axis in (0, 1, 0, 1):
         padded = np.pad(values, [(radius, radius) if a == axis else (0, 0) for a in (0, 1)], mode="edge")
@@ -200,13 +202,13 @@ def backdrop(height: int, width: int) -> NDArray[np.float32]:
     return np.asarray(np.broadcast_to(low + share * (high - low), (height, width, 3)), np.float32)
 
 
-def averaged(image: NDArray[np.float32], samples: int) -> NDArray[np.float32]:
+def downsample(image: NDArray[np.float32], samples: int) -> NDArray[np.float32]:
     """Means over squares of samples: anti-aliasing."""
     height, width = image.shape[0] // samples, image.shape[1] // samples
     return np.asarray(image.reshape(height, samples, width, samples, 3).mean(axis=(1, 3)), np.float32)
 
 
-def softened(image: NDArray[np.float32], depth: NDArray[np.float32]) -> NDArray[np.float32]:
+def soften_edges(image: NDArray[np.float32], depth: NDArray[np.float32]) -> NDArray[np.float32]:
     """The picture, in place, with the mean of five pixels where something near ends before something far."""
     known = np.maximum(depth, -OUTLINE * 10)
     edges = np.zeros(depth.shape, bool)
@@ -222,7 +224,7 @@ def softened(image: NDArray[np.float32], depth: NDArray[np.float32]) -> NDArray[
     return image
 
 
-def srgb(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
+def to_srgb(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Linear light as sRGB bytes (IEC 61966-2-1), highlights rolled off softly."""
     steps = (linear * np.float32(TONE_STEPS)).astype(np.int32)
     return np.asarray(_tones().take(steps, mode="clip"), np.uint8)
@@ -247,7 +249,7 @@ def vertex_normals(points: NDArray[np.float32], triangles: NDArray[np.int64]) ->
     return np.asarray(sums / np.maximum(lengths, 1e-12), np.float32)
 
 
-def unit(vector: tuple[float, ...] | NDArray[np.float32]) -> NDArray[np.float32]:
+def normalized(vector: tuple[float, ...] | NDArray[np.float32]) -> NDArray[np.float32]:
     """The vector at length one."""
     values = np.asarray(vector, np.float32)
     return np.asarray(values / np.linalg.norm(values), np.float32)

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from phonanim.errors import RigError
 from phonanim.face.model import FaceModel
-from phonanim.rig.accents import accented, read_accents
+from phonanim.rig.accents import add_accents, read_accents
 from phonanim.rig.rig import HingeMap, Rig, Through, pose_map
 from phonanim.rig.tongue import place_tongue, read_places
-from phonanim.rig.visemes import show
+from phonanim.rig.visemes import shape_weights
 from phonanim.speech.phones import PhoneTrack
 
 How = Literal["auto", "poses", "direct", "solve"]
@@ -39,7 +39,7 @@ def retarget(
     """
     _check_face(face, rig)
     if rig.visemes is not None:
-        return _limit(show(modes, face, rig, track, times), rig)
+        return _limit(shape_weights(modes, face, rig, track, times), rig)
     if rig.through is not None:
         values = _through(retarget(modes, face, rig.through.rig, how, track, times, accents), rig.through)
     else:
@@ -54,7 +54,7 @@ def _spoken(
 ) -> NDArray[np.float32]:
     """What phones add to controls, in place: accents, and the tongue."""
     if accents and rig.accents is not None:
-        values = accented(values, read_accents(rig.accents, rig.controls), track, times)
+        values = add_accents(values, read_accents(rig.accents, rig.controls), track, times)
     if rig.tongue is not None:
         values = place_tongue(values, read_places(rig.tongue, rig.controls), rig.controls, track, times)
     return values
@@ -97,12 +97,12 @@ def _solved(modes: NDArray[np.floating], face: FaceModel, rig: Rig) -> NDArray[n
     from phonanim.rig.character import load_character
     from phonanim.rig.landmarks import read_landmarks
     from phonanim.rig.motion import closed_face, read_motion
-    from phonanim.rig.puppet import make_puppet
+    from phonanim.rig.puppet import make_landmark_rig
     from phonanim.rig.solve import solve
 
     if rig.head is None or rig.landmarks is None:
         raise RigError(f"rig {rig.name} has no head to solve on; use --retarget auto, or phonanim rig fit")
-    puppet = make_puppet(load_character(rig.head), read_landmarks(rig.landmarks), face)
+    puppet = make_landmark_rig(load_character(rig.head), read_landmarks(rig.landmarks), face)
     closed = closed_face(face, read_motion().modes(face))
     return solve(face.instance(modes), face, puppet, rig, closed).astype(np.float32)
 

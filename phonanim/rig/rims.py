@@ -41,7 +41,7 @@ class View:
         return rasterize(self.pixels(points).astype(np.float32), triangles, self.height, self.width)
 
 
-def hit(view: View, picture: Picture, seen: Array) -> tuple[NDArray[np.int64], Array]:
+def surface_at_pixels(view: View, picture: Picture, seen: Array) -> tuple[NDArray[np.int64], Array]:
     """The surface behind each pixel, or behind the nearest that has one: corners and weights, (n, 3) each."""
     place = np.rint(seen).astype(np.int64).clip(0, (view.width - 1, view.height - 1))
     missed = np.flatnonzero(picture.face[place[:, 1], place[:, 0]] == EMPTY)
@@ -72,7 +72,7 @@ def put_on_rims(points: Array, triangles: NDArray[np.int64], landmarks: MeshLand
             gaps = near[[picture.depth[near, column].argmin()]]
         spot[1] = gaps[0] - 1 if above else gaps[-1]
     corners, weights = landmarks.corners.copy(), landmarks.weights.copy()
-    corners[rows], weights[rows] = hit(view, picture, seen)
+    corners[rows], weights[rows] = surface_at_pixels(view, picture, seen)
     return MeshLandmarks(landmarks.numbers, corners, weights)
 
 

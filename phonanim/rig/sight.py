@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.face.model import INNER_LIP_PAIRS, INNER_LIPS, OUTER_LIPS, FaceModel
-from phonanim.rig.puppet import Puppet, landmark_partners, mirrored
+from phonanim.rig.puppet import LandmarkRig, landmark_partners, mirror_faces
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ class Energy:
     near: float = 0.0
 
 
-def observe(moved: Array, face: FaceModel, energy: Energy) -> Array:
+def observe_displacements(moved: Array, face: FaceModel, energy: Energy) -> Array:
     """What counts in displacements, weighted, (n, landmarks, 3) mm -> (n, observations), gaps first."""
     weights = _landmark_weights(face, energy)
     points = (moved * weights[:, None] * (1.0, 1.0, energy.depth))[:, weights > 0]
@@ -54,15 +54,17 @@ def observe(moved: Array, face: FaceModel, energy: Energy) -> Array:
     return np.concatenate(parts, axis=1)
 
 
-def targets(shapes: Array, closed: Array, face: FaceModel, puppet: Puppet, energy: Energy) -> Array:
+def target_observations(
+    shapes: Array, closed: Array, face: FaceModel, puppet: LandmarkRig, energy: Energy
+) -> Array:
     """What a puppet should show where the face shows `shapes`, (n, landmarks, 3) -> (n, observations).
 
     Displacements from `closed`, both sides averaged; but gaps as such, for lips that touch on the face
     must touch on a puppet whose lips rest a little apart.
     """
     moved = shapes - closed
-    moved = (moved + mirrored(moved, landmark_partners(puppet.rest))) / 2
-    wanted = observe(moved, face, energy)
+    moved = (moved + mirror_faces(moved, landmark_partners(puppet.rest))) / 2
+    wanted = observe_displacements(moved, face, energy)
     opened = np.maximum(lip_gaps(moved, face) - CLOSED_GAP, 0.0)
     wanted[:, : len(INNER_LIP_PAIRS)] = energy.gap * (opened - lip_gaps(puppet.rest[None], face))
     return wanted

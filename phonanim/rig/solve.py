@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from phonanim.errors import RigError
 from phonanim.face.model import FaceModel
 from phonanim.rig.descent import Problem, descend
-from phonanim.rig.puppet import Puppet, control_partners, landmark_partners, mirrored
+from phonanim.rig.puppet import LandmarkRig, control_partners, landmark_partners, mirror_faces
 from phonanim.rig.rig import Rig
-from phonanim.rig.sight import Energy, observe, targets
+from phonanim.rig.sight import Energy, observe_displacements, target_observations
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ FILM = Energy()
 def solve(
     shapes: Array,
     face: FaceModel,
-    puppet: Puppet,
+    puppet: LandmarkRig,
     rig: Rig,
     closed: Array,
     energy: Energy = FILM,
@@ -44,8 +44,8 @@ def solve(
     the puppet has none of the rig's speech controls.
     """
     unknowns = Unknowns.of(puppet, rig)
-    seen = observe(unknowns.shapes(puppet), face, energy)
-    gram, pull = seen @ seen.T, targets(shapes, closed, face, puppet, energy) @ seen.T
+    seen = observe_displacements(unknowns.shapes(puppet), face, energy)
+    gram, pull = seen @ seen.T, target_observations(shapes, closed, face, puppet, energy) @ seen.T
     start = np.zeros_like(pull)
     if proposal is not None:
         start = unknowns.from_controls(proposal)
@@ -72,7 +72,7 @@ class Unknowns:
     maximum: Array
 
     @classmethod
-    def of(cls, puppet: Puppet, rig: Rig) -> Unknowns:
+    def of(cls, puppet: LandmarkRig, rig: Rig) -> Unknowns:
         """The unknowns of the controls that take part in speech and that the puppet has."""
         puppet = puppet.take(tuple(name for name in puppet.controls if name in rig.speech))
         if not puppet.controls:
@@ -91,12 +91,12 @@ class Unknowns:
                 minimum[rows == high] = 0.0
         return cls(rig, rows, spread, minimum, maximum)
 
-    def shapes(self, puppet: Puppet) -> Array:
+    def shapes(self, puppet: LandmarkRig) -> Array:
         """What each unknown moves, symmetric, (unknowns, landmarks, 3) mm."""
         known = [name for name in puppet.controls if name in self.rig.speech]
         columns = [self.rig.controls.index(name) for name in known]
         summed = np.tensordot(self.spread[:, columns], puppet.take(tuple(known)).shapes, axes=1)
-        return np.asarray((summed + mirrored(summed, landmark_partners(puppet.rest))) / 2)
+        return np.asarray((summed + mirror_faces(summed, landmark_partners(puppet.rest))) / 2)
 
     def to_controls(self, values: Array) -> Array:
         """(frames, unknowns) -> (frames, controls), within the limits."""

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.rig.head import Head
-from phonanim.rig.morphs import plain
+from phonanim.rig.morphs import plain_name
 
 Array = NDArray[np.float64]
 
@@ -17,7 +17,7 @@ CENTIMETRE, MILLIMETRE = 0.01, 0.001
 LEANING = 0.5  # of its height: a face this far in front of its middle looks that way
 
 
-def doubts(head: Head) -> tuple[str, ...]:
+def orientation_warnings(head: Head) -> tuple[str, ...]:
     """What is odd about a head's size and direction, each with its mend; nothing where all is well.
 
     glTF counts metres, y up, and faces look along z. Directions are told by shapes that move eyes and mouth,
@@ -40,7 +40,7 @@ def _size(head: Head) -> str:
 
 
 def _direction(head: Head) -> str:
-    eyes, mouth = moved_by(head, EYES), moved_by(head, MOUTHS)
+    eyes, mouth = moved_centre(head, EYES), moved_centre(head, MOUTHS)
     if eyes is None or mouth is None:
         return ""
     up = eyes - mouth
@@ -62,8 +62,8 @@ def _look(head: Head, face: Array, tall: float) -> str:
     return ""
 
 
-def moved_by(head: Head, names: tuple[str, ...]) -> Array | None:
+def moved_centre(head: Head, names: tuple[str, ...]) -> Array | None:
     """The middle of what the shapes of these plain names move, (3,), None when the head has none of them."""
-    rows = [number for number, name in enumerate(head.targets) if plain(name) in names]
+    rows = [number for number, name in enumerate(head.targets) if plain_name(name) in names]
     weight = np.linalg.norm(head.deltas[rows], axis=2).sum(axis=0) if rows else np.zeros(1)
     return np.asarray(weight @ head.vertices / weight.sum()) if weight.sum() > 0 else None

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.face.model import INNER_LIPS
-from phonanim.rig.align import Surface, align_bare, face_rows, surface_of
+from phonanim.rig.align import Surface, align_bare_head, face_rows, surface_of
 from phonanim.rig.deform import Deformation
 from phonanim.rig.head import TONGUE, Head
 from phonanim.rig.inside import carry_parts, outer_rows
 from phonanim.rig.landmarks import MeshLandmarks
-from phonanim.rig.register import Pins, place_landmarks, warp
-from phonanim.rig.untangle import untangle
+from phonanim.rig.register import Pins, place_landmarks, warp_surface
+from phonanim.rig.untangle import unflip
 
 Array = NDArray[np.float64]
 
@@ -48,14 +48,14 @@ def transfer(model: Head, spots: MeshLandmarks, target: Head) -> tuple[Head, Mes
     MissingExtraError without scipy.
     """
     model = model.without(TONGUE)
-    onto = align_bare(model, spots, target)
+    onto = align_bare_head(model, spots, target)
     skin = np.isin(target.triangles, outer_rows(target)).all(axis=1)
     theirs = Surface(onto(target.vertices), target.triangles[skin], np.zeros(len(target.vertices)))
-    warped, found = match(model, spots, theirs)
+    warped, found = match_heads(model, spots, theirs)
     system = Deformation(model, spots, warped, theirs, found)
     moved = np.array([system.shape(delta) for delta in model.deltas])
     carried = carry_parts(model, target, theirs.points, moved)
-    solved = [untangle(theirs.points, delta, target.triangles) for delta in moved]
+    solved = [unflip(theirs.points, delta, target.triangles) for delta in moved]
     straight, flipped = np.array([delta for delta, _ in solved]), sum(count for _, count in solved)
     straightened = int((straight != moved).any(axis=(1, 2)).sum())
     back = np.linalg.inv(onto(np.eye(3)) - onto(np.zeros((1, 3))))
@@ -63,13 +63,13 @@ def transfer(model: Head, spots: MeshLandmarks, target: Head) -> tuple[Head, Mes
     return head, found, Report(system.matched_share, carried, straightened, flipped)
 
 
-def match(model: Head, spots: MeshLandmarks, theirs: Surface) -> tuple[Surface, MeshLandmarks]:
+def match_heads(model: Head, spots: MeshLandmarks, theirs: Surface) -> tuple[Surface, MeshLandmarks]:
     """The model warped onto a bare skin, and the landmarks there.
 
     The first warp finds where the lips are; the rims seen there pin the second one.
     """
     mine, rows = surface_of(model), face_rows(model, spots, MARGIN)
     mine, theirs = (replace(surface, opening=0 * surface.opening) for surface in (mine, theirs))
-    found = place_landmarks(warp(mine, theirs, rows), spots, theirs)
+    found = place_landmarks(warp_surface(mine, theirs, rows), spots, theirs)
     pins = Pins(spots.take(INNER_LIPS), found.take(INNER_LIPS).of(theirs.points))
-    return warp(mine, theirs, rows, pins), found
+    return warp_surface(mine, theirs, rows, pins), found

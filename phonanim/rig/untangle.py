@@ -26,7 +26,7 @@ FIRM = 10.0  # how much a turned triangle counts against the motion around it
 KEEP = 0.01  # how much a vertex's own motion counts against its evenness
 
 
-def untangle(points: Array, delta: Array, triangles: Rows) -> tuple[Array, int]:
+def unflip(points: Array, delta: Array, triangles: Rows) -> tuple[Array, int]:
     """Motion that turns no triangle over, and how many it still does.
 
     (vertices, 3), (vertices, 3), (triangles, 3) -> (vertices, 3). Turned over is what faces away from where

@@ -9,7 +9,7 @@ from phonanim.errors import RigError
 from phonanim.face.model import FaceModel
 from phonanim.rig.descent import Problem, descend
 from phonanim.rig.rig import Rig, Visemes
-from phonanim.rig.sight import Energy, observe
+from phonanim.rig.sight import Energy, observe_displacements
 from phonanim.speech.inventory import INVENTORY, SILENCE
 from phonanim.speech.phones import PhoneTrack
 
@@ -25,7 +25,7 @@ PULL = 0.3
 SPARSE = 500.0  # mm² per unit of a vowel's shape: few vowels at a time
 
 
-def show(
+def shape_weights(
     modes: NDArray[np.floating], face: FaceModel, rig: Rig, track: PhoneTrack | None, times: Array | None
 ) -> NDArray[np.float32]:
     """Shape weights at each frame, (frames, m) and (frames,) seconds -> (frames, controls).
@@ -37,9 +37,9 @@ def show(
     bounds, shapes = spoken_shapes(track, rig.visemes)
     said = np.eye(len(rig.controls), dtype=bool)[shapes]
     if rig.visemes.stepped:
-        return step(bounds, said, times, rig.visemes).astype(np.float32)
-    near = np.column_stack([nearness(bounds, mine, times) for mine in said.T])
-    return blend(np.asarray(modes, np.float64), near, rig.visemes, face).astype(np.float32)
+        return stepped_weights(bounds, said, times, rig.visemes).astype(np.float32)
+    near = np.column_stack([shape_proximity(bounds, mine, times) for mine in said.T])
+    return blended_weights(np.asarray(modes, np.float64), near, rig.visemes, face).astype(np.float32)
 
 
 def spoken_shapes(track: PhoneTrack, visemes: Visemes) -> tuple[Array, NDArray[np.int64]]:
@@ -52,7 +52,7 @@ def spoken_shapes(track: PhoneTrack, visemes: Visemes) -> tuple[Array, NDArray[n
     return bounds, visemes.of[track.codes].ravel()
 
 
-def step(bounds: Array, said: NDArray[np.bool_], times: Array, visemes: Visemes) -> Array:
+def stepped_weights(bounds: Array, said: NDArray[np.bool_], times: Array, visemes: Visemes) -> Array:
     """One shape at a time, (shapes + 1,), (shapes, controls), (frames,) -> (frames, controls) of 0 and 1."""
     period = float(np.median(np.diff(times))) if len(times) > 1 else HOLD
     half = max(period, HOLD) / 2
@@ -67,7 +67,7 @@ def _time_of(bounds: Array, said: NDArray[np.bool_], times: Array, half: float) 
     return np.asarray(np.interp(times + half, bounds, spent) - np.interp(times - half, bounds, spent))
 
 
-def blend(modes: Array, near: Array, visemes: Visemes, face: FaceModel) -> Array:
+def blended_weights(modes: Array, near: Array, visemes: Visemes, face: FaceModel) -> Array:
     """Weights that add up to the face's motion, (frames, m), (frames, controls) -> (frames, controls).
 
     Bounded least squares of what is seen in a mouth (`sight.observe`): a vowel's shape shows as much as
@@ -76,7 +76,7 @@ def blend(modes: Array, near: Array, visemes: Visemes, face: FaceModel) -> Array
     """
     silent = int(visemes.of[INVENTORY.code(SILENCE), 0])
     faces = visemes.shapes * face.std
-    seen = observe(face.modes, face, Energy())
+    seen = observe_displacements(face.modes, face, Energy())
     moves = (faces - faces[silent]) @ seen
     gram, free = moves @ moves.T, vowel_shapes(visemes, len(moves))
     ceiling, own = np.where(free, 1.0, near), np.where(free, 0.0, PULL * np.diag(gram))
@@ -103,7 +103,7 @@ def vowel_shapes(visemes: Visemes, controls: int) -> NDArray[np.bool_]:
     return np.asarray(said[:, 1] > said[:, 0])
 
 
-def nearness(bounds: Array, said: NDArray[np.bool_], times: Array) -> Array:
+def shape_proximity(bounds: Array, said: NDArray[np.bool_], times: Array) -> Array:
     """One while a shape is said, falling to zero at REACH before and after, (frames,)."""
     starts, ends = bounds[:-1][said], bounds[1:][said]
     after = np.searchsorted(starts, times, side="right")

@@ -42,10 +42,10 @@ def rig_text(rig: Rig, folder: Path, direct: str = "") -> str:
         lines += ["speech = [", *(f"  {_quoted(name)}," for name in rig.speech), "]"]
     lines += ["", "[controls]  # name = [minimum, rest, maximum]"]
     for name, *limits in zip(rig.controls, rig.minimum, rig.rest, rig.maximum, strict=True):
-        lines.append(f"{key(name)} = [{', '.join(map(_number, limits))}]")
+        lines.append(f"{toml_key(name)} = [{', '.join(map(_number, limits))}]")
     if rig.at_most:
         lines += ["", "[at_most]  # the first control never above the second"]
-        lines += [f"{key(rig.controls[a])} = {_quoted(rig.controls[b])}" for a, b in rig.at_most]
+        lines += [f"{toml_key(rig.controls[a])} = {_quoted(rig.controls[b])}" for a, b in rig.at_most]
     if rig.posed:
         lines += _pose_lines(rig, MEAN, "the reference face at its mean", rig.mean)
         for (pose, looks), values in zip(POSES.items(), rig.poses, strict=True):
@@ -60,7 +60,7 @@ def _beside(path: Path | None, folder: Path) -> str:
 
 def _pose_lines(rig: Rig, pose: str, looks: str, values: Array) -> list[str]:
     moved = [
-        f"{key(name)} = {_number(value)}"
+        f"{toml_key(name)} = {_number(value)}"
         for name, value, rest in zip(rig.controls, values, rig.rest, strict=True)
         if abs(value - rest) >= MODEST
     ]
@@ -72,7 +72,7 @@ def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-def key(name: str) -> str:
+def toml_key(name: str) -> str:
     """A control's name as a TOML key, quoted where it must be."""
     bare = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
     return name if bare else _quoted(name)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from phonanim.speech.alignment_file import AlignmentFile, brief
+from phonanim.speech.alignment_file import AlignmentFile, quote_label
 from phonanim.speech.intervals import (
     ROUNDING,
     Interval,
@@ -143,7 +143,7 @@ def _checked(tier: Tier, offset: float, source: AlignmentFile) -> tuple[Interval
             continue  # says nothing about any time
         start, end = interval.start - offset, interval.end - offset
         if fault := _fault(start, end, last_end):
-            place = f'tier "{brief(tier.name)}", interval {number} "{brief(interval.label)}"'
+            place = f'tier "{quote_label(tier.name)}", interval {number} "{quote_label(interval.label)}"'
             raise source.error(f"{place} from {interval.start:g} to {interval.end:g} s: {fault}")
         start = start if start - last_end > ROUNDING else last_end
         checked.append(Interval(interval.label, start, end))

@@ -50,7 +50,7 @@ class AlignmentFile:
         return AlignmentError(f"{self.name}: {_printable(what)}")
 
 
-def brief(text: str) -> str:
+def quote_label(text: str) -> str:
     """What a file says, fit to be quoted in one line: short and printable."""
     flat = _printable(text)
     return flat if len(flat) <= MAX_QUOTE else flat[: MAX_QUOTE - 1] + "…"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from phonanim.speech.alignment_file import brief
+from phonanim.speech.alignment_file import quote_label
 
 ROUNDING = 1e-3
 """Seconds. Aligners write milliseconds at best; narrower gaps and overlaps come from rounding."""
@@ -33,7 +33,7 @@ class Tier:
     speaker: str = ""
 
     def __str__(self) -> str:
-        return f'{self.number} "{brief(self.name)}"'
+        return f'{self.number} "{quote_label(self.name)}"'
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,21 +34,21 @@ class Articulation:
 
 
 @lru_cache(maxsize=4096)
-def parse(label: str) -> tuple[Articulation, ...]:
+def parse_ipa(label: str) -> tuple[Articulation, ...]:
     """The sounds of a label in order, marks applied; empty where any character is not IPA."""
     sounds: list[Articulation] = []
     for character in _spelled(label):
-        if character in symbols():
-            sounds.append(symbols()[character])
-        elif character not in marks():
+        if character in ipa_symbols():
+            sounds.append(ipa_symbols()[character])
+        elif character not in ipa_diacritics():
             return ()
         elif sounds:
-            sounds[-1:] = _marked(sounds[-1], *marks()[character])
+            sounds[-1:] = _marked(sounds[-1], *ipa_diacritics()[character])
     return tuple(sound for n, sound in enumerate(sounds) if n == 0 or sound != sounds[n - 1])
 
 
 @cache
-def symbols() -> dict[str, Articulation]:
+def ipa_symbols() -> dict[str, Articulation]:
     """The articulation of every symbol."""
     return {
         row["symbol"]: Articulation(
@@ -67,13 +67,13 @@ def symbols() -> dict[str, Articulation]:
 
 
 @cache
-def marks() -> dict[str, tuple[str, str]]:
+def ipa_diacritics() -> dict[str, tuple[str, str]]:
     """Every diacritic, with the column that it changes (or "none", or "then" a symbol) and the value."""
     return {row["mark"]: (row["effect"], row["value"]) for row in _rows("ipa_marks.csv")}
 
 
 @cache
-def spellings() -> dict[str, str]:
+def ipa_substitutes() -> dict[str, str]:
     """What stands for characters that are not IPA but are used as such."""
     return {row["spelling"]: row["ipa"] for row in _rows("ipa_spellings.csv")}
 
@@ -81,15 +81,15 @@ def spellings() -> dict[str, str]:
 def _spelled(label: str) -> str:
     """The label in IPA letters and separate marks, without tone digits at its end."""
     label = unicodedata.normalize("NFC", label.strip()).rstrip("0123456789")
-    spelled = "".join(spellings().get(character, character) for character in label)
-    return "".join(c if c in symbols() else unicodedata.normalize("NFD", c) for c in spelled)
+    spelled = "".join(ipa_substitutes().get(character, character) for character in label)
+    return "".join(c if c in ipa_symbols() else unicodedata.normalize("NFD", c) for c in spelled)
 
 
 def _marked(sound: Articulation, effect: str, value: str) -> tuple[Articulation, ...]:
     if effect == "none":
         return (sound,)
     if effect == "then":
-        after = symbols()[value]
+        after = ipa_symbols()[value]
         return (sound, after) if sound.vowel or not after.vowel else (sound,)
     if effect == "place":
         return (replace(sound, place=value),)

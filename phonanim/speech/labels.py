@@ -13,7 +13,7 @@ from unicodedata import normalize
 
 from phonanim.core.lexicon import LEXICON, find_tables
 from phonanim.errors import LabelError
-from phonanim.speech.alignment_file import brief
+from phonanim.speech.alignment_file import quote_label
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.segments import SILENT
 
@@ -66,9 +66,9 @@ class Language:
     @lru_cache(maxsize=4096)  # noqa: B019 - the few languages live as long as the program
     def resolve(self, label: str) -> Sound | None:
         """What a label means, None when the language does not know it."""
-        return self.listed(label) or _silences().get(_bare(label)) or self._in_alphabets(label)
+        return self.resolve_listed(label) or _silences().get(_bare(label)) or self._in_alphabets(label)
 
-    def listed(self, label: str) -> Sound | None:
+    def resolve_listed(self, label: str) -> Sound | None:
         """What a label means that the language itself lists."""
         for spelling in self._spellings(label):
             if spelling in self.phones:
@@ -128,7 +128,7 @@ def load_language(name: str) -> Language:
 
     near = ", ".join(get_close_matches(name.lower(), language_names(), cutoff=0.0))
     mend = f"nearest: {near}, or auto, or --fallback ipa where the labels are IPA"
-    raise LabelError(f'there is no language "{brief(name)}"; {mend}')
+    raise LabelError(f'there is no language "{quote_label(name)}"; {mend}')
 
 
 def is_silent(label: str) -> bool:
@@ -213,9 +213,9 @@ def _codes_of_ipa(sounds: str) -> tuple[int, ...]:
 
 
 def _read_ipa(label: str) -> tuple[str, ...]:
-    from phonanim.speech.looks import seen
+    from phonanim.speech.looks import to_visible_phones
 
-    return seen(label)
+    return to_visible_phones(label)
 
 
 def _read_sampa(label: str) -> tuple[str, ...]:

@@ -8,11 +8,11 @@ import numpy as np
 
 from phonanim.errors import LabelError
 from phonanim.speech.alignment import Alignment, Interval
-from phonanim.speech.alignment_file import brief
+from phonanim.speech.alignment_file import quote_label
 from phonanim.speech.labels import SILENCE_SOUND, Language, Sound, is_silent, language_names, load_language
 from phonanim.speech.language_choice import choose_language, recognized
 from phonanim.speech.phones import PhoneTrack
-from phonanim.speech.segments import SILENT, Segment, filled, joined, to_track
+from phonanim.speech.segments import SILENT, Segment, fill_gaps, merge_segments, to_track
 
 __all__ = [
     "Language",
@@ -46,8 +46,8 @@ def to_phones(
             notes.add("sound that is no phone, shown as silence", interval)
         segments += _segments(interval, sound)
     if not any(segment.code != SILENT for segment in segments):
-        notes.lines.append(f'no phone is spoken in tier "{brief(alignment.tier)}"')
-    return to_track(joined(filled(segments, alignment.duration))), notes.all()
+        notes.lines.append(f'no phone is spoken in tier "{quote_label(alignment.tier)}"')
+    return to_track(merge_segments(fill_gaps(segments, alignment.duration))), notes.all()
 
 
 class _Notes:
@@ -64,7 +64,7 @@ class _Notes:
 
     def all(self) -> tuple[str, ...]:
         entries = self._places.items()
-        found = [f'"{brief(label)}" at {_places(times)}: {what}' for (label, what), times in entries]
+        found = [f'"{quote_label(label)}" at {_places(times)}: {what}' for (label, what), times in entries]
         return (*self.alignment.notes, *found, *self.lines)
 
 
@@ -82,18 +82,18 @@ def _language_for(alignment: Alignment, name: str, fallback: str | None, notes: 
     except LabelError:
         if fallback is None:
             raise
-    notes.lines.append(f'there is no language "{brief(name)}", so its labels were read as {fallback}')
+    notes.lines.append(f'there is no language "{quote_label(name)}", so its labels were read as {fallback}')
     return load_language(fallback)
 
 
 def _replaced(interval: Interval, language: Language, unknown: Unknown, notes: _Notes) -> Sound:
     """What stands for a label that the language lacks, if the caller consented to anything."""
     if unknown == "error":
-        tier, time = brief(notes.alignment.tier), interval.start + notes.alignment.offset
+        tier, time = quote_label(notes.alignment.tier), interval.start + notes.alignment.offset
         place = f'{notes.alignment.source}: tier "{tier}", {time:.3f} s'
         near = ", ".join(language.nearest(interval.label)) or "none"
         mend = "choose another --language, or --unknown nearest or silence"
-        what = f'no phone "{brief(interval.label)}" in language {language.name} (nearest: {near})'
+        what = f'no phone "{quote_label(interval.label)}" in language {language.name} (nearest: {near})'
         raise LabelError(f"{place}: {what}; {mend}")
     if unknown == "silence":
         notes.add(f"unknown in language {language.name}, shown as silence", interval)

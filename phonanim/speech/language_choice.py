@@ -41,6 +41,6 @@ def recognized(labels: Iterable[str]) -> float:
 
 
 def _share(language: Language, counts: Counter[str]) -> float:
-    own = language.listed if language.phones or language.ipa else language.resolve
+    own = language.resolve_listed if language.phones or language.ipa else language.resolve
     known = sum(count for label, count in counts.items() if own(label))
     return known / counts.total() if counts else 1.0

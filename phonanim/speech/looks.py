@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import cache, lru_cache
 
 from phonanim.speech.inventory import INVENTORY, Phone
-from phonanim.speech.ipa import Articulation, parse, symbols
+from phonanim.speech.ipa import Articulation, ipa_symbols, parse_ipa
 
 # Costs of a difference, by how much of it is seen. Lips that shut (1) or stay open (0) outweigh all
 # else; voice is not seen at all and breaks ties alone, as between p and b.
@@ -43,13 +43,13 @@ LONGEST = 4
 
 
 @lru_cache(maxsize=4096)
-def seen(label: str) -> tuple[str, ...]:
+def to_visible_phones(label: str) -> tuple[str, ...]:
     """The phones that look like an IPA label, in order; empty where it is not one sound in IPA.
 
     A label may be one sound, a diphthong or triphthong, an affricate, a double stop, a nasal with its
     stop, or glides with their vowel. Words are refused, so that a tier of words is not taken for phones.
     """
-    sounds = parse(label)
+    sounds = parse_ipa(label)
     if any(sound.vowel for sound in sounds):
         glided = all(sound.vowel or sound.symbol in GLIDES for sound in sounds)
         return _without_repeats(_vowels(sounds)) if glided and len(sounds) <= LONGEST else ()
@@ -58,7 +58,7 @@ def seen(label: str) -> tuple[str, ...]:
     return _without_repeats(_consonants(sounds)) if known else ()
 
 
-def distance(start: Articulation, end: Articulation, phone: Phone) -> float:
+def visual_distance(start: Articulation, end: Articulation, phone: Phone) -> float:
     """How differently a camera sees a sound that goes from `start` to `end`, and a phone of the inventory."""
     if start.vowel:
         return (_vowel_distance(start, phone, False) + _vowel_distance(end, phone, True)) / 2
@@ -69,16 +69,16 @@ def _vowel_distance(sound: Articulation, phone: Phone, at_end: bool) -> float:
     height = phone.end_height if at_end else phone.height
     backness = phone.end_backness if at_end else phone.backness
     rounding = phone.end_rounding if at_end else phone.rounding
-    drawn = spread(height, backness, rounding)
+    drawn = lip_spread(height, backness, rounding)
     return (
         ROUNDING * abs(sound.rounding - rounding)
         + HEIGHT * abs(sound.height - height)
-        + SPREAD * abs(spread(sound.height, sound.backness, sound.rounding) - drawn)
+        + SPREAD * abs(lip_spread(sound.height, sound.backness, sound.rounding) - drawn)
         + BACKNESS * abs(sound.backness - backness)
     )
 
 
-def spread(height: float, backness: float, rounding: float) -> float:
+def lip_spread(height: float, backness: float, rounding: float) -> float:
     """How far the corners of the mouth are drawn apart: most in [i]; not in open, back or rounded vowels."""
     return height * (1 - backness) * (rounding == 0)
 
@@ -86,9 +86,9 @@ def spread(height: float, backness: float, rounding: float) -> float:
 def _consonant_distance(sound: Articulation, phone: Phone) -> float:
     other = _articulation(phone)
     return (
-        LIPS * abs(lips(sound) - lips(other))
+        LIPS * abs(lip_closure(sound) - lip_closure(other))
         + ROUNDING * abs(sound.rounding - other.rounding)
-        + CONTACT * abs(contact(sound) - contact(other))
+        + CONTACT * abs(constriction(sound) - constriction(other))
         + PLACE * abs(PLACES[sound.place] - PLACES[other.place])
         + HISS * ((sound.manner == "sibilant") != (other.manner == "sibilant"))
         + SPREAD * ((sound.place == "palatal") != (other.place == "palatal"))
@@ -97,16 +97,16 @@ def _consonant_distance(sound: Articulation, phone: Phone) -> float:
     )
 
 
-def lips(sound: Articulation) -> float:
+def lip_closure(sound: Articulation) -> float:
     """How far the lips close: 1 shut, 0.6 teeth on the lip, 0.5 nearly shut, 0 open."""
     if sound.place == "labiodental":
         return 0.6
     if sound.place != "bilabial":
         return 0.0
-    return 1.0 if contact(sound) == 1.0 else 0.5
+    return 1.0 if constriction(sound) == 1.0 else 0.5
 
 
-def contact(sound: Articulation) -> float:
+def constriction(sound: Articulation) -> float:
     """How far tongue or lips close the way: 1 in stops and nasals, 0.5 in laterals, 0 in the rest.
 
     Teeth leave a way beside the lip, so [ɱ] is as open as a lateral.
@@ -131,7 +131,7 @@ def _vowels(sounds: tuple[Articulation, ...]) -> tuple[str, ...]:
         return (_nearest(first, "consonant")[0], *(_vowels(rest) if rest else ()))
     if not rest:
         return (_nearest(first, "vowel")[0],)
-    end = rest[0] if rest[0].vowel else symbols()[GLIDES[rest[0].symbol]]
+    end = rest[0] if rest[0].vowel else ipa_symbols()[GLIDES[rest[0].symbol]]
     diphthong, far = _nearest(first, "diphthong", end)
     if far <= DIPHTHONG_NEAR:
         return (diphthong, *(_vowels(rest[1:]) if rest[1:] else ()))
@@ -142,9 +142,9 @@ def _consonants(sounds: tuple[Articulation, ...]) -> tuple[str, ...]:
     if not sounds:
         return ()
     first, rest = sounds[0], sounds[1:]
-    if rest and contact(first) == contact(rest[0]) == 1.0 and _family(first) == _family(rest[0]):
+    if rest and constriction(first) == constriction(rest[0]) == 1.0 and _family(first) == _family(rest[0]):
         # Made at once, as in [k͡p]: the lips hide the tongue.
-        return _consonants((max(first, rest[0], key=lips), *rest[1:]))
+        return _consonants((max(first, rest[0], key=lip_closure), *rest[1:]))
     if rest and first.manner in STOPS and rest[0].manner == "sibilant":
         affricate, far = _nearest(replace(rest[0], manner="affricate"), "affricate")
         if far <= AFFRICATE_NEAR:
@@ -154,7 +154,7 @@ def _consonants(sounds: tuple[Articulation, ...]) -> tuple[str, ...]:
 
 def _nearest(start: Articulation, kind: str, end: Articulation | None = None) -> tuple[str, float]:
     """The name of the phone of a kind that looks most like a sound, and how far it is."""
-    ranked = [(distance(start, end or start, phone), phone.name) for phone in _phones(kind)]
+    ranked = [(visual_distance(start, end or start, phone), phone.name) for phone in _phones(kind)]
     far, name = min(ranked, key=lambda pair: pair[0])
     return name, far
 

@@ -35,7 +35,7 @@ class PhoneTrack:
         """Phone code at each time, (times,) seconds -> (times,) uint8."""
         return self.codes[self.segment_at(times)]
 
-    def away(self, chosen: NDArray[np.bool_], times: NDArray[np.float64]) -> NDArray[np.float64]:
+    def distance_to(self, chosen: NDArray[np.bool_], times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Seconds from each time to the nearest of the chosen segments, (segments,) -> (times,).
 
         0 within them, inf when none is chosen.
@@ -47,6 +47,6 @@ class PhoneTrack:
         return np.maximum(nearest, 0.0)
 
 
-def silence(duration: float) -> PhoneTrack:
+def silent_track(duration: float) -> PhoneTrack:
     """A track in which nothing is said, `duration` seconds long (code 0 is silence)."""
     return PhoneTrack(np.zeros(1, np.uint8), np.array([0.0, duration]), ("",))

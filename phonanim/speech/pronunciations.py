@@ -9,10 +9,10 @@ from functools import lru_cache
 from pathlib import Path
 
 from phonanim.errors import AlignmentError
-from phonanim.speech.alignment_file import AlignmentFile, brief
+from phonanim.speech.alignment_file import AlignmentFile, quote_label
 from phonanim.speech.intervals import Interval, Recording, Tier
 from phonanim.speech.labels import is_silent
-from phonanim.speech.tiers import PHONE_NAMES, WORD_NAMES, by_name, who
+from phonanim.speech.tiers import PHONE_NAMES, WORD_NAMES, best_named_tiers, speaker_of
 
 NOTE = "the phones come from a dictionary and share the time of each word equally"
 
@@ -49,12 +49,12 @@ def spell_out(recording: Recording, path: Path, source: AlignmentFile) -> Record
 
     Raises AlignmentError for a word that the dictionary lacks, with its time.
     """
-    word_tiers = by_name(recording.tiers, WORD_NAMES)
-    if by_name(recording.tiers, PHONE_NAMES) or not word_tiers:
+    word_tiers = best_named_tiers(recording.tiers, WORD_NAMES)
+    if best_named_tiers(recording.tiers, PHONE_NAMES) or not word_tiers:
         return recording
     words = load_pronunciations(path)
     spelled = [
-        Tier("phones", _spelled(tier, words, path, source), len(recording.tiers) + n, who(tier))
+        Tier("phones", _spelled(tier, words, path, source), len(recording.tiers) + n, speaker_of(tier))
         for n, tier in enumerate(word_tiers, 1)
     ]
     return replace(recording, tiers=(*recording.tiers, *spelled), notes=(*recording.notes, NOTE))
@@ -71,7 +71,7 @@ def _spelled(
         elif word in words:
             phones += _shared(interval, words[word])
         else:
-            place = f'word "{brief(interval.label)}" at {interval.start:.2f} s'
+            place = f'word "{quote_label(interval.label)}" at {interval.start:.2f} s'
             raise source.error(f"{place} is not in {path}; add it there")
     return tuple(phones)
 

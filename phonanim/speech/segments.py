@@ -25,7 +25,7 @@ class Segment:
     releases: tuple[int, ...] = ()
 
 
-def filled(segments: Iterable[Segment], duration: float) -> list[Segment]:
+def fill_gaps(segments: Iterable[Segment], duration: float) -> list[Segment]:
     """The segments with silence in the gaps, from 0 to the duration."""
     whole: list[Segment] = []
     time = 0.0
@@ -41,7 +41,7 @@ def filled(segments: Iterable[Segment], duration: float) -> list[Segment]:
     return whole
 
 
-def joined(segments: Iterable[Segment]) -> list[Segment]:
+def merge_segments(segments: Iterable[Segment]) -> list[Segment]:
     """The segments with silences run together and closures joined to what they release into."""
     fewer: list[Segment] = []
     for segment in segments:

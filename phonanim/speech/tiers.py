@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from phonanim.speech.alignment_file import AlignmentFile, brief
+from phonanim.speech.alignment_file import AlignmentFile, quote_label
 from phonanim.speech.intervals import Recording, Tier
 
 # Best first: a file may hold MAU (what was said) beside a broader `segments`.
@@ -29,10 +29,10 @@ def phone_tier(recording: Recording, wanted: str | None, speaker: str | None, so
     tiers = recording.tiers if speaker is None else _spoken_by(recording.tiers, speaker, source)
     if wanted is not None:
         return _wanted(tiers, wanted, source)
-    found = by_name(tiers, PHONE_NAMES) or _by_content(tiers)
+    found = best_named_tiers(tiers, PHONE_NAMES) or _by_content(tiers)
     if len(found) > 1 and any(map(_labels, found)):
         found = [tier for tier in found if _labels(tier)]
-    if not found and by_name(tiers, WORD_NAMES):
+    if not found and best_named_tiers(tiers, WORD_NAMES):
         raise source.error(
             "has words but no phones; give a pronunciation dictionary (--lexicon), or align to phones"
         )
@@ -45,31 +45,35 @@ def phone_tier(recording: Recording, wanted: str | None, speaker: str | None, so
 
 def word_tier(recording: Recording, phones: Tier) -> Tier | None:
     """The tier of words that goes with a phone tier: of the same speaker, if tiers name speakers."""
-    speaker = who(phones)
-    rest = [tier for tier in recording.tiers if tier is not phones and who(tier) == speaker and _labels(tier)]
-    found = by_name(rest, WORD_NAMES)
+    speaker = speaker_of(phones)
+    rest = [
+        tier
+        for tier in recording.tiers
+        if tier is not phones and speaker_of(tier) == speaker and _labels(tier)
+    ]
+    found = best_named_tiers(rest, WORD_NAMES)
     return found[0] if found else None
 
 
-def who(tier: Tier) -> str:
+def speaker_of(tier: Tier) -> str:
     """Who speaks in a tier, by the format or by a name such as "SPEAKER - phones"; else empty."""
     return tier.speaker or _split(tier.name)[0]
 
 
 def _spoken_by(tiers: Iterable[Tier], speaker: str, source: AlignmentFile) -> tuple[Tier, ...]:
-    speakers = list(dict.fromkeys(name for tier in tiers if (name := who(tier))))
+    speakers = list(dict.fromkeys(name for tier in tiers if (name := speaker_of(tier))))
     wanted = next((name for name in speakers if name == speaker), None)
     wanted = wanted or next((name for name in speakers if name.lower() == speaker.strip().lower()), None)
     if wanted is None:
-        names = ", ".join(f'"{brief(name)}"' for name in speakers) or "none is named"
-        raise source.error(f'has no speaker "{brief(speaker)}"; speakers: {names}')
-    return tuple(tier for tier in tiers if who(tier) == wanted)
+        names = ", ".join(f'"{quote_label(name)}"' for name in speakers) or "none is named"
+        raise source.error(f'has no speaker "{quote_label(speaker)}"; speakers: {names}')
+    return tuple(tier for tier in tiers if speaker_of(tier) == wanted)
 
 
 def _choices(tiers: Iterable[Tier]) -> str:
     """The options that tell tiers apart."""
-    speakers = [who(tier) for tier in tiers]
-    names = ", ".join(f'"{brief(name)}"' for name in speakers)
+    speakers = [speaker_of(tier) for tier in tiers]
+    names = ", ".join(f'"{quote_label(name)}"' for name in speakers)
     return (
         f"--speaker ({names}) or --tier"
         if all(speakers) and len(set(speakers)) == len(speakers)
@@ -83,19 +87,21 @@ def _wanted(tiers: Iterable[Tier], wanted: str, source: AlignmentFile) -> Tier:
     found = exact or [tier for tier in tiers if tier.name.strip().lower() == wanted.strip().lower()]
     found = found or [tier for tier in tiers if str(tier.number) == wanted.strip()]
     if not found:
-        raise source.error(f'has no interval tier "{brief(wanted)}"; there are {_listing(tiers)}')
+        raise source.error(f'has no interval tier "{quote_label(wanted)}"; there are {_listing(tiers)}')
     if len(found) > 1:
-        raise source.error(f'has {len(found)} tiers "{brief(wanted)}"; choose by number: {_listing(found)}')
+        raise source.error(
+            f'has {len(found)} tiers "{quote_label(wanted)}"; choose by number: {_listing(found)}'
+        )
     return found[0]
 
 
-def by_name(tiers: Iterable[Tier], names: tuple[str, ...]) -> list[Tier]:
+def best_named_tiers(tiers: Iterable[Tier], names: tuple[str, ...]) -> list[Tier]:
     """Of each speaker the tiers that bear the best of the names that occur."""
     named = [tier for tier in tiers if _kind(tier.name) in names]
     best: dict[str, int] = {}
     for tier in named:
-        best[who(tier)] = min(names.index(_kind(tier.name)), best.get(who(tier), len(names)))
-    return [tier for tier in named if names.index(_kind(tier.name)) == best[who(tier)]]
+        best[speaker_of(tier)] = min(names.index(_kind(tier.name)), best.get(speaker_of(tier), len(names)))
+    return [tier for tier in named if names.index(_kind(tier.name)) == best[speaker_of(tier)]]
 
 
 def _by_content(tiers: Iterable[Tier]) -> list[Tier]:

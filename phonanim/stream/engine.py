@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from phonanim.errors import OptionError, StreamError
 from phonanim.features.context import EDGES
 from phonanim.options import Options
-from phonanim.pipeline import load_cached_rig, load_model, move
+from phonanim.pipeline import load_cached_rig, load_model, predict_controls
 from phonanim.regressors import NEEDS
 from phonanim.speech.alignment import ROUNDING, Alignment, Interval
 from phonanim.speech.labels import is_silent
@@ -49,7 +49,7 @@ class PhoneStream:
     def __post_init__(self) -> None:
         if self.options.language == "auto":
             self.options = replace(self.options, language=AUTO)
-        refuse_what_needs_the_whole(self.options)
+        reject_whole_line_layers(self.options)
         self.model = load_model(self.options.model)
         self.rig = load_cached_rig(self.options.rig)
         modality = self.model.regressor.input_modality
@@ -61,7 +61,7 @@ class PhoneStream:
             raise OptionError(f"model {self.options.model} hears; stream audio to it instead of phones")
 
     @property
-    def heard_until(self) -> float:
+    def known_until(self) -> float:
         """End of the last phone, or of time that has passed without one, in seconds."""
         return max(self.now, self.known[-1].end if self.known else 0.0)
 
@@ -71,11 +71,11 @@ class PhoneStream:
         return max(self._due() - self.emitted, 0)
 
     @property
-    def remarks(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[str, ...]:
         """Whether nothing came; what else is odd about phones was told when they came."""
-        return ("no phone came",) * (self.heard_until == 0)
+        return ("no phone came",) * (self.known_until == 0)
 
-    def rehearse(self) -> None:
+    def warm_up(self) -> None:
         """Make a frame that nobody sees, so that the first one takes no longer than the others."""
         other = PhoneStream(self.options, 0.0)
         other.pass_time(0.1)
@@ -121,7 +121,7 @@ class PhoneStream:
         self.pass_time(now)
 
     def _refuse_leap(self, time: float, what: str) -> None:
-        reached = max(self.heard_until, self.emitted / self.options.fps)
+        reached = max(self.known_until, self.emitted / self.options.fps)
         if time > reached + LONGEST:
             raise StreamError(
                 f"{what} lies {time - reached:g} s ahead, and no more than {LONGEST:g} may pass at once; "
@@ -144,7 +144,7 @@ class PhoneStream:
         alignment, origin = self._window(self.emitted, self.emitted + count)
         track, _ = to_phones(alignment, self.options.language, self.options.unknown)
         start = self.emitted / self.options.fps - origin
-        _, values = move(track, self.model, self.rig, self.options, count, start)
+        _, values = predict_controls(track, self.model, self.rig, self.options, count, start)
         self.emitted += count
         self._forget()
         return values
@@ -152,12 +152,12 @@ class PhoneStream:
     def _due(self) -> int:
         """How many frames, from the first of all, may be given out."""
         fps = self.options.fps
-        if self.heard_until == 0:
+        if self.known_until == 0:
             return 0
         if self.ended:
-            return math.floor(self.heard_until * fps + ABREAST) + 1
+            return math.floor(self.known_until * fps + ABREAST) + 1
         if self.look_ahead is not None:
-            return max(math.floor((self.heard_until - self.look_ahead) * fps + ABREAST) + 1, self.emitted)
+            return max(math.floor((self.known_until - self.look_ahead) * fps + ABREAST) + 1, self.emitted)
         certain = self.known[-1].end - REACH if self.known else -1.0
         spoken = [i for i in self.known if not is_silent(i.label)]
         beyond = spoken[-BEYOND - 1].start if len(spoken) > BEYOND else -1.0
@@ -169,8 +169,8 @@ class PhoneStream:
         felt = self.known[begin:]
         origin = felt[0].start if begin else 0.0
         # What is not known yet counts as silence, as far as it is looked at.
-        unknown = max(self.heard_until, last / self.options.fps) + REACH
-        duration = self.heard_until if self.ended else unknown
+        unknown = max(self.known_until, last / self.options.fps) + REACH
+        duration = self.known_until if self.ended else unknown
         moved = tuple(Interval(i.label, i.start - origin, i.end - origin) for i in felt)
         return Alignment(moved, duration - origin, "stream", "the stream"), origin
 
@@ -187,7 +187,7 @@ class PhoneStream:
         self.known = self.known[self._felt_from(self.emitted / self.options.fps) :]
 
 
-def refuse_what_needs_the_whole(options: Options) -> None:
+def reject_whole_line_layers(options: Options) -> None:
     """Raises OptionError for a layer that looks at a whole line."""
     wholes = {
         "--smooth": bool(options.smooth),

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import StreamError
-from phonanim.speech.alignment_file import brief
+from phonanim.speech.alignment_file import quote_label
 
 FORMS = '{"phone": "AA1", "start": 0.1, "end": 0.2}, {"time": 0.3} or {"end": true}'
 
@@ -60,7 +60,7 @@ def parse_event(line: str) -> Event:
         table = json.loads(line)
     except (ValueError, RecursionError) as error:
         reason = error.args[0] if isinstance(error, RecursionError) else str(error)
-        raise StreamError(f"a line is no JSON ({reason}) and is left out: {brief(line)}") from error
+        raise StreamError(f"a line is no JSON ({reason}) and is left out: {quote_label(line)}") from error
     if isinstance(table, dict):
         if "phone" in table:
             return _phone(table, line)
@@ -68,13 +68,13 @@ def parse_event(line: str) -> Event:
             return End()
         if _is_number(table.get("time")):
             return Tick(float(table["time"]))
-    raise StreamError(f"a line is none of {FORMS} and is left out: {brief(line)}")
+    raise StreamError(f"a line is none of {FORMS} and is left out: {quote_label(line)}")
 
 
 def _phone(table: dict[str, Any], line: str) -> Phone:
     label, start, end = table["phone"], table.get("start"), table.get("end")
     if not (isinstance(label, str) and _is_number(start) and _is_number(end)):
-        raise StreamError(f"a phone needs a label, a start and an end, and is left out: {brief(line)}")
+        raise StreamError(f"a phone needs a label, a start and an end, and is left out: {quote_label(line)}")
     return Phone(label, float(start), float(end))
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from phonanim.errors import AudioError, MissingExtraError, StreamError
 from phonanim.inputs.alignment import read_alignment
-from phonanim.media.audio import cut_short, mono, opened_audio
+from phonanim.media.audio import open_audio, to_mono, truncation_note
 from phonanim.options import Options
 from phonanim.speech.language import choose_language
 from phonanim.stream.events import End, Event, Phone, Problem, Samples, Tick, parse_event
@@ -74,12 +74,12 @@ def alignment_file(path: Path, options: Options) -> tuple[str, Iterator[Event]]:
 
 def recording(path: Path) -> tuple[int, Iterator[Event]]:
     """The rate of a recording, and its sound, block by block; channels are averaged. Raises AudioError."""
-    rate, blocks = opened_audio(path, READ)
+    rate, blocks = open_audio(path, READ)
 
     def events() -> Iterator[Event]:
         for block in blocks:
             yield Samples(block)
-        yield from map(Problem, cut_short(path))
+        yield from map(Problem, truncation_note(path))
         yield End()
 
     return rate, events()
@@ -99,7 +99,7 @@ def raw_samples(source: int, channels: int) -> Iterator[Event]:
         whole = len(data) // width * width
         rest = data[whole:]
         if whole:
-            yield Samples(mono(data[:whole], channels))
+            yield Samples(to_mono(data[:whole], channels))
     if rest:
         yield Problem(f"the last {len(rest)} bytes are no whole sample and are left out")
     yield End()

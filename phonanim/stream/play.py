@@ -38,18 +38,18 @@ class Engine(Protocol):
         """Seconds that a frame which is due waits for what decides it."""
 
     @property
-    def heard_until(self) -> float:
+    def known_until(self) -> float:
         """Seconds that are known."""
 
     @property
-    def remarks(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[str, ...]:
         """What is odd about all that came, for the end."""
 
     @property
     def ready(self) -> int:
         """Frames that may be given out."""
 
-    def rehearse(self) -> None:
+    def warm_up(self) -> None:
         """Make a frame that nobody sees."""
 
     def take(self, event: Event) -> None:
@@ -66,7 +66,7 @@ class Engine(Protocol):
 
 
 @dataclass
-class Tally:
+class StreamStatistics:
     """What became of a stream. `late` frames left after the next one was due; times in seconds."""
 
     frames: int = 0
@@ -93,7 +93,7 @@ class Player:
     sinks: list[Sink]
     fps: float
     say: Callable[[str], None]
-    tally: Tally = field(default_factory=Tally)
+    tally: StreamStatistics = field(default_factory=StreamStatistics)
     silent: set[str] = field(default_factory=set)  # sinks whose trouble was told
 
     def run(self, events: Iterator[Event]) -> None:
@@ -111,10 +111,10 @@ class Player:
 
         What is not known `look_ahead` seconds beyond it by then counts as silence.
         """
-        self.engine.rehearse()
-        waiting = listen(events)
-        while not self.engine.ended and self.engine.heard_until == 0:
-            self.take(opened(waiting.get()))
+        self.engine.warm_up()
+        waiting = read_in_thread(events)
+        while not self.engine.ended and self.engine.known_until == 0:
+            self.take(unwrap_event(waiting.get()))
         start = time.monotonic()
         while self.sinks:
             second = self.engine.emitted / self.fps
@@ -132,7 +132,7 @@ class Player:
     def take(self, event: Event) -> None:
         """Take an event, or tell what is wrong with it."""
         if isinstance(event, Problem):
-            self.complain(event.text)
+            self.report_problem(event.text)
         elif isinstance(event, End):
             self.engine.end()
         elif not self.engine.ended:
@@ -140,7 +140,7 @@ class Player:
             try:
                 self.engine.take(event)
             except (StreamError, LabelError) as error:
-                self.complain(str(error))
+                self.report_problem(str(error))
             self.tally.work += time.thread_time() - began
 
     def give(self, most: int | None = None, due: float | None = None) -> int:
@@ -152,7 +152,7 @@ class Player:
         for number, row in enumerate(values, start=first):
             own = None if due is None else due + (number - first) / self.fps
             if own is not None:
-                pause(own)
+                sleep_until(own)
             self.send(number, row)
             if own is not None:
                 self.tally.note(time.monotonic() - own, 1 / self.fps)
@@ -172,7 +172,7 @@ class Player:
                     self.say(f"{sink.where}: a frame could not be sent ({error.strerror}); trying on")
                 self.silent.add(sink.where)
 
-    def complain(self, text: str) -> None:
+    def report_problem(self, text: str) -> None:
         """Tell a problem, but not for ever."""
         self.tally.problems += 1
         if self.tally.problems <= MOST_TOLD:
@@ -184,26 +184,26 @@ class Player:
         """Take events until a moment, or those that have come; those far ahead of the clock wait for it."""
         for _ in range(WAITING):
             left = until - time.monotonic()
-            if self.engine.ended or self.engine.heard_until > time.monotonic() - start + AHEAD:
+            if self.engine.ended or self.engine.known_until > time.monotonic() - start + AHEAD:
                 break
             try:
-                self.take(opened(waiting.get(left > 0, max(left, 0.0))))
+                self.take(unwrap_event(waiting.get(left > 0, max(left, 0.0))))
             except Empty:
                 return
-        pause(until)
+        sleep_until(until)
 
     def _hurry(self, waiting: Queue[Event | PhonanimError], due: float, needed: float) -> None:
         """A frame is due that is not decided: wait as long as the engine would; then the rest is silent."""
         patience = self.engine.patience
         if (left := due + patience - time.monotonic()) > 0 and patience:
             with suppress(Empty):
-                self.take(opened(waiting.get(timeout=left)))
+                self.take(unwrap_event(waiting.get(timeout=left)))
             return
         self.tally.stalls += patience > 0
         self.engine.pass_time(needed + patience)
 
 
-def listen(events: Iterator[Event]) -> Queue[Event | PhonanimError]:
+def read_in_thread(events: Iterator[Event]) -> Queue[Event | PhonanimError]:
     """Events as another thread reads them; an error that ends them comes last."""
     waiting: Queue[Event | PhonanimError] = Queue(WAITING)
 
@@ -218,21 +218,21 @@ def listen(events: Iterator[Event]) -> Queue[Event | PhonanimError]:
     return waiting
 
 
-def opened(item: Event | PhonanimError) -> Event:
+def unwrap_event(item: Event | PhonanimError) -> Event:
     """An event. Raises the error that came instead of one."""
     if isinstance(item, PhonanimError):
         raise item
     return item
 
 
-def pause(until: float) -> None:
+def sleep_until(until: float) -> None:
     """Sleep until a moment of the monotonic clock."""
     left = until - time.monotonic()
     if left > 0:
         time.sleep(left)
 
 
-def sentences(tally: Tally, places: list[str]) -> list[str]:
+def report_lines(tally: StreamStatistics, places: list[str]) -> list[str]:
     """What became of a stream, for people."""
     each = 1000 * tally.work / max(tally.frames, 1)
     lines = [f"sent {tally.frames} frames to {', '.join(places)}; {each:.2f} ms of the processor for each"]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.rates import frame_count
-from phonanim.animation.style import dial
+from phonanim.animation.style import scale_controls
 from phonanim.encoders import HOP, RATE, STEPS
 from phonanim.encoders._cepstra import Cepstra
 from phonanim.errors import MissingExtraError, OptionError, StreamError
@@ -20,7 +20,7 @@ from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.regressors._steps import step_times
 from phonanim.regressors._streamed import Streamed
 from phonanim.rig.retarget import retarget
-from phonanim.stream.engine import ABREAST, refuse_what_needs_the_whole
+from phonanim.stream.engine import ABREAST, reject_whole_line_layers
 from phonanim.stream.events import Event, Samples
 
 Floats = NDArray[np.float32]
@@ -46,7 +46,7 @@ class SoundStream:
     patience: ClassVar[float] = 0.25  # seconds that a frame which is due waits for its sound
 
     def __post_init__(self) -> None:
-        refuse_what_needs_the_whole(self.options)
+        reject_whole_line_layers(self.options)
         self.model = load_model(self.options.model)
         self.rig = load_cached_rig(self.options.rig)
         if self.rig.visemes is not None:
@@ -68,7 +68,7 @@ class SoundStream:
         return self.level.count / self.rate
 
     @property
-    def heard_until(self) -> float:
+    def known_until(self) -> float:
         """Seconds of sound that came."""
         return self.seconds
 
@@ -78,11 +78,11 @@ class SoundStream:
         return max(self._due() - self.emitted, 0)
 
     @property
-    def remarks(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[str, ...]:
         """What is odd about the sound that came."""
-        return self.level.remarks
+        return self.level.notes
 
-    def rehearse(self) -> None:
+    def warm_up(self) -> None:
         """Make a frame that nobody sees, so that the first one takes no longer than the others."""
         other = SoundStream(self.options, self.rate)
         other.pass_time(0.5)
@@ -93,7 +93,7 @@ class SoundStream:
         if not isinstance(event, Samples):
             raise StreamError("the model hears, and has no use for phones; send it sound")
         samples = np.nan_to_num(event.values, nan=0.0, posinf=0.0, neginf=0.0)
-        self.level.hear(samples)
+        self.level.add(samples)
         self._hear(self.steps.push(self.resampler.push(samples)))
         lost = int((~np.isfinite(event.values)).sum())
         if lost:
@@ -127,7 +127,7 @@ class SoundStream:
         self.emitted += count
         self._forget()
         options = self.options
-        return dial(values, self.rig, options.intensity, options.jaw, options.lips, options.gains)
+        return scale_controls(values, self.rig, options.intensity, options.jaw, options.lips, options.gains)
 
     def _hear(self, features: Floats) -> None:
         """Take features of the next steps, (steps, 1, dims), and predict the steps that they decide."""

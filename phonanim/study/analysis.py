@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from phonanim.evaluation.statistics import bootstrap_interval, holm, mean_rows, sign_test
 from phonanim.study.results import Participant
-from phonanim.study.tally import Tally, chosen, ordered, tests
+from phonanim.study.tally import Tally, chosen_system, order_systems, test_answers
 
 Interval = tuple[float, float]
 
@@ -54,7 +54,7 @@ class Rating:
     interval: Interval
 
 
-def compare(tallies: Sequence[Tally], rng: np.random.Generator) -> tuple[Comparison, ...]:
+def compare_systems(tallies: Sequence[Tally], rng: np.random.Generator) -> tuple[Comparison, ...]:
     """One comparison for each group and pair, in the order of the tallies."""
     pairs: dict[tuple[str, str, str], list[Tally]] = defaultdict(list)
     for tally in tallies:
@@ -91,16 +91,16 @@ def _comparison(key: tuple[str, str, str], lines: Sequence[Tally], rng: np.rando
     )
 
 
-def rate(
+def rate_systems(
     participants: Sequence[Participant], rng: np.random.Generator, ours: str | None = None
 ) -> tuple[Rating, ...]:
     """The ratings that each system was given in each pair when it was chosen."""
     stars: dict[tuple[str, str, str], list[tuple[int, int]]] = defaultdict(list)
     for number, participant in enumerate(participants):
-        for answer in tests([participant]):
-            if chosen(answer) and answer.rating is not None:
-                first, second = ordered(answer, ours)
-                stars[first, second, chosen(answer)].append((number, answer.rating))
+        for answer in test_answers([participant]):
+            if chosen_system(answer) and answer.rating is not None:
+                first, second = order_systems(answer, ours)
+                stars[first, second, chosen_system(answer)].append((number, answer.rating))
     return tuple(_rating(key, np.array(given), rng) for key, given in sorted(stars.items()))
 
 

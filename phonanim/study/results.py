@@ -70,7 +70,7 @@ def read_results(paths: Sequence[Path]) -> tuple[Participant, ...]:
     return participants
 
 
-def screen(
+def screen_answers(
     participants: Sequence[Participant], allowed: int = 0
 ) -> tuple[tuple[Participant, ...], tuple[Exclusion, ...]]:
     """Those whose answers count, and those who did not finish, answered before, or failed more controls

@@ -98,7 +98,8 @@ def _of_table(path: Path) -> tuple[Line, ...]:
     if len(systems) < 2:
         raise StudyError(f"{path}: names {len(systems)} systems; a study compares two or more")
     lines = [
-        _line(path, number, dict(zip(header, row, strict=False)), systems) for number, row in rows_of(rows)
+        _line(path, number, dict(zip(header, row, strict=False)), systems)
+        for number, row in non_empty_rows(rows)
     ]
     items = [line.item for line in lines]
     for item in items:
@@ -109,7 +110,7 @@ def _of_table(path: Path) -> tuple[Line, ...]:
     return tuple(lines)
 
 
-def rows_of(rows: Sequence[list[str]]) -> list[tuple[int, list[str]]]:
+def non_empty_rows(rows: Sequence[list[str]]) -> list[tuple[int, list[str]]]:
     """Rows that are not empty, with their number, the header being row 1."""
     return [(number, row) for number, row in enumerate(rows, start=2) if any(row)]
 

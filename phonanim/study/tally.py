@@ -27,15 +27,15 @@ class Tally:
     neither: int = 0
 
 
-def count(participants: Sequence[Participant], ours: str | None = None) -> tuple[Tally, ...]:
+def count_answers(participants: Sequence[Participant], ours: str | None = None) -> tuple[Tally, ...]:
     """The test answers, counted by pair and line. In each pair `ours`, or else the first by name, leads.
 
     Raises StudyError when `ours` was in no test.
     """
     votes: dict[tuple[str, str, str], Counter[str]] = defaultdict(Counter)
-    for answer in tests(participants):
-        first, second = ordered(answer, ours)
-        votes[first, second, answer.item][chosen(answer)] += 1
+    for answer in test_answers(participants):
+        first, second = order_systems(answer, ours)
+        votes[first, second, answer.item][chosen_system(answer)] += 1
     if ours and not any(ours in pair for pair in votes):
         raise StudyError(f"no system is called {ours!r}; there are {', '.join(_systems(votes))}")
     return tuple(
@@ -44,17 +44,17 @@ def count(participants: Sequence[Participant], ours: str | None = None) -> tuple
     )
 
 
-def tests(participants: Iterable[Participant]) -> list[Answer]:
+def test_answers(participants: Iterable[Participant]) -> list[Answer]:
     """The answers that are no practice and no control."""
     return [answer for one in participants for answer in one.answers if answer.kind == "test"]
 
 
-def chosen(answer: Answer) -> str:
+def chosen_system(answer: Answer) -> str:
     """The system that was chosen; empty for neither."""
     return {"left": answer.left, "right": answer.right}[answer.choice] if answer.choice in SIDES else ""
 
 
-def ordered(answer: Answer, ours: str | None) -> tuple[str, str]:
+def order_systems(answer: Answer, ours: str | None) -> tuple[str, str]:
     """The two systems, `ours` first, by name otherwise."""
     first, second = sorted((answer.left, answer.right), key=lambda name: (name != ours, name))
     return first, second

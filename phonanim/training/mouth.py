@@ -25,7 +25,7 @@ from phonanim.regressors import Regressor, kind_of, make_config, regressor_class
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.labels import is_silent
 from phonanim.speech.phones import PhoneTrack
-from phonanim.training.recipes import Recipe, read_recipe, taught
+from phonanim.training.recipes import Recipe, add_teacher_examples, read_recipe
 
 CARD = "mouth.json"
 LABEL, COLUMNS = 26, 12  # pixels beneath a picture of a strip, and pictures in a row
@@ -81,7 +81,9 @@ def fit_mouth(
     recordings = joint_examples(corpus, captured, np.sort(shuffled[n_held_out:]))
     base = 0.5 if recipe.teacher else 0.0
     if recipe.teacher:
-        recordings = taught(recordings, held_out, recipe.teacher, config, rng, lambda d: progress(base * d))
+        recordings = add_teacher_examples(
+            recordings, held_out, recipe.teacher, config, rng, lambda d: progress(base * d)
+        )
     settings = make_config(recipe.kind, recipe.settings or {}, str(config))
     learned = kind.fit(settings, recordings, held_out, rng, lambda d: progress(base + (1 - base) * d))
     facts = {"tool": f"phonanim {__version__}", "corpus": corpus.provenance, "licence": recipe.licence}
@@ -125,10 +127,10 @@ def strip(mouth: Mouth, track: PhoneTrack, scale: float = 2.0) -> Image:
     middles = (track.bounds[:-1] + track.bounds[1:]) / 2
     heard = [n for n, label in enumerate(track.labels) if not is_silent(label)]
     pictures = mouth.pictures(track, middles[heard], scale)
-    return labelled(pictures, [track.labels[n] for n in heard])
+    return label_pictures(pictures, [track.labels[n] for n in heard])
 
 
-def film(
+def write_mouth_film(
     mouth: Mouth,
     track: PhoneTrack,
     path: Path,
@@ -150,7 +152,7 @@ def film(
     write_film(pictures(), path, Fraction(fps).limit_denominator(1001), sound)
 
 
-def labelled(pictures: Image, labels: list[str]) -> Image:
+def label_pictures(pictures: Image, labels: list[str]) -> Image:
     """Pictures (n, rows, columns, 3) side by side in rows of COLUMNS, a label beneath each."""
     count, rows, columns = pictures.shape[:3]
     across = min(count, COLUMNS)

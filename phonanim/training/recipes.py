@@ -18,7 +18,7 @@ from phonanim.core.catalog import DEFAULT_MODEL, find_model
 from phonanim.core.typed import check_types
 from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
-from phonanim.corpus.examples import examples
+from phonanim.corpus.examples import make_examples
 from phonanim.errors import CorpusError, ModelError
 from phonanim.face.fit import fit_face
 from phonanim.face.model import FaceModel, lip_aperture, lip_width
@@ -119,10 +119,12 @@ def fit_recipe(
     shuffled = rng.permutation(clips)
     n_held_out = round(recipe.validation * len(clips))
     heard = regressor_class(recipe.kind).input_modality != "phones"
-    held_out = examples(corpus, face, np.sort(shuffled[:n_held_out]), heard)
-    recordings = examples(corpus, face, np.sort(shuffled[n_held_out:]), heard)
+    held_out = make_examples(corpus, face, np.sort(shuffled[:n_held_out]), heard)
+    recordings = make_examples(corpus, face, np.sort(shuffled[n_held_out:]), heard)
     if recipe.teacher:
-        recordings = taught(recordings, held_out, recipe.teacher, config, rng, lambda d: progress(d / 2))
+        recordings = add_teacher_examples(
+            recordings, held_out, recipe.teacher, config, rng, lambda d: progress(d / 2)
+        )
     settings = make_config(recipe.kind, recipe.settings or {}, str(config))
     base = 0.5 if recipe.teacher else 0.0
     fit: Any = regressor_class(recipe.kind).fit
@@ -174,7 +176,7 @@ def check_keys(table: dict[str, Any], kind: type, where: str) -> None:
     check_types(table, kind, where)
 
 
-def taught(
+def add_teacher_examples(
     recordings: Examples,
     held_out: Examples,
     teacher: Teacher,

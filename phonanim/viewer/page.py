@@ -14,7 +14,7 @@ from phonanim.rig.morphs import moving_morphs
 PAGE = Path(__file__).parent
 
 
-def filled(page: str, fields: dict[str, str]) -> str:
+def fill_page(page: str, fields: dict[str, str]) -> str:
     """A page with its fields."""
     for field, text in fields.items():
         page = page.replace("{{" + field + "}}", text)
@@ -26,7 +26,7 @@ def script_data(data: dict[str, Any]) -> str:
     return json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/")
 
 
-def targets_of(channels: tuple[str, ...], glb: Glb) -> dict[str, str]:
+def character_targets(channels: tuple[str, ...], glb: Glb) -> dict[str, str]:
     """The morph target of a character that each channel moves. Raises RigError when there is none at all."""
     found: dict[str, str] = {}
     for morphs in moving_morphs(glb, channels):
@@ -40,6 +40,6 @@ def base64_text(data: bytes) -> str:
 
 
 @cache
-def page_file(name: str) -> str:
+def read_page_part(name: str) -> str:
     """One of the parts of the page."""
     return (PAGE / name).read_text(encoding="utf-8")

@@ -47,7 +47,7 @@ def save_sheet(
     frames = animation.values[[shot.frame for shot in shots]]
     shapes = head.shape(head.weights(frames, animation.channels))
     columns = max(1, min(columns, len(shots)))
-    write_png(compose(animation, shots, shapes, head, lower_face(head, size), columns), path)
+    write_png(compose_sheet(animation, shots, shapes, head, lower_face(head, size), columns), path)
 
 
 def choose_shots(animation: Animation, count: int) -> list[Shot]:
@@ -72,7 +72,7 @@ def label_at(intervals: tuple[Interval, ...], time: float) -> str:
     return "" if is_silent(label) else label
 
 
-def compose(
+def compose_sheet(
     animation: Animation,
     shots: list[Shot],
     shapes: NDArray[np.float64],

@@ -4,7 +4,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from phonanim.aligners.pocketsphinx import align, spelled, words_of
+from phonanim.aligners.pocketsphinx import align, split_words, strip_variant_number
 from phonanim.errors import AlignmentError, AudioError, MissingExtraError, OptionError
 
 TEXT = "My father watched Bob move a cheap blue lamp from the wash room."
@@ -21,12 +21,12 @@ def line(root):
 
 
 def test_words_without_punctuation():
-    assert words_of("Don't go -- it’s «three», Bob!") == ["don't", "go", "it's", "three", "bob"]
-    assert words_of("... --") == []
+    assert split_words("Don't go -- it’s «three», Bob!") == ["don't", "go", "it's", "three", "bob"]
+    assert split_words("... --") == []
 
 
 def test_pronunciation_numbers_are_taken_off():
-    assert [spelled(entry) for entry in ("the(2)", "a", "read(12)")] == ["the", "a", "read"]
+    assert [strip_variant_number(entry) for entry in ("the(2)", "a", "read(12)")] == ["the", "a", "read"]
 
 
 def test_the_example_is_what_the_aligner_finds(line, pocketsphinx):
@@ -42,7 +42,7 @@ def test_the_example_is_what_the_aligner_finds(line, pocketsphinx):
 
 def test_the_laws_of_an_alignment(line, pocketsphinx):
     found = align(line, TEXT)
-    assert [word.label for word in found.words] == words_of(TEXT)
+    assert [word.label for word in found.words] == split_words(TEXT)
     for tier in (found.words, found.phones):
         assert all(part.start < part.end for part in tier)
         assert all(before.end <= after.start + 1e-9 for before, after in pairwise(tier))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from phonanim.animation.edit_file import read_edits, write_edits
-from phonanim.animation.edits import apply, diff
+from phonanim.animation.edits import apply_edits, diff_animations
 from phonanim.errors import OptionError
 from phonanim.rig import load_rig
 from phonanim.speech.alignment import Interval
@@ -58,20 +58,20 @@ def test_edits_give_the_edited_curves_back(rig, kind, fps, tmp_path):
         wild[start : start + rng.integers(1, 30), channel] = rng.uniform(0, 1)
     edited = base.with_values(wild)
     path = tmp_path / "line.edits.json"
-    write_edits(diff(base, edited, kind, ERROR), path)
-    again, notes = apply(base, read_edits(path), rig)
+    write_edits(diff_animations(base, edited, kind, ERROR), path)
+    again, notes = apply_edits(base, read_edits(path), rig)
     assert notes == ()
     assert np.abs(again.values - wild).max() <= ERROR
 
 
 def test_no_difference_is_no_edit(base):
-    assert diff(base, base).edits == ()
+    assert diff_animations(base, base).edits == ()
     noisy = base.with_values(base.values + np.float32(0.5 * ERROR))
-    assert diff(base, noisy, error=ERROR).edits == ()
+    assert diff_animations(base, noisy, error=ERROR).edits == ()
 
 
 def test_only_what_changed_is_kept_in_few_keys(base):
-    (edit,) = diff(base, bump(base, "jawOpen", 0.5, 0.2, width=0.2)).edits
+    (edit,) = diff_animations(base, bump(base, "jawOpen", 0.5, 0.2, width=0.2)).edits
     assert (edit.channel, edit.kind) == ("jawOpen", "offset")
     assert edit.start == pytest.approx(0.21, abs=0.01)
     assert edit.end == pytest.approx(0.79, abs=0.01)
@@ -86,7 +86,7 @@ def test_offset_adds_and_replace_insists(rig, base):
         ("offset", lower.values[frame, jaw] + 0.2),
         ("replace", edited.values[frame, jaw]),
     ):
-        again, _ = apply(lower, diff(base, edited, kind), rig)
+        again, _ = apply_edits(lower, diff_animations(base, edited, kind), rig)
         assert again.values[frame, jaw] == pytest.approx(expected, abs=ERROR)
         untouched = np.delete(again.values - lower.values, jaw, axis=1)
         assert not untouched.any()
@@ -97,15 +97,15 @@ def test_a_replacement_has_soft_edges(rig, base):
     jaw = base.channels.index("jawOpen")
     edited.values[100:140, jaw] = 1.0
     still = base.with_values(np.zeros_like(base.values))
-    again, _ = apply(still, diff(base, edited, "replace"), rig)
+    again, _ = apply_edits(still, diff_animations(base, edited, "replace"), rig)
     assert np.abs(np.diff(again.values[:100, jaw])).max() < 0.1
     assert again.values[70, jaw] == 0.0
 
 
 @pytest.mark.parametrize("by", [0.25, -0.05])
 def test_an_edit_follows_its_phones(rig, base, by):
-    edits = diff(base, bump(base, "jawOpen", 0.5, 0.2))
-    later, notes = apply(moved(base, by), edits, rig)
+    edits = diff_animations(base, bump(base, "jawOpen", 0.5, 0.2))
+    later, notes = apply_edits(moved(base, by), edits, rig)
     assert notes == ()
     peak = later.times[later.channel("jawOpen").argmax()]
     assert peak == pytest.approx(0.5 + by, abs=1 / base.fps)
@@ -114,7 +114,7 @@ def test_an_edit_follows_its_phones(rig, base, by):
 def test_an_edit_is_stretched_with_its_phones(rig, base):
     slow = tuple(Interval(p.label, 2 * p.start, 2 * p.end) for p in base.phones)
     line = replace(base, values=np.zeros((481, len(base.channels)), np.float32), phones=slow)
-    again, _ = apply(line, diff(base, bump(base, "jawOpen", 0.5, 0.2)), rig)
+    again, _ = apply_edits(line, diff_animations(base, bump(base, "jawOpen", 0.5, 0.2)), rig)
     moving = again.times[again.channel("jawOpen") > 0.05]
     assert moving.mean() == pytest.approx(1.0, abs=0.01)
     assert np.ptp(moving) == pytest.approx(2 * 0.05, abs=0.02)
@@ -122,19 +122,19 @@ def test_an_edit_is_stretched_with_its_phones(rig, base):
 
 def test_another_frame_rate_takes_the_edits(rig, base):
     edited = bump(base, "jawOpen", 0.5, 0.2)
-    again, _ = apply(base.at_rate(60.0), diff(base, edited), rig)
+    again, _ = apply_edits(base.at_rate(60.0), diff_animations(base, edited), rig)
     np.testing.assert_allclose(again.values, edited.at_rate(60.0).values, atol=ERROR)
 
 
 def test_an_edited_file_of_another_rate_is_compared_in_time(base):
     slow = base.at_rate(120.0)
     values = slow.at_rate(240.0).values
-    assert diff(slow, replace(base, values=values)).edits == ()
+    assert diff_animations(slow, replace(base, values=values)).edits == ()
 
 
 def test_gone_words_are_told(rig, base):
     other = replace(base, phones=tuple(p if p.label != "OW" else replace(p, label="IY") for p in base.phones))
-    again, notes = apply(other, diff(base, bump(base, "jawOpen", 0.5, 0.2)), rig)
+    again, notes = apply_edits(other, diff_animations(base, bump(base, "jawOpen", 0.5, 0.2)), rig)
     (note,) = notes
     assert note.startswith("edit jawOpen 0.35-0.65 s was left out")
     assert note.endswith("OW is no longer said there")
@@ -143,9 +143,9 @@ def test_gone_words_are_told(rig, base):
 
 def test_an_edit_outside_the_line_is_told(rig, base):
     silent = replace(base, phones=())
-    edits = diff(silent, bump(silent, "jawOpen", 0.8, 0.2))
+    edits = diff_animations(silent, bump(silent, "jawOpen", 0.8, 0.2))
     short = silent.with_values(silent.values[:100])
-    again, (note,) = apply(short, edits, rig)
+    again, (note,) = apply_edits(short, edits, rig)
     assert note.endswith("it would stand at 0.65 s, outside the line of 0.41 s")
     np.testing.assert_array_equal(again.values, short.values)
 
@@ -153,14 +153,14 @@ def test_an_edit_outside_the_line_is_told(rig, base):
 def test_another_rig_is_told(base):
     vrm = load_rig("vrm")
     line = replace(base, values=np.zeros((241, 5), np.float32), channels=vrm.controls[:5], rig="vrm")
-    _, notes = apply(line, diff(base, bump(base, "jawOpen", 0.5, 0.2)), vrm)
+    _, notes = apply_edits(line, diff_animations(base, bump(base, "jawOpen", 0.5, 0.2)), vrm)
     assert notes[0] == "the edits were made on the rig arkit, this line moves vrm"
     assert notes[1].endswith("vrm has no such channel")
 
 
 def test_limits_are_kept_and_told(rig, base):
     full = base.with_values(np.ones_like(base.values))
-    again, (note,) = apply(full, diff(base, bump(base, "jawOpen", 0.5, 0.2)), rig)
+    again, (note,) = apply_edits(full, diff_animations(base, bump(base, "jawOpen", 0.5, 0.2)), rig)
     assert again.values.max() == 1.0
     assert note.endswith("reaches beyond the limits of arkit and was cut there")
 
@@ -169,23 +169,23 @@ def test_two_lines_are_not_compared(base):
     with pytest.raises(
         OptionError, match=r"lasts 1\.00 s and the other 0\.41 s; compare two of the same line"
     ):
-        diff(base, base.with_values(base.values[:100]))
+        diff_animations(base, base.with_values(base.values[:100]))
     with pytest.raises(
         OptionError, match="only one of the two animations has .*; compare two of the same rig"
     ):
-        diff(base, animations.metahuman(frames=241, fps=240.0))
+        diff_animations(base, animations.metahuman(frames=241, fps=240.0))
 
 
 def test_a_channel_that_one_format_adds_at_nought_is_no_difference(base):
     more = replace(base, channels=(*base.channels, "headYaw"))
     nought = np.zeros((len(base.values), 1), np.float32)
-    assert diff(base, more.with_values(np.hstack([base.values, nought]))).edits == ()
+    assert diff_animations(base, more.with_values(np.hstack([base.values, nought]))).edits == ()
     with pytest.raises(OptionError, match="only one of the two animations has headYaw"):
-        diff(base, more.with_values(np.hstack([base.values, nought + 1])))
+        diff_animations(base, more.with_values(np.hstack([base.values, nought + 1])))
 
 
 def test_the_file_is_the_edits(base, tmp_path):
-    edits = diff(base, bump(base, "jawOpen", 0.5, 0.2))
+    edits = diff_animations(base, bump(base, "jawOpen", 0.5, 0.2))
     path, twice = tmp_path / "a.json", tmp_path / "b.json"
     write_edits(edits, path)
     write_edits(read_edits(path), twice)

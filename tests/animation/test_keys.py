@@ -4,7 +4,13 @@ from animations import line, only
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from phonanim.animation.keys import describe, describe_shared, reduce_channels, reduce_curve, reduce_curves
+from phonanim.animation.keys import (
+    describe_keys,
+    describe_shared_keys,
+    reduce_channels,
+    reduce_curve,
+    reduce_curves,
+)
 
 
 @settings(max_examples=60, deadline=None)
@@ -80,9 +86,9 @@ def test_the_report_counts_moving_curves():
     values = animation.values.copy()
     values[:, animation.channels.index("mouthFunnel")] = np.linspace(0, 1, 61)
     moved = animation.with_values(values)
-    text = describe(reduce_channels(moved, 0.01), moved)
+    text = describe_keys(reduce_channels(moved, 0.01), moved)
     assert text == "2 keys in 1 moving curves, 2.0 per second each, largest error 0.0000"
-    text = describe_shared(reduce_curves(moved.values, 0.01), moved)
+    text = describe_shared_keys(reduce_curves(moved.values, 0.01), moved)
     assert text == "2 keys that all curves share, 2.0 per second, largest error 0.0000"
 
 

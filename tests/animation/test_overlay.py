@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from phonanim.animation.overlay import SHARE, find_overlay, freedom, hashes
+from phonanim.animation.overlay import SHARE, find_overlay, hash_overlays, overlay_weight
 from phonanim.core.lexicon import LEXICON
 from phonanim.errors import OptionError
 from phonanim.exporters import save
 from phonanim.face.model import INNER_LIP_PAIRS
 from phonanim.options import Options, Overlay
-from phonanim.pipeline import animate, load_model, perform
+from phonanim.pipeline import animate, animate_detailed, load_model
 from phonanim.rig import load_rig
 from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import shipped_landmarks
-from phonanim.rig.puppet import make_puppet
+from phonanim.rig.puppet import make_landmark_rig
 from phonanim.speech.inventory import INVENTORY
 
 GRIN = Overlay("smile", 1.5)
@@ -33,14 +33,14 @@ def line(root):
 
 @pytest.fixture(scope="module")
 def plain(line):
-    return perform(line)
+    return animate_detailed(line)
 
 
 @pytest.fixture(scope="module")
 def gaps():
     """Lip gaps of the shipped head at seven places, (frames, controls) -> (frames, 7) mm."""
     face = load_model("default").face
-    puppet = make_puppet(load_head(), shipped_landmarks(), face)
+    puppet = make_landmark_rig(load_head(), shipped_landmarks(), face)
     upper, lower = (face.rows(side) for side in zip(*INNER_LIP_PAIRS, strict=True))
 
     def of(animation):
@@ -75,7 +75,7 @@ def test_real_lines_keep_their_closures(shared_data, gaps):
     paths = sorted((shared_data / "textgrids").glob("00*_en_*.TextGrid"))
     assert paths
     for path in paths:
-        before = perform(path, Options(unknown="nearest"))
+        before = animate_detailed(path, Options(unknown="nearest"))
         after = animate(path, Options(unknown="nearest", overlays=(GRIN, Overlay("angry")), blinks=5))
         closed = spoken(before, "p", "b", "m", "f", "v")
         assert np.abs(gaps(after)[closed] - gaps(before.animation)[closed]).max() < 1e-6
@@ -94,7 +94,7 @@ def test_brows_take_all_and_a_speaking_mouth_half(tmp_path, line, plain):
 
 def test_freedom_is_nought_at_contacts_half_in_speech_whole_in_silence(plain):
     times = plain.animation.times
-    free = freedom(plain.track, times)
+    free = overlay_weight(plain.track, times)
     assert free[spoken(plain, "p", "b", "m", "f", "v")].max() == 0
     assert free[~spoken(plain, "sil")].max() == SHARE
     assert free[0] > 0.9
@@ -176,9 +176,9 @@ def test_the_contents_are_in_the_provenance(tmp_path, line):
     source = pose(tmp_path / "a.toml", browInnerUp=0.5)
     known = animate(line, Options(overlays=(Overlay(source, 0.5, (1.0, 2.0)),))).provenance
     assert known["options"]["overlays"] == [{"source": "a.toml", "gain": 0.5, "span": [1.0, 2.0]}]
-    assert known["overlays_sha256"] == hashes([Overlay(source)])
+    assert known["overlays_sha256"] == hash_overlays([Overlay(source)])
     pose(tmp_path / "a.toml", browInnerUp=0.6)
-    assert known["overlays_sha256"] != hashes([Overlay(source)])
+    assert known["overlays_sha256"] != hash_overlays([Overlay(source)])
 
 
 BAD = {

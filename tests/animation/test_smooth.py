@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from phonanim.animation.smooth import CLOSED, firmness, smoothed, width_of
-from phonanim.face.contacts import functionals
+from phonanim.animation.smooth import CLOSED, closure_mask, smooth_controls, width_for_cutoff
+from phonanim.face.contacts import lip_functionals
 from phonanim.face.model import INNER_LIP_PAIRS
 from phonanim.options import Options
-from phonanim.pipeline import load_model, perform
+from phonanim.pipeline import animate_detailed, load_model
 from phonanim.rig import load_rig
 from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import shipped_landmarks
-from phonanim.rig.puppet import make_puppet
+from phonanim.rig.puppet import make_landmark_rig
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.phones import PhoneTrack
 
@@ -28,16 +28,16 @@ def wave(hertz, fps=240.0, seconds=4.0):
 
 def test_nothing_to_smooth_is_left_as_it_is():
     values = np.ones((5, 2), np.float32)
-    assert smoothed(values, 0.0, 60) is values
-    assert smoothed(values[:1], 0.1, 60) is not None
-    np.testing.assert_allclose(smoothed(values, 0.2, 60), values, atol=1e-6)
+    assert smooth_controls(values, 0.0, 60) is values
+    assert smooth_controls(values[:1], 0.1, 60) is not None
+    np.testing.assert_allclose(smooth_controls(values, 0.2, 60), values, atol=1e-6)
 
 
 @pytest.mark.parametrize("hertz", [3.0, 8.0])
 def test_a_rate_in_hertz_halves_the_power_there_and_shifts_nothing(hertz):
     before = wave(hertz)
     middle = slice(240, 720)
-    after = smoothed(before, width_of(hertz), 240.0)[middle, 0]
+    after = smooth_controls(before, width_for_cutoff(hertz), 240.0)[middle, 0]
     assert (after**2).mean() / (before[middle] ** 2).mean() == pytest.approx(0.5, abs=0.01)
     lags = [np.dot(after, np.roll(before[:, 0], lag)[middle]) for lag in range(-5, 6)]
     assert np.argmax(lags) == 5
@@ -45,7 +45,7 @@ def test_a_rate_in_hertz_halves_the_power_there_and_shifts_nothing(hertz):
 
 def test_a_step_is_smoothed_alike_from_both_sides():
     step = np.repeat([[0.0], [1.0]], 60, axis=0).astype(np.float32)
-    after = smoothed(step, 0.1, 60)[:, 0]
+    after = smooth_controls(step, 0.1, 60)[:, 0]
     np.testing.assert_allclose(after + after[::-1], 1.0, atol=1e-6)
     assert (np.diff(after) >= 0).all()
 
@@ -56,7 +56,7 @@ def test_limits_that_were_kept_are_kept(seed, seconds, fps):
     values = rng.uniform(0, 1, (40, 2)).astype(np.float32)
     values[:, 0] = np.minimum(values[:, 0], values[:, 1])
     firm = rng.choice([0.0, 0.5, 1.0], 40)
-    after = smoothed(values, seconds, fps, firm)
+    after = smooth_controls(values, seconds, fps, firm)
     assert after.min() >= 0
     assert after.max() <= 1 + 1e-6
     assert (after[:, 0] <= after[:, 1] + 1e-6).all()
@@ -65,20 +65,20 @@ def test_limits_that_were_kept_are_kept(seed, seconds, fps):
 
 def lip_gaps(values):
     face = load_model("default").face
-    puppet = make_puppet(load_head(), shipped_landmarks(), face)
+    puppet = make_landmark_rig(load_head(), shipped_landmarks(), face)
     upper, lower = (face.rows(side) for side in zip(*INNER_LIP_PAIRS, strict=True))
     posed = puppet.pose(values)
     return (posed[:, upper, 1] - posed[:, lower, 1]).max(axis=1)
 
 
 def closed_on_the_face(performance):
-    weights, offset = functionals(performance.face)
+    weights, offset = lip_functionals(performance.face)
     return (performance.modes @ weights[:PAIRS].T + offset[:PAIRS]).max(axis=1) < CLOSED
 
 
 def check_line(path, seconds):
-    before = perform(path, Options(unknown="nearest"))
-    after = perform(path, Options(unknown="nearest", smooth=seconds))
+    before = animate_detailed(path, Options(unknown="nearest"))
+    after = animate_detailed(path, Options(unknown="nearest", smooth=seconds))
     values, times = before.animation.values, before.animation.times
     closed = closed_on_the_face(before)
     np.testing.assert_array_equal(after.animation.values[closed], values[closed])
@@ -113,16 +113,16 @@ def test_a_line_without_closures_is_smoothed_everywhere():
     face = load_model("default").face
     track = PhoneTrack(INVENTORY.codes(["aa"]), np.array([0.0, 1.0]), ("AA",))
     modes = np.zeros((10, len(face.std)))
-    _, offset = functionals(face)
+    _, offset = lip_functionals(face)
     assert (offset[:PAIRS]).max() > CLOSED
-    np.testing.assert_array_equal(firmness(modes, track, face, np.arange(10) / 60), 0)
+    np.testing.assert_array_equal(closure_mask(modes, track, face, np.arange(10) / 60), 0)
 
 
 def test_the_rig_behind_is_smoothed_too(root):
     rig = load_rig("metahuman")
     assert rig.through is not None
-    quiet = perform(
+    quiet = animate_detailed(
         root / "examples" / "line.TextGrid", Options(rig="metahuman", smooth=0.1)
     ).animation.values
-    loud = perform(root / "examples" / "line.TextGrid", Options(rig="metahuman")).animation.values
+    loud = animate_detailed(root / "examples" / "line.TextGrid", Options(rig="metahuman")).animation.values
     assert np.abs(np.diff(quiet, axis=0)).mean() < np.abs(np.diff(loud, axis=0)).mean()

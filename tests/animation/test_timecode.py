@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from phonanim.animation.timecode import Timecode, clock_for
+from phonanim.animation.timecode import Timecode, timecode_for_label
 from phonanim.errors import OptionError
 
 DROP = Timecode(60, drop=True)
@@ -40,8 +40,8 @@ def test_labels_are_read_back(thousandths, clock):
 def test_plain_counting():
     assert Timecode(60).format(3723.9999999) == "01:02:04:00.000"
     assert Timecode(25).format(24 * 3600) == "00:00:00:00.000"
-    assert clock_for("01:00:00;00", 60) == DROP
-    assert clock_for("01:00:00:00", 60) == Timecode(60)
+    assert timecode_for_label("01:00:00;00", 60) == DROP
+    assert timecode_for_label("01:00:00:00", 60) == Timecode(60)
 
 
 @pytest.mark.parametrize(

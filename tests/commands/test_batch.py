@@ -165,12 +165,12 @@ def test_what_is_of_no_use_is_one_line(arguments, said, lines, tmp_path, capsys)
 
 
 def test_two_runs_at_once_are_refused(lines, capsys):
-    from phonanim.dubbing.ledger import locked
+    from phonanim.dubbing.ledger import lock_folder
     from phonanim.dubbing.run import make_folder
 
     out = lines.parent / "out"
     make_folder(out)
-    with locked(out):
+    with lock_folder(out):
         assert batch("lines", "-o", "out", *FAST) == 2
     assert "another run is writing there" in capsys.readouterr().err
 

@@ -14,13 +14,13 @@ from phonanim.errors import MissingExtraError, RigError
 from phonanim.face.model import INNER_LIP_PAIRS, MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT
 from phonanim.pipeline import load_model
 from phonanim.rig import load_rig
-from phonanim.rig.align import with_visemes
+from phonanim.rig.align import add_viseme_shapes
 from phonanim.rig.character import load_character
-from phonanim.rig.fit_character import fit_character, quality, speech_controls
+from phonanim.rig.fit_character import fit_character, fit_quality, speech_controls
 from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.meshes import write_head
-from phonanim.rig.puppet import make_puppet
+from phonanim.rig.puppet import make_landmark_rig
 from phonanim.rig.register import suggest_landmarks
 from phonanim.rig.rims import put_on_rims
 
@@ -29,7 +29,7 @@ UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # y up
 
 def vrm_head() -> Head:
     """The shipped head with VRM's expressions for shapes, in centimetres, z up."""
-    full = with_visemes(load_head())
+    full = add_viseme_shapes(load_head())
     rows = [full.targets.index(name) for name in ("aa", "ih", "ou", "ee", "oh", "blinkLeft", "blinkRight")]
     return replace(
         full,
@@ -130,7 +130,7 @@ def test_a_vrm_head_in_other_axes_and_units_is_fitted() -> None:
     face, head = load_model("default").face, vrm_head()
     rig, spots = fit_character(head, face, "hero")
     assert rig.speech == ("aa", "ih", "ou", "ee", "oh")
-    told = quality(rig, head, spots, face)
+    told = fit_quality(rig, head, spots, face)
     assert told["aperture"] > 0.95
     assert told["width"] > 0.9
     assert rig.poses.shape == (8, 7)
@@ -139,7 +139,7 @@ def test_a_vrm_head_in_other_axes_and_units_is_fitted() -> None:
 def test_the_reference_head_of_another_make(shared_data: Path) -> None:
     face = load_model("default").face
     rig, spots = fit_character(ict_head(shared_data), face, "ict")
-    told = quality(rig, ict_head(shared_data), spots, face)
+    told = fit_quality(rig, ict_head(shared_data), spots, face)
     assert told["aperture"] > 0.95 * 0.98
     assert told["width"] > 0.95 * 0.95
 
@@ -169,7 +169,7 @@ def test_a_head_without_known_names_is_said() -> None:
 def test_shapes_without_known_names_are_judged_by_what_they_move() -> None:
     face, head = load_model("default").face, load_head()
     strange = replace(head, targets=tuple(f"shape{i}" for i in range(len(head.targets))))
-    chosen = speech_controls(make_puppet(strange, shipped_landmarks(), face), face, load_rig("arkit"))
+    chosen = speech_controls(make_landmark_rig(strange, shipped_landmarks(), face), face, load_rig("arkit"))
     names = {head.targets[int(name.removeprefix("shape"))] for name in chosen}
     assert {"jawOpen", "mouthPucker", "mouthClose", "mouthLowerDownLeft", "mouthSmileRight"} <= names
     assert not {"jawLeft", "mouthRight", "eyeBlinkLeft", "browInnerUp"} & names

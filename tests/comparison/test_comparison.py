@@ -17,12 +17,12 @@ from speech import made_up_corpus, sound_of, write_wav
 from phonanim.__main__ import run as main
 from phonanim.aligners.pocketsphinx import SpeechAlignment
 from phonanim.comparison import tables, tools
-from phonanim.comparison.fit import at_hand
-from phonanim.comparison.folds import folds
+from phonanim.comparison.fit import is_cached
+from phonanim.comparison.folds import make_folds
 from phonanim.comparison.plan import read_plan
 from phonanim.comparison.report import _generalization, read_document
-from phonanim.comparison.run import _jobs, compare, rows_of
-from phonanim.comparison.scores import MEASURES, clip_scores, value
+from phonanim.comparison.run import _jobs, compare, model_rows
+from phonanim.comparison.scores import MEASURES, clip_scores, measure_value
 from phonanim.corpus.corpus import load_corpus, save_corpus
 from phonanim.errors import AlignmentError, ModelError
 from phonanim.face.fit import fit_face
@@ -141,12 +141,12 @@ def without_speed(report: str) -> str:
 def test_a_changed_recipe_is_trained_again(house: Path, report: str) -> None:
     plan = read_plan(house / "plan.toml")
     corpus = load_corpus(plan.corpus)
-    job = next(iter(_jobs(plan, next(iter(folds(plan, corpus))), house / "out/models")))
-    assert at_hand(job)
+    job = next(iter(_jobs(plan, next(iter(make_folds(plan, corpus))), house / "out/models")))
+    assert is_cached(job)
     text = job.recipe.read_text()
     job.recipe.write_text(text.replace("leaf = 4", "leaf = 5"))
     try:
-        assert not at_hand(job)
+        assert not is_cached(job)
     finally:
         job.recipe.write_text(text)
 
@@ -154,7 +154,7 @@ def test_a_changed_recipe_is_trained_again(house: Path, report: str) -> None:
 def test_no_fold_learns_from_what_it_is_measured_on(house: Path) -> None:
     plan = read_plan(house / "plan.toml")
     corpus = load_corpus(plan.corpus)
-    found = list(folds(plan, corpus))
+    found = list(make_folds(plan, corpus))
     assert [fold.name for fold in found] == ["test", "words1", "words2", "phones"]
     for fold in found:
         assert not set(fold.train.tolist()) & set(fold.test.tolist())
@@ -166,21 +166,24 @@ def test_no_fold_learns_from_what_it_is_measured_on(house: Path) -> None:
 def test_models_are_scored_under_every_condition(house: Path, report: str) -> None:
     document = read_document(house / "out")
     for measure in ("shape_mse", "aperture_r"):
-        for table in (tables.losses, tables.under_conditions_against):
+        for table in (tables.losses_table, tables.conditions_difference_table):
             header, *rows = table(document, "raw", "all", measure)
             assert header[1:] == ["aligned anew", "babble, 3 dB", "higher"]
             assert all(re.fullmatch(r"[+-][\d.]+( %)?, [\d.()]+", cell) for row in rows for cell in row[1:])
-    clean, *_ = tables.under_conditions(document, "raw", "all", "aperture_r")[1][1:]
-    alike = rows_of(document, "tree", "raw", "test/all"), rows_of(document, "tree", "raw", "with higher/all")
+    clean, *_ = tables.conditions_table(document, "raw", "all", "aperture_r")[1][1:]
+    alike = (
+        model_rows(document, "tree", "raw", "test/all"),
+        model_rows(document, "tree", "raw", "with higher/all"),
+    )
     assert alike[0] is not None
     assert alike[1] is not None
-    assert clean.strip("*").startswith(f"{value('aperture_r', alike[0]['aperture_r']):.3f}")
+    assert clean.strip("*").startswith(f"{measure_value('aperture_r', alike[0]['aperture_r']):.3f}")
     assert (alike[0]["shape_mse"][:, 1] == alike[1]["shape_mse"][:, 1]).all()  # on the same frames
     assert (alike[0]["pbm_gap"][:, 1] == alike[1]["pbm_gap"][:, 1]).all()  # at the same closures
     document["models"]["tree"]["scores"]["raw"]["with higher/all"] = document["models"]["tree"]["scores"][
         "raw"
     ]["test/all"]
-    assert tables.losses(document, "raw", "all", "shape_mse")[1][3] == "same"
+    assert tables.losses_table(document, "raw", "all", "shape_mse")[1][3] == "same"
 
 
 def test_what_is_absent_from_a_table_is_named(house: Path, report: str) -> None:
@@ -203,8 +206,8 @@ def test_a_trained_model_may_be_compared_as_it_is(house: Path, report: str, tmp_
     assert scores == {
         k: v for k, v in whole["models"]["tree"]["scores"]["raw"].items() if k.startswith(("test/", "with "))
     }
-    assert rows_of(document, "tree", "raw", "words*/clip") is None
-    assert [row[0] for row in tables.values(document, "raw", "words*/clip", ("shape_mse",))] == [
+    assert model_rows(document, "tree", "raw", "words*/clip") is None
+    assert [row[0] for row in tables.values_table(document, "raw", "words*/clip", ("shape_mse",))] == [
         "model",
         "mean",
     ]
@@ -221,7 +224,7 @@ def test_scores_by_hand() -> None:
     where = np.ones(len(captured), bool)
     rows = clip_scores(wrong, captured, face, corpus.tracks[0], corpus.fps, where)
     moving = int(face.moving.sum())
-    found = {name: value(name, sums[None]) for name, sums in rows.items()}
+    found = {name: measure_value(name, sums[None]) for name, sums in rows.items()}
     assert found["vertex_error"] == pytest.approx(2.0 * 8 / moving)
     assert found["shape_mse"] == pytest.approx(4.0 * 8 / (3 * moving))
     assert found["lip_error"] == pytest.approx(2.0)
@@ -269,7 +272,7 @@ def test_other_tools(tmp_path: Path) -> None:
     worse = {name: {**c, "vertex_error_mm": c["vertex_error_mm"] + 0.5} for name, c in clips.items()}
     path = tmp_path / "tools.json"
     path.write_text(json.dumps({"phonanim default": clips, "other": worse}))
-    rows = tools.table(tools.read_tools(path), seed=0)
+    rows = tools.tools_table(tools.read_tools(path), seed=0)
     column = rows[0].index("vertex error, mm")
     assert rows[1][column].startswith("1.055 [1.0")
     assert rows[2][column].startswith("1.555 [")

@@ -12,9 +12,9 @@ import pytest
 from speech import made_up_corpus, random_track, sound_of, write_wav
 
 from phonanim.comparison import sounds
-from phonanim.comparison.conditions import Take, aligned, changed, describe_conditions
-from phonanim.comparison.cost import line_cost, look_ahead, trainings
-from phonanim.comparison.figures import _beside, _inside, spread
+from phonanim.comparison.conditions import ClipInput, align_clip, apply_condition, describe_conditions
+from phonanim.comparison.cost import line_cost, look_ahead, training_cost
+from phonanim.comparison.figures import _beside, _inside, spread_labels
 from phonanim.comparison.fit import Job
 from phonanim.comparison.plan import Condition, Plan
 from phonanim.corpus.corpus import Corpus
@@ -46,7 +46,7 @@ def corpus(tmp_path: Path) -> Corpus:
 
 @pytest.mark.parametrize("semitones", [4, -4])
 def test_a_voice_is_moved_and_keeps_its_time(semitones: float) -> None:
-    heard = sounds.moved(tone(150, 0.6, 1.3), semitones)
+    heard = sounds.shift_voice(tone(150, 0.6, 1.3), semitones)
     assert heard.samples.shape == (2 * RATE,)
     strongest = np.argmax(np.abs(np.fft.rfft(heard.samples))) / 2
     assert strongest == pytest.approx(150 * 2 ** (semitones / 12), rel=0.01)
@@ -55,18 +55,18 @@ def test_a_voice_is_moved_and_keeps_its_time(semitones: float) -> None:
 
 
 def test_a_stretch_of_nothing_is_nothing_and_no_stretch_changes_nothing() -> None:
-    assert not sounds.stretched(np.zeros(5000, np.float32), 7000, RATE).any()
+    assert not sounds.stretch_time(np.zeros(5000, np.float32), 7000, RATE).any()
     same = tone(150).samples
-    found = sounds.stretched(same, len(same), RATE)
+    found = sounds.stretch_time(same, len(same), RATE)
     np.testing.assert_allclose(found[: -RATE // 20], same[: -RATE // 20], atol=1e-6)  # then silence follows
 
 
 @pytest.mark.parametrize("snr", [20, 0])
 def test_noise_is_as_loud_as_was_asked_for(snr: float) -> None:
-    speech, noise = tone(100, 0.5, 1.0), sounds.white(2 * RATE, np.random.default_rng(0))
+    speech, noise = tone(100, 0.5, 1.0), sounds.white_noise(2 * RATE, np.random.default_rng(0))
     spoken = np.zeros(2 * RATE, bool)
     spoken[RATE // 2 : RATE] = True
-    heard = sounds.mixed(speech, noise, snr, spoken).samples
+    heard = sounds.mix_noise(speech, noise, snr, spoken).samples
     assert np.abs(heard).max() <= 1
     quiet = heard[~spoken]
     scale = np.corrcoef(heard[spoken], speech.samples[spoken])[0, 1] if snr > 10 else 1
@@ -81,17 +81,17 @@ def test_babble_is_made_of_other_clips_and_of_the_seed(corpus: Corpus) -> None:
     clip = int(corpus.clips_of("test")[0])
     loud, soft = Condition(noise="babble", snr=0), Condition(noise="babble", snr=12)
     clean = read_sound(corpus.audio[clip]).samples
-    heard = changed(loud, 0, corpus, clip).samples
-    assert (heard == changed(loud, 0, corpus, clip).samples).all()
-    assert not np.allclose(heard, changed(loud, 1, corpus, clip).samples)
-    assert (changed(Condition(), 0, corpus, clip).samples == clean).all()
+    heard = apply_condition(loud, 0, corpus, clip).samples
+    assert (heard == apply_condition(loud, 0, corpus, clip).samples).all()
+    assert not np.allclose(heard, apply_condition(loud, 1, corpus, clip).samples)
+    assert (apply_condition(Condition(), 0, corpus, clip).samples == clean).all()
 
     def noise(samples: np.ndarray) -> np.ndarray:
         # Softened as a whole where it was too loud, so what is left of the clean sound is fitted first.
         silent = corpus.tracks[clip].sample(np.arange(len(clean)) / 8000) == 0
         return samples[silent & (clean == 0)]
 
-    alike = np.corrcoef(noise(heard), noise(changed(soft, 0, corpus, clip).samples))[0, 1]
+    alike = np.corrcoef(noise(heard), noise(apply_condition(soft, 0, corpus, clip).samples))[0, 1]
     assert alike == pytest.approx(1, abs=1e-5)  # the same noise at another level
 
 
@@ -99,11 +99,11 @@ def test_alignments_are_kept(root: Path, tmp_path: Path, monkeypatch: pytest.Mon
     pytest.importorskip("pocketsphinx")
     sound = read_sound(root / "examples/line.wav")
     text = "My father watched Bob move a cheap blue lamp from the wash room."
-    found = aligned(sound, text, "line", tmp_path)
+    found = align_clip(sound, text, "line", tmp_path)
     assert found is not None
     assert len(found.codes) > 30
     monkeypatch.setattr("phonanim.aligners.pocketsphinx.align_sound", None)
-    again = aligned(sound, text, "line", tmp_path)
+    again = align_clip(sound, text, "line", tmp_path)
     assert again is not None
     assert (again.bounds == found.bounds).all()
 
@@ -112,7 +112,7 @@ def test_a_clip_that_cannot_be_aligned_rests(corpus: Corpus) -> None:
     track, sound = corpus.tracks[6], read_sound(corpus.audio[6])
     silent = PhoneTrack(np.zeros(1, np.uint8), track.bounds[[0, -1]], ("",))
     plan = Plan(Path(), {}, "", conditions={"well": Condition(), "ill": Condition()})
-    heard = {"well": (Take(6, sound, track, True),), "ill": (Take(6, sound, silent, False),)}
+    heard = {"well": (ClipInput(6, sound, track, True),), "ill": (ClipInput(6, sound, silent, False),)}
     found = describe_conditions(plan, heard, corpus)
     assert (found["well"]["not_aligned"], found["well"]["other_phone"]) == (0, 0.0)
     assert (found["ill"]["not_aligned"], found["ill"]["other_phone"]) == (1, 1.0)
@@ -172,7 +172,7 @@ def test_trainings_are_counted_once(tmp_path: Path) -> None:
         (tmp_path / name).mkdir(exist_ok=True)
         (tmp_path / name / "job.json").write_text(json.dumps({"seconds": seconds}))
         jobs.append(Job(Path("r.toml"), Path("corpus"), (), (), tmp_path / name))
-    assert trainings(jobs) == {"jobs": 2, "training_s": 120.0, "longest_s": 90.0}
+    assert training_cost(jobs) == {"jobs": 2, "training_s": 120.0, "longest_s": 90.0}
 
 
 def test_names_beside_their_dots_cover_none() -> None:
@@ -195,7 +195,7 @@ def test_names_beside_their_dots_cover_none() -> None:
 
 def test_labels_lie_apart() -> None:
     heights = np.array([0.1, 0.11, 0.5, 0.97, 0.98, 0.99])
-    found = spread(heights, 0.05)
+    found = spread_labels(heights, 0.05)
     assert (np.diff(found) > 0.05 - 1e-9).all()
     assert found.max() <= 1
     np.testing.assert_allclose(found[[0, 2]], heights[[0, 2]])

@@ -37,13 +37,13 @@ def alone() -> float:
 
 def test_one_test_needs_no_correction() -> None:
     assert 0.02 < alone() < 0.05
-    (found,) = chances(tables.differences(document(1), "raw", "test/all", (MEASURE,)))
+    (found,) = chances(tables.differences_table(document(1), "raw", "test/all", (MEASURE,)))
     assert found == pytest.approx(alone(), rel=0.02)
 
 
 def test_four_tests_are_corrected_together() -> None:
     """Holm: the least of four p is multiplied by four, and no larger one may fall below it."""
-    found = chances(tables.differences(document(4), "raw", "test/all", (MEASURE,)))
+    found = chances(tables.differences_table(document(4), "raw", "test/all", (MEASURE,)))
     assert found == [pytest.approx(4 * alone(), rel=0.02)] * 4
 
 
@@ -53,7 +53,7 @@ def test_conditions_are_corrected_together() -> None:
         scores = row["scores"]["raw"]
         scores |= {f"with {name}/all": scores["test/all"] for name in ("noise", "voice")}
     made["conditions"] = {"noise": {}, "voice": {}}
-    _, *rows = tables.under_conditions_against(made, "raw", "all", MEASURE)
+    _, *rows = tables.conditions_difference_table(made, "raw", "all", MEASURE)
     found = [float(cell.rpartition(", ")[2].strip("()*")) for row in rows for cell in row[1:]]
     assert found == [pytest.approx(4 * alone(), rel=0.02)] * 4
 
@@ -65,7 +65,7 @@ def test_other_tools_are_corrected_together() -> None:
     found = {}
     for count in (1, 3):
         others = {f"other{n}": clips(2.0) for n in range(count)}
-        table = tools.table({tools.OURS: clips(1.0)} | others, 0)
+        table = tools.tools_table({tools.OURS: clips(1.0)} | others, 0)
         found[count] = [float(cell.rpartition("p ")[2]) for row in table for cell in row if ", p " in cell]
     raw = paired_test(
         mean_rows(1.0 + 0.01 * np.arange(6)), mean_rows(2.0 + 0.01 * np.arange(6)), np.random.default_rng(0)

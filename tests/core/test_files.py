@@ -4,7 +4,7 @@ import os
 import numpy as np
 import pytest
 
-from phonanim.core.files import atomic_path, content_hash, gathered, read_bounded, write_text
+from phonanim.core.files import atomic_path, concatenate_pieces, content_hash, read_bounded, write_text
 from phonanim.errors import OutputError
 
 
@@ -65,9 +65,9 @@ def test_the_hash_of_a_folder_sees_names_and_contents(tmp_path):
 
 def test_arrays_are_gathered_in_memory_or_in_a_file(monkeypatch):
     pieces = [np.full((count, 2, 3), count, np.float16) for count in (3, 0, 5)]
-    assert np.array_equal(gathered(iter(pieces)), np.concatenate(pieces))
+    assert np.array_equal(concatenate_pieces(iter(pieces)), np.concatenate(pieces))
     monkeypatch.setattr("phonanim.core.files.LARGE", 50)
-    found = gathered(iter(pieces))
+    found = concatenate_pieces(iter(pieces))
     assert isinstance(found, np.memmap)
     assert np.array_equal(found, np.concatenate(pieces))
     assert found.dtype == np.float16
@@ -81,7 +81,7 @@ def test_no_room_for_large_arrays_is_one_line(monkeypatch):
     with pytest.raises(
         OutputError, match=r"has no room for 0 MB or more \(No space left .*; set TMPDIR to a larger folder"
     ):
-        gathered([np.zeros(3)])
+        concatenate_pieces([np.zeros(3)])
 
 
 def test_reading_is_bounded(tmp_path):

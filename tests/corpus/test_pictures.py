@@ -13,9 +13,9 @@ import pytest
 from phonanim.__main__ import run
 from phonanim.comparison.plan import read_plan
 from phonanim.corpus.corpus import build_corpus, load_corpus, read_clips
-from phonanim.corpus.pictures import joint_examples, load_captured, open_recordings, pixel_mse
+from phonanim.corpus.pictures import joint_examples, load_captured, open_mouth_films, pixel_mse
 from phonanim.errors import CorpusError, ModelError
-from phonanim.face.aam import build_fitter, track
+from phonanim.face.aam import build_fitter, track_face
 from phonanim.training.mouth import fit_mouth, load_mouth, save_mouth
 from phonanim.training.recipes import Recipe
 
@@ -78,9 +78,9 @@ def test_every_frame_has_its_joint_modes(corpus_folder: Path) -> None:
 
 def test_the_face_is_found_without_its_landmarks(recordings: Path, corpus_folder: Path) -> None:
     corpus, model = load_corpus(corpus_folder), load_captured(corpus_folder).model
-    films, fitter = open_recordings(recordings, corpus), build_fitter(model)
+    films, fitter = open_mouth_films(recordings, corpus), build_fitter(model)
     clip = int(corpus.clips_of("test")[0])
-    poses = list(track(fitter, films.film(clip)[:30]))
+    poses = list(track_face(fitter, films.film(clip)[:30]))
     tracked = films.landmarks[corpus.rows([clip])][:30]
     found = np.stack([fitter.landmarks(pose) for pose in poses if pose])
     assert len(found) == 30
@@ -149,13 +149,13 @@ def test_a_folder_that_is_no_mouth(tmp_path: Path) -> None:
 def test_a_film_that_is_missing(recordings: Path, corpus_folder: Path, tmp_path: Path) -> None:
     for name in ("clips.csv", "landmarks.npz"):
         shutil.copyfile(recordings / name, tmp_path / name)
-    films = open_recordings(tmp_path, load_corpus(corpus_folder))
+    films = open_mouth_films(tmp_path, load_corpus(corpus_folder))
     with pytest.raises(CorpusError, match=r"mouth/\w+\.mp4: not found; appearance is learned from a film"):
         films.film(0)
 
 
 def test_a_film_of_another_length(recordings: Path, corpus_folder: Path) -> None:
-    films = open_recordings(recordings, load_corpus(corpus_folder))
+    films = open_mouth_films(recordings, load_corpus(corpus_folder))
     films.corpus.frames[0] -= 1
     with pytest.raises(CorpusError, match=r"\.mp4: has 75 frames and 74 landmarks; film it again"):
         films.film(0)
@@ -165,14 +165,14 @@ def test_recordings_of_another_corpus(recordings: Path, corpus_folder: Path, tmp
     lines = (recordings / "clips.csv").read_text().splitlines(keepends=True)
     (tmp_path / "clips.csv").write_text("".join(lines[:-1]))
     with pytest.raises(CorpusError, match="its clips are not those of the corpus; build the corpus from it"):
-        open_recordings(tmp_path, load_corpus(corpus_folder))
+        open_mouth_films(tmp_path, load_corpus(corpus_folder))
 
 
 def test_films_of_unknown_place(recordings: Path, corpus_folder: Path, tmp_path: Path) -> None:
     table = (recordings / "clips.csv").read_text().replace("crop_x", "left")
     (tmp_path / "clips.csv").write_text(table)
     with pytest.raises(CorpusError, match=r"clips\.csv: lacks crop_x and crop_y, where the films lie"):
-        open_recordings(tmp_path, load_corpus(corpus_folder))
+        open_mouth_films(tmp_path, load_corpus(corpus_folder))
 
 
 def test_a_corpus_whose_appearance_is_damaged(corpus_folder: Path, tmp_path: Path) -> None:

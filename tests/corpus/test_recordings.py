@@ -12,7 +12,7 @@ from films import FRAMES, fake_tracker, head_shape, make_film, put_alignment
 from phonanim.__main__ import run
 from phonanim.corpus import tracking
 from phonanim.corpus.corpus import build_corpus, load_corpus, read_clips, read_landmarks
-from phonanim.corpus.recordings import record, split
+from phonanim.corpus.recordings import choose_test_clips, make_recordings
 from phonanim.errors import CorpusError
 from phonanim.media.video import open_film
 
@@ -27,7 +27,7 @@ def films(folder: Path, *names: str) -> list[Path]:
 
 
 def test_recordings_become_a_corpus(tmp_path: Path) -> None:
-    report = record(films(tmp_path, "a", "b", "c"), tmp_path / "rec", fake_tracker(), test=0.34)
+    report = make_recordings(films(tmp_path, "a", "b", "c"), tmp_path / "rec", fake_tracker(), test=0.34)
     assert [clip.name for clip in report.clips] == ["a", "b", "c"]
     build_corpus(tmp_path / "rec", tmp_path / "corpus")
     corpus = load_corpus(tmp_path / "corpus")
@@ -38,7 +38,7 @@ def test_recordings_become_a_corpus(tmp_path: Path) -> None:
 
 
 def test_landmarks_are_kept_to_an_eighth_of_a_pixel(tmp_path: Path) -> None:
-    record(films(tmp_path, "a"), tmp_path / "rec", fake_tracker())
+    make_recordings(films(tmp_path, "a"), tmp_path / "rec", fake_tracker())
     points, indices, fps = read_landmarks(tmp_path / "rec", read_clips(tmp_path / "rec"))
     truth = np.stack([head_shape(n) for n in range(FRAMES)]) * [1, -1, -1]
     assert (fps, len(indices)) == (25.0, truth.shape[1])
@@ -46,7 +46,7 @@ def test_landmarks_are_kept_to_an_eighth_of_a_pixel(tmp_path: Path) -> None:
 
 
 def test_the_film_of_the_mouth_holds_the_lower_face(tmp_path: Path) -> None:
-    record(films(tmp_path, "a"), tmp_path / "rec", fake_tracker())
+    make_recordings(films(tmp_path, "a"), tmp_path / "rec", fake_tracker())
     row = read_clips(tmp_path / "rec")[0]
     assert open_film(tmp_path / "rec" / "mouth" / "a.mp4").frames == FRAMES
     lips = head_shape(0)[[13, 14, 61, 291], :2] - [int(row["crop_x"]), int(row["crop_y"])]
@@ -56,7 +56,7 @@ def test_the_film_of_the_mouth_holds_the_lower_face(tmp_path: Path) -> None:
 def test_the_same_films_give_the_same_bytes(tmp_path: Path) -> None:
     paths = films(tmp_path, "a", "b")
     for name in ("one", "two"):
-        record(paths, tmp_path / name, fake_tracker())
+        make_recordings(paths, tmp_path / name, fake_tracker())
     written = sorted(p.relative_to(tmp_path / "one") for p in (tmp_path / "one").rglob("*") if p.is_file())
     assert len(written) == 4 + 2 * 3
     assert all((tmp_path / "one" / p).read_bytes() == (tmp_path / "two" / p).read_bytes() for p in written)
@@ -64,7 +64,7 @@ def test_the_same_films_give_the_same_bytes(tmp_path: Path) -> None:
 
 def test_what_was_bridged_is_in_the_report(tmp_path: Path) -> None:
     put_alignment(make_film(tmp_path / "a.mp4", dark=(3,)))
-    record([tmp_path / "a.mp4"], tmp_path / "rec", fake_tracker())
+    make_recordings([tmp_path / "a.mp4"], tmp_path / "rec", fake_tracker())
     facts = json.loads((tmp_path / "rec" / "quality.json").read_text())
     assert facts["clips"][0]["bridged"] == {"3": "no face was found"}
     assert "frame 3: no face was found, bridged" in (tmp_path / "rec" / "quality.txt").read_text()
@@ -73,7 +73,7 @@ def test_what_was_bridged_is_in_the_report(tmp_path: Path) -> None:
 def test_a_film_that_cannot_be_used_leaves_nothing_behind(tmp_path: Path) -> None:
     good, bad = *films(tmp_path, "good"), make_film(tmp_path / "bad.mp4", dark=tuple(range(FRAMES)))
     put_alignment(bad)
-    report = record([bad, good], tmp_path / "rec", fake_tracker())
+    report = make_recordings([bad, good], tmp_path / "rec", fake_tracker())
     assert [(film.film.name, "no face was found" in film.why) for film in report.rejected] == [
         ("bad.mp4", True)
     ]
@@ -83,7 +83,7 @@ def test_a_film_that_cannot_be_used_leaves_nothing_behind(tmp_path: Path) -> Non
 
 def why(film: Path) -> str:
     with pytest.raises(CorpusError, match="none of the 1 films can be used; the first: ") as caught:
-        record([film], film.parent / "rec", fake_tracker())
+        make_recordings([film], film.parent / "rec", fake_tracker())
     assert not (film.parent / "rec").exists()
     return str(caught.value)
 
@@ -122,14 +122,14 @@ def test_a_text_that_nobody_says(tmp_path: Path) -> None:
 
 def test_two_films_of_one_name(tmp_path: Path) -> None:
     with pytest.raises(CorpusError, match="a: two films have this name; rename one"):
-        record([tmp_path / "a.mp4", tmp_path / "a.mov"], tmp_path / "rec", fake_tracker())
+        make_recordings([tmp_path / "a.mp4", tmp_path / "a.mov"], tmp_path / "rec", fake_tracker())
 
 
 def test_films_of_two_rates(tmp_path: Path) -> None:
     first = films(tmp_path, "a")[0]
     second = make_film(tmp_path / "b.mp4", rate=20)
     put_alignment(second, stretch=1.25)
-    report = record([first, second], tmp_path / "rec", fake_tracker())
+    report = make_recordings([first, second], tmp_path / "rec", fake_tracker())
     assert (
         "b.mp4: has 20 frames per second and a.mp4 25; convert it: ffmpeg -i b.mp4 -vf fps=25 "
         in report.rejected[0].why
@@ -137,9 +137,9 @@ def test_films_of_two_rates(tmp_path: Path) -> None:
 
 
 def test_test_clips_are_spread_and_never_all() -> None:
-    assert split(4, 0.5) == ["train", "test", "train", "test"]
-    assert split(1, 0.5) == ["train"]
-    assert split(20, 0.1).count("test") == 2
+    assert choose_test_clips(4, 0.5) == ["train", "test", "train", "test"]
+    assert choose_test_clips(1, 0.5) == ["train"]
+    assert choose_test_clips(20, 0.1).count("test") == 2
 
 
 def test_the_command(

@@ -15,12 +15,12 @@ from phonanim.corpus.corpus import PUPILS, RIGID
 from phonanim.corpus.tracking import (
     Tracker,
     aam_tracker,
-    bridged,
+    bridge_gaps,
     check_cuts,
-    jumps,
-    leaves,
+    find_jumps,
+    leaves_frame,
+    measure_quality,
     mediapipe_tracker,
-    quality,
     shipped_indices,
     track_film,
 )
@@ -57,9 +57,9 @@ def test_no_face(tmp_path: Path) -> None:
 
 def test_a_jump_is_one_frame_far_from_both_its_neighbours() -> None:
     landmarks = np.stack([head_shape(n) for n in range(10)])
-    assert jumps(landmarks, INDICES, 25) == []
+    assert find_jumps(landmarks, INDICES, 25) == []
     landmarks[4, :, 0] += 30
-    assert jumps(landmarks, INDICES, 25) == [4]
+    assert find_jumps(landmarks, INDICES, 25) == [4]
 
 
 def test_a_face_that_goes_on_at_another_place(tmp_path: Path) -> None:
@@ -76,8 +76,8 @@ def test_a_face_that_goes_on_at_another_place(tmp_path: Path) -> None:
 
 def test_a_mouth_that_leaves_the_picture(tmp_path: Path) -> None:
     shape, frame = head_shape(0), np.zeros((ROWS, COLUMNS, 3), np.uint8)
-    assert not leaves(shape, INDICES, frame)
-    assert leaves(shape + np.array([0, ROWS / 2, 0]), INDICES, frame)
+    assert not leaves_frame(shape, INDICES, frame)
+    assert leaves_frame(shape + np.array([0, ROWS / 2, 0]), INDICES, frame)
     below = Tracker(
         "below", INDICES, lambda frames: (shape + np.array([0, ROWS, 0]) for _ in frames), "no face"
     )
@@ -91,29 +91,31 @@ def test_bridging_keeps_what_is_known() -> None:
     landmarks = np.arange(12.0).reshape(4, 1, 3)
     holed = landmarks.copy()
     holed[1] = np.nan
-    assert np.allclose(bridged(holed), landmarks)
+    assert np.allclose(bridge_gaps(holed), landmarks)
 
 
 def test_quality_is_in_pixels_millimetres_and_degrees() -> None:
     still = np.tile(head_shape(0), (400, 1, 1))
     pupils = np.linalg.norm(still[0, PUPILS[1]] - still[0, PUPILS[0]])
-    assert quality(still, INDICES).pupils_px == pytest.approx(pupils)
-    assert quality(still, INDICES).jitter_mm == pytest.approx(0, abs=1e-9)
+    assert measure_quality(still, INDICES).pupils_px == pytest.approx(pupils)
+    assert measure_quality(still, INDICES).jitter_mm == pytest.approx(0, abs=1e-9)
     noisy = still.copy()
     noisy[:, list(RIGID)] += np.random.default_rng(0).normal(0, 0.2, (400, len(RIGID), 3))
-    assert quality(noisy, INDICES).jitter_mm == pytest.approx(0.2 * np.sqrt(2) * 63 / pupils, rel=0.05)
+    assert measure_quality(noisy, INDICES).jitter_mm == pytest.approx(
+        0.2 * np.sqrt(2) * 63 / pupils, rel=0.05
+    )
 
 
 def test_small_and_turned_faces_are_warned_of() -> None:
     shape = head_shape(0)
     turn = np.radians(30)
     side = shape @ np.array([[np.cos(turn), 0, -np.sin(turn)], [0, 1, 0], [np.sin(turn), 0, np.cos(turn)]])
-    worth = quality(np.tile(side, (3, 1, 1)), INDICES)
+    worth = measure_quality(np.tile(side, (3, 1, 1)), INDICES)
     assert worth.turn_deg == pytest.approx(30, abs=1.5)
     small, turned = worth.warnings()
     assert "the face is small" in small
     assert "the head turns by" in turned
-    assert quality(np.tile(3 * shape, (3, 1, 1)), INDICES).warnings() == []
+    assert measure_quality(np.tile(3 * shape, (3, 1, 1)), INDICES).warnings() == []
 
 
 def test_without_mediapipe(monkeypatch: pytest.MonkeyPatch) -> None:

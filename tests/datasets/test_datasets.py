@@ -8,7 +8,7 @@ import pytest
 
 from phonanim.datasets import KINDS, SPLITS, Frames, Recording, dataset_names, load_dataset
 from phonanim.datasets import _splits as splits
-from phonanim.datasets._splits import EIGHTY_TEN_TEN, drawn, pieces
+from phonanim.datasets._splits import EIGHTY_TEN_TEN, cut_pieces, draw_splits
 from phonanim.errors import CorpusError, OptionError
 from phonanim.speech.alignment import Interval
 
@@ -219,22 +219,22 @@ def test_without_lists_the_split_is_drawn(made):
 
 def test_fifty_of_kb2k_are_held_out():
     cuts = (("train", 1 - load_dataset("kb2k").HELD_OUT), ("test", 1.0))
-    found = drawn({str(number): "" for number in range(2543)}, cuts, np.random.default_rng(0))
+    found = draw_splits({str(number): "" for number in range(2543)}, cuts, np.random.default_rng(0))
     assert Counter(found.values()) == {"train": 2493, "test": 50}
 
 
 def test_every_group_is_divided_in_the_same_parts():
     groups = {f"{group}{number}": group for group in "ab" for number in range(20)}
-    found = drawn(groups, EIGHTY_TEN_TEN, np.random.default_rng(0))
+    found = draw_splits(groups, EIGHTY_TEN_TEN, np.random.default_rng(0))
     counts = Counter((groups[name], split) for name, split in found.items())
     parts = {"train": 16, "validation": 2, "test": 2}
     assert counts == {(group, split): part for group in "ab" for split, part in parts.items()}
-    assert found != drawn(groups, EIGHTY_TEN_TEN, np.random.default_rng(1))
+    assert found != draw_splits(groups, EIGHTY_TEN_TEN, np.random.default_rng(1))
 
 
 def test_pieces_without_sound_or_phones():
     whole = Recording("a", "s", "", lambda: Frames(np.zeros((25, 1), np.float32), 10.0))
-    found = list(pieces(whole, 2.5, 1.0))
+    found = list(cut_pieces(whole, 2.5, 1.0))
     assert [one.name for one in found] == ["a_01", "a_02"]
     assert found[1].frames().values.shape == (10, 1)
     assert found[1].sound is None

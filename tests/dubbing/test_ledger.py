@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from phonanim.dubbing.ledger import NAME, locked, read_ledger, recording, write_ledger
+from phonanim.dubbing.ledger import NAME, ledger_writer, lock_folder, read_ledger, write_ledger
 from phonanim.dubbing.outcome import Outcome
 from phonanim.errors import OutputError
 
@@ -24,7 +24,7 @@ def test_no_ledger_is_an_empty_one(tmp_path):
 
 
 def test_the_last_outcome_of_an_id_counts(tmp_path):
-    with recording(tmp_path) as record:
+    with ledger_writer(tmp_path) as record:
         record(Outcome("a", "row 2", error="no"))
         record(DONE)
     assert read_ledger(tmp_path) == {"a": DONE}
@@ -36,7 +36,7 @@ def test_a_line_that_a_kill_cut_short_costs_that_line_only(tmp_path, cut):
     path = tmp_path / NAME
     path.write_bytes(path.read_bytes()[:-cut])
     assert read_ledger(tmp_path) in ({"a": DONE}, {"a": DONE, "b": FAILED})
-    with recording(tmp_path) as record:
+    with ledger_writer(tmp_path) as record:
         record(FAILED)
     assert read_ledger(tmp_path) == {"a": DONE, "b": FAILED}
 
@@ -53,7 +53,7 @@ def test_a_ledger_that_cannot_be_written(tmp_path):
     (tmp_path / NAME).mkdir()
     with (
         pytest.raises(OutputError, match=r"ledger.jsonl: cannot be written: Is a directory"),
-        recording(tmp_path),
+        ledger_writer(tmp_path),
     ):
         pass
 
@@ -62,7 +62,7 @@ def test_a_ledger_that_cannot_be_written(tmp_path):
 def test_a_full_disk(tmp_path):
     (tmp_path / NAME).symlink_to("/dev/full")
     message = "ledger.jsonl: cannot be written: No space left"
-    with pytest.raises(OutputError, match=message), recording(tmp_path) as record:
+    with pytest.raises(OutputError, match=message), ledger_writer(tmp_path) as record:
         record(DONE)
 
 
@@ -77,12 +77,12 @@ def test_one_run_at_a_time(tmp_path):
     try:
         assert other.stdout.readline() == b"in\n"
         message = "another run is writing there; wait for it or choose another"
-        with pytest.raises(OutputError, match=message), locked(tmp_path):
+        with pytest.raises(OutputError, match=message), lock_folder(tmp_path):
             pass
     finally:
         other.kill()
         other.communicate()
-    with locked(tmp_path):  # the kill released it
+    with lock_folder(tmp_path):  # the kill released it
         pass
 
 

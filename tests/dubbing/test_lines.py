@@ -75,7 +75,7 @@ def test_every_kind_of_table(folder, name):
 
 def test_columns_nobody_knows_are_told(folder):
     lines = read_lines(table(folder, "alignment,Director\na.TextGrid,Ann\n"), Common())
-    assert lines.remarks == ("table.csv: the column 'Director' is not used",)
+    assert lines.notes == ("table.csv: the column 'Director' is not used",)
     assert ids(lines) == ["a"]
 
 

@@ -8,8 +8,8 @@ from phonanim.core.plugins import plugin_packages
 from phonanim.dubbing import make as module
 from phonanim.dubbing.job import Job
 from phonanim.dubbing.line import Line
-from phonanim.dubbing.make import make
-from phonanim.dubbing.origin import rig_hash, shared_file_of
+from phonanim.dubbing.make import make_line
+from phonanim.dubbing.origin import rig_hash, shared_file_entry
 from phonanim.options import DEFAULTS
 from phonanim.rig.read import find_rig, read_document
 
@@ -24,8 +24,8 @@ def test_a_fault_of_phonanim_costs_one_line(job, monkeypatch):
     def faulty(*arguments):
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr(module, "perform", faulty)
-    result = make(job)
+    monkeypatch.setattr(module, "animate_detailed", faulty)
+    result = make_line(job)
     assert result.made
     assert result.outcome.error == (
         f"{job.line.alignment}: a fault of phonanim, please report it: ZeroDivisionError: division by zero"
@@ -36,30 +36,30 @@ def test_a_plugin_that_fails_costs_one_line(job, monkeypatch):
     def faulty(*arguments):
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr(module, "perform", faulty)
+    monkeypatch.setattr(module, "animate_detailed", faulty)
     monkeypatch.setitem(
         plugins._loaded, __name__.partition(".")[0], "plugin 'x' of phonanim.readers (package y 1.0)"
     )
-    assert make(job).outcome.error == (
+    assert make_line(job).outcome.error == (
         f"{job.line.alignment}: plugin 'x' of phonanim.readers (package y 1.0) failed: "
         "ZeroDivisionError: division by zero"
     )
 
 
 def test_what_was_made_is_kept(job):
-    first = make(job)
+    first = make_line(job)
     assert first.outcome.done
     assert first.made
-    again = make(Job(job.line, job.folder, job.formats, first.outcome))
+    again = make_line(Job(job.line, job.folder, job.formats, first.outcome))
     assert not again.made
     assert again.outcome == first.outcome
-    other = make(Job(job.line, job.folder, ("csv", "npz"), first.outcome))
+    other = make_line(Job(job.line, job.folder, ("csv", "npz"), first.outcome))
     assert other.made
     assert set(other.outcome.outputs) == {"x.csv", "x.npz"}
 
 
 def test_a_language_on_the_path_counts(job, tmp_path, monkeypatch):
-    first = make(job)
+    first = make_line(job)
     assert not {"languages", "plugins"} & set(first.outcome.origin)
     monkeypatch.setenv("PHONANIM_PATH", str(tmp_path / "own"))
     table = tmp_path / "own/languages/aaa.toml"
@@ -67,8 +67,8 @@ def test_a_language_on_the_path_counts(job, tmp_path, monkeypatch):
     origins = [first.outcome.origin]
     for title in ("One", "Two"):
         table.write_text(f'title = "{title}"\ncode = "qq"\n')
-        shared_file_of.cache_clear()
-        again = make(Job(job.line, job.folder, job.formats, first.outcome))
+        shared_file_entry.cache_clear()
+        again = make_line(Job(job.line, job.folder, job.formats, first.outcome))
         assert again.made
         origins.append(again.outcome.origin)
     assert origins[1] != origins[2]
@@ -81,15 +81,15 @@ def test_an_installed_plugin_counts(job, tmp_path, monkeypatch):
     (facts / "entry_points.txt").write_text("[phonanim.sinks]\nmine = mine\n")
     monkeypatch.syspath_prepend(str(tmp_path / "site"))
     plugin_packages.cache_clear()
-    assert make(job).outcome.origin["plugins"] == ["mine 1.0"]
+    assert make_line(job).outcome.origin["plugins"] == ["mine 1.0"]
     monkeypatch.undo()
     plugin_packages.cache_clear()
-    assert "plugins" not in make(job).outcome.origin
+    assert "plugins" not in make_line(job).outcome.origin
 
 
 def test_an_alignment_that_vanished(job):
     line = Line("x", "row 2", Path("gone.TextGrid"), None, DEFAULTS, PurePosixPath("x"))
-    outcome = make(Job(line, job.folder, ("csv",), None)).outcome
+    outcome = make_line(Job(line, job.folder, ("csv",), None)).outcome
     assert outcome.error == "gone.TextGrid: No such file or directory"
 
 

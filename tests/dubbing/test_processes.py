@@ -13,7 +13,7 @@ import pytest
 from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.outcome import Outcome
-from phonanim.dubbing.processes import cores, run_jobs
+from phonanim.dubbing.processes import count_cores, run_jobs
 from phonanim.options import Options
 
 
@@ -98,7 +98,7 @@ def alive(pid: int) -> bool:
 
 
 def test_cores():
-    assert 1 <= cores() <= (os.cpu_count() or 1)
+    assert 1 <= count_cores() <= (os.cpu_count() or 1)
 
 
 def test_jobs_are_taken_as_they_are_needed(tmp_path):

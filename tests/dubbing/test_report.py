@@ -2,7 +2,7 @@ import html.parser
 import json
 
 from phonanim.dubbing.outcome import Outcome
-from phonanim.dubbing.report import headline, summary, totals_of, worst_first, write_reports
+from phonanim.dubbing.report import count_totals, headline, text_summary, worst_first, write_reports
 
 
 def done(id, *flags):
@@ -45,7 +45,7 @@ def test_the_worst_come_first():
 
 
 def test_totals():
-    totals = totals_of(OUTCOMES)
+    totals = count_totals(OUTCOMES)
     assert totals == {
         **{"lines": 4, "done": 3, "failed": 1, "flagged": 2, "seconds": 6.0, "frames": 30},
         "flags": {"closures": 1, "length": 1, "speed": 1},
@@ -74,7 +74,7 @@ def test_the_json_has_no_origins(tmp_path):
 
 def test_the_summary_stops_after_the_worst():
     many = [done(f"{number:03}", ("speed", 0.5)) for number in range(50)]
-    lines = summary(totals_of(many), worst_first(many), ["a remark"]).splitlines()
+    lines = text_summary(count_totals(many), worst_first(many), ["a remark"]).splitlines()
     assert lines[1] == "a remark"
     assert lines[2] == "000: speed: <speed>"
     assert lines[-1] == "... and 30 more: see report.html"

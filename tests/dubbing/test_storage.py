@@ -14,13 +14,13 @@ import pytest
 from phonanim.__main__ import run as phonanim
 from phonanim.dubbing import parts
 from phonanim.dubbing.audit import audit
-from phonanim.dubbing.ledger import NAME, read_ledger, recording
+from phonanim.dubbing.ledger import NAME, ledger_writer, read_ledger
 from phonanim.dubbing.lines import read_lines
-from phonanim.dubbing.make import make
+from phonanim.dubbing.make import make_line
 from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.row import Common
-from phonanim.dubbing.run import needed, run
-from phonanim.dubbing.storage import Remote, hash_of, place
+from phonanim.dubbing.run import plan_run, run
+from phonanim.dubbing.storage import Remote, parse_place, place_hash
 from phonanim.errors import MissingExtraError, OptionError, OutputError
 from phonanim.media.glb import glb_bytes, read_glb
 from phonanim.options import Options
@@ -34,7 +34,7 @@ REPORTS = {NAME, "report.html", "report.json", "summary.txt"}
 
 def inline(jobs):
     """An engine of this process, which alone sees memory://."""
-    return map(make, jobs)
+    return map(make_line, jobs)
 
 
 def write_line(path, vowel="AA"):
@@ -81,7 +81,10 @@ def test_the_same_bytes_as_by_paths(memory, lines, tmp_path, source):
         (lines / "other").mkdir()
     run(read_lines(f"{lines}{source}", COMMON), tmp_path / "out", ("csv", "npz"), inline)
     outcomes = run(
-        read_lines(f"memory://show/lines{source}", COMMON), place("memory://show/out"), ("csv", "npz"), inline
+        read_lines(f"memory://show/lines{source}", COMMON),
+        parse_place("memory://show/out"),
+        ("csv", "npz"),
+        inline,
     )
     assert [outcome.error for outcome in outcomes] == ["", "", ""]
     here, there = contents(tmp_path / "out"), stored(memory, "/show/out")
@@ -97,7 +100,7 @@ def test_the_same_bytes_as_by_paths(memory, lines, tmp_path, source):
 
 
 def test_what_is_unchanged_is_kept(memory, lines):
-    target = place("memory://show/out")
+    target = parse_place("memory://show/out")
     told = []
 
     def again():
@@ -113,7 +116,7 @@ def test_what_is_unchanged_is_kept(memory, lines):
     memory.put_file(str(lines / "b.TextGrid"), "/show/lines/b.TextGrid")
     memory.pipe_file("/show/out/a.csv", b"edited")
     memory.rm_file("/show/out/sub/c.csv")
-    assert dict(needed(read_lines("memory://show/lines", COMMON), target, ("csv",))) == dict.fromkeys(
+    assert dict(plan_run(read_lines("memory://show/lines", COMMON), target, ("csv",))) == dict.fromkeys(
         ("a", "b", "sub/c"), "make"
     )
     assert again() == {"a": True, "b": True, "sub/c": True}
@@ -133,7 +136,7 @@ def test_a_character_and_an_overlay_that_change(memory, root):
         memory.pipe_file("/show/hero.glb", hero)
         run(
             read_lines("memory://show/t.csv", COMMON),
-            place("memory://show/out"),
+            parse_place("memory://show/out"),
             ("glb",),
             inline,
             made.append,
@@ -154,13 +157,13 @@ def read_glb_of(content):
 
 
 def test_a_run_that_was_killed_goes_on(memory, monkeypatch):
-    lines, target = read_lines("memory://show/lines", COMMON), place("memory://show/out")
-    run(lines, place("memory://show/calm"), ("csv",), inline)
+    lines, target = read_lines("memory://show/lines", COMMON), parse_place("memory://show/out")
+    run(lines, parse_place("memory://show/calm"), ("csv",), inline)
     monkeypatch.setattr(parts, "PERIOD", 0.0)
 
     def killed(jobs):
-        yield make(next(jobs))
-        yield make(next(jobs))
+        yield make_line(next(jobs))
+        yield make_line(next(jobs))
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -177,8 +180,8 @@ def test_a_run_that_was_killed_goes_on(memory, monkeypatch):
 
 def test_parts_of_a_ledger_in_time_order(memory, monkeypatch):
     monkeypatch.setattr(parts, "PERIOD", 0.0)
-    target = place("memory://show/out")
-    with recording(target) as record:
+    target = parse_place("memory://show/out")
+    with ledger_writer(target) as record:
         record(Outcome("a", "row 2", error="no"))
         record(Outcome("a", "row 2", error="still no"))
     memory.pipe_file("/show/out/ledger.parts/0-cut.jsonl", b'{"id": "b", "pl')
@@ -187,7 +190,9 @@ def test_parts_of_a_ledger_in_time_order(memory, monkeypatch):
 
 def test_errors_name_the_url_and_the_rest_is_done(memory):
     memory.pipe_file("/show/lines/bad.TextGrid", b"no alignment")
-    outcomes = run(read_lines("memory://show/lines", COMMON), place("memory://show/out"), ("csv",), inline)
+    outcomes = run(
+        read_lines("memory://show/lines", COMMON), parse_place("memory://show/out"), ("csv",), inline
+    )
     errors = [outcome.error for outcome in outcomes if outcome.error]
     assert len(errors) == 1
     assert errors[0].startswith("memory:///show/lines/bad.TextGrid: is no alignment in a known format")
@@ -207,7 +212,7 @@ def test_cells_may_be_urls_and_paths(memory, lines, root):
 
 
 def test_audit(memory):
-    lines, target = read_lines("memory://show/lines", COMMON), place("memory://show/out")
+    lines, target = read_lines("memory://show/lines", COMMON), parse_place("memory://show/out")
     run(lines, target, ("csv",), inline)
     assert {finding.problem for finding in audit(lines, target)} == {
         "mistimed"
@@ -226,13 +231,13 @@ def test_audit(memory):
     with pytest.raises(
         OptionError, match="memory:///nowhere: there is no such folder; name the one with the outputs"
     ):
-        audit(lines, place("memory://nowhere"))
+        audit(lines, parse_place("memory://nowhere"))
 
 
 def test_file_urls_are_paths(monkeypatch):
     monkeypatch.setitem(sys.modules, "fsspec.core", None)
-    assert place("file:///shows/the%20show/t.csv") == Path("/shows/the show/t.csv")
-    assert place("t.csv", Path("/shows")) == Path("/shows/t.csv")
+    assert parse_place("file:///shows/the%20show/t.csv") == Path("/shows/the show/t.csv")
+    assert parse_place("t.csv", Path("/shows")) == Path("/shows/t.csv")
 
 
 @pytest.mark.parametrize(
@@ -245,31 +250,31 @@ def test_file_urls_are_paths(monkeypatch):
 def test_urls_of_no_use(url, kind, message):
     pytest.importorskip("fsspec")
     with pytest.raises(kind, match=message):
-        place(url)
+        parse_place(url)
 
 
 def test_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "fsspec.core", None)
     with pytest.raises(MissingExtraError, match=r"s3://x/t.csv: a URL needs pip install 'phonanim\[batch\]'"):
-        place("s3://x/t.csv")
+        parse_place("s3://x/t.csv")
 
 
 def test_what_a_storage_says_is_one_line(memory, monkeypatch):
     for method in ("cat_file", "pipe_file", "rm_file"):
         monkeypatch.setattr(type(memory), method, refuse)
     with pytest.raises(OptionError, match="memory:///x/y: cannot be read: no, and again no$"):
-        hash_of(place("memory://x/y"))
+        place_hash(parse_place("memory://x/y"))
     with pytest.raises(OutputError, match="memory:///x/y: cannot be written: no, and again no$"):
-        place("memory://x/y").write_bytes(b"")
+        parse_place("memory://x/y").write_bytes(b"")
     with pytest.raises(OutputError, match="memory:///x/y: cannot be removed: no, and again no$"):
-        place("memory://x/y").unlink()
+        parse_place("memory://x/y").unlink()
 
 
 def test_storage_that_cannot_be_written_shows_before_the_first_line(memory, monkeypatch):
     monkeypatch.setattr(type(memory), "pipe_file", refuse)
     lines = read_lines("memory://show/lines", COMMON)
     with pytest.raises(OutputError, match="ledger.parts/.*: cannot be written: no, and again no$"):
-        run(lines, place("memory://show/out"), ("csv",), refuse)
+        run(lines, parse_place("memory://show/out"), ("csv",), refuse)
 
 
 def refuse(*arguments, **options):
@@ -278,7 +283,7 @@ def refuse(*arguments, **options):
 
 def test_what_is_not_there(memory):
     with pytest.raises(OptionError, match="memory:///x/y: does not exist; correct the URL"):
-        place("memory://x/y").read_bytes()
+        parse_place("memory://x/y").read_bytes()
     with pytest.raises(
         OptionError, match="memory://x: does not exist; name a folder, a pattern in quotes, or a table"
     ):
@@ -287,7 +292,7 @@ def test_what_is_not_there(memory):
 
 @pytest.mark.parametrize("other", ["b/c.csv", "../d"])
 def test_joined(memory, other):
-    assert place("memory://show/a") / other == Remote(
+    assert parse_place("memory://show/a") / other == Remote(
         "memory://show/a", {"b/c.csv": "/show/a/b/c.csv", "../d": "/show/d"}[other]
     )
 

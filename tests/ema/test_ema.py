@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from speech import track_of
 
 from phonanim.ema import Articulation
-from phonanim.ema.examples import Stretch, diphones_of, measured, phones_of, side_sums, summarized
+from phonanim.ema.examples import (
+    Stretch,
+    diphone_stretches,
+    measure_stretch,
+    phone_stretches,
+    side_sums,
+    summarize_examples,
+)
 from phonanim.ema.measures import (
     convex_hull,
     envelope,
@@ -21,8 +28,8 @@ from phonanim.ema.measures import (
     tongue_curvature,
     tongue_width,
 )
-from phonanim.ema.posture import bitten, head_corrected, rest_of, rigid_fit
-from phonanim.ema.preparation import fill_gaps, resampled
+from phonanim.ema.posture import bite_posture, correct_head_motion, rest_posture, rigid_fit
+from phonanim.ema.preparation import fill_gaps, resample_sensors
 from phonanim.errors import CorpusError
 from phonanim.evaluation.statistics import pearson
 
@@ -58,7 +65,7 @@ def test_short_gaps_are_filled_and_all_are_told() -> None:
 
 @pytest.mark.parametrize("rate", [60.0, 100.0, 250.0, 441.0])
 def test_resampling_keeps_what_is_slow_and_delays_nothing(rate: float) -> None:
-    found = resampled(wave(9.0), rate)
+    found = resample_sensors(wave(9.0), rate)
     expected = np.sin(2 * np.pi * 9.0 * found.times)
     inner = slice(len(found.times) // 4, -len(found.times) // 4)
     assert np.abs(found.positions[inner, 0, 0] - expected[inner]).max() < 2e-3
@@ -66,25 +73,25 @@ def test_resampling_keeps_what_is_slow_and_delays_nothing(rate: float) -> None:
 
 
 def test_resampling_takes_away_what_is_fast() -> None:
-    found = resampled(wave(70.0), 100.0)  # would come back as 30 Hz
+    found = resample_sensors(wave(70.0), 100.0)  # would come back as 30 Hz
     assert np.abs(found.positions[30:-30]).max() < 2e-3
-    assert np.abs(resampled(wave(30.0), 200.0, 20.0).positions[120:-120]).max() < 2e-3
+    assert np.abs(resample_sensors(wave(30.0), 200.0, 20.0).positions[120:-120]).max() < 2e-3
 
 
 def test_resampling_keeps_lines_rests_and_gaps() -> None:
     moving = line(200)
-    found = resampled(moving, 250.0)
+    found = resample_sensors(moving, 250.0)
     np.testing.assert_allclose(found.positions[:, 0, 0], 100 * found.times, atol=2e-3)  # mm, of 1 a sample
     holed = moving.positions.copy()
     holed[50:100] = np.nan
-    found = resampled(replace(moving, positions=holed), 200.0, 20.0)
+    found = resample_sensors(replace(moving, positions=holed), 200.0, 20.0)
     lost = np.isnan(found.positions[:, 0, 0])
     assert (found.times[lost] > 0.49).all()
     assert (found.times[lost] < 1.0).all()
     assert lost.sum() == 101
-    assert resampled(moving, 100.0) is moving
+    assert resample_sensors(moving, 100.0) is moving
     one = Articulation(("TT",), np.ones((1, 1, 3)), 100.0)
-    np.testing.assert_allclose(resampled(one, 100.0, 10.0).positions, 1.0)
+    np.testing.assert_allclose(resample_sensors(one, 100.0, 10.0).positions, 1.0)
 
 
 def turned(rng: np.random.Generator, count: int) -> Array:
@@ -101,8 +108,8 @@ def test_a_head_that_moves_is_held_still() -> None:
     tongue[:, 4] += rng.normal(size=(50, 3))
     moved = np.einsum("sij,snj->sni", turned(rng, 50), tongue) + rng.normal(size=(50, 1, 3), scale=20)
     moved[7, 1] = np.nan
-    posture = rest_of(Articulation(names, rest[None], 100.0), names[:4])
-    found = head_corrected(Articulation(names, moved, 100.0), posture)
+    posture = rest_posture(Articulation(names, rest[None], 100.0), names[:4])
+    found = correct_head_motion(Articulation(names, moved, 100.0), posture)
     kept = np.delete(np.arange(50), 7)
     np.testing.assert_allclose(found.positions[kept], tongue[kept], atol=1e-9)
     assert np.isnan(found.positions[7]).all()
@@ -119,26 +126,26 @@ def test_the_plate_between_the_teeth_gives_the_axes() -> None:
     plate = [(0, 30, 10), (-20, 0, 10), (20, 0, 10)]
     bite = samples.still(*skull, *plate, (5, 30, 20), names="NA EL ER front left right UI")
     references = ("NA", "EL", "ER")
-    posture = bitten(bite, references, ("front", "left", "right"))
+    posture = bite_posture(bite, references, ("front", "left", "right"))
     np.testing.assert_allclose(posture.rotation, [[0, 1, 0], [-1, 0, 0], [0, 0, 1]], atol=1e-12)
-    found = head_corrected(bite, posture)
+    found = correct_head_motion(bite, posture)
     np.testing.assert_allclose(found.sensor("front")[0], [0, 0, 0], atol=1e-9)
     np.testing.assert_allclose(found.sensor("UI")[0], [0, -5, 10], atol=1e-9)
-    posture = bitten(bite, references, ("front", "left", "right"), "UI")
-    np.testing.assert_allclose(head_corrected(bite, posture).sensor("UI")[0], [0, 0, 0], atol=1e-9)
+    posture = bite_posture(bite, references, ("front", "left", "right"), "UI")
+    np.testing.assert_allclose(correct_head_motion(bite, posture).sensor("UI")[0], [0, 0, 0], atol=1e-9)
 
 
 def test_heads_that_cannot_be_held() -> None:
     bite = samples.still((0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 3, 0), names="a b c d")
     with pytest.raises(CorpusError, match="2 reference sensors fix no head; name 3 or more on the skull"):
-        rest_of(bite, ("a", "b"))
+        rest_posture(bite, ("a", "b"))
     with pytest.raises(CorpusError, match="made up: a, b, c lie on a line; name others"):
-        rest_of(bite, ("a", "b", "c"))
+        rest_posture(bite, ("a", "b", "c"))
     with pytest.raises(CorpusError, match="made up: a, b, c lie on a line; name front, left and right"):
-        bitten(bite, ("a", "b", "d"), ("a", "b", "c"))
+        bite_posture(bite, ("a", "b", "d"), ("a", "b", "c"))
     lost = replace(bite, positions=np.full_like(bite.positions, np.nan))
     with pytest.raises(CorpusError, match="made up: sensor a was never tracked; leave it out"):
-        rest_of(lost, ("a", "b", "d"))
+        rest_posture(lost, ("a", "b", "d"))
 
 
 def test_width_is_the_distance_of_the_sides() -> None:
@@ -190,10 +197,10 @@ def test_hulls_turn_left_and_leave_no_point_outside() -> None:
 
 def test_phones_and_pairs_without_silence() -> None:
     track = track_of("sil 0.2 m 0.1 aa 0.2 sil 0.2 t 0.1 s 0.1 iy 0.1")
-    assert [(p.name, p.kind) for p in phones_of(track)] == [
+    assert [(p.name, p.kind) for p in phone_stretches(track)] == [
         ("m", "C"), ("aa", "V"), ("t", "C"), ("s", "C"), ("iy", "V"),
     ]  # fmt: skip
-    pairs = diphones_of(track)
+    pairs = diphone_stretches(track)
     assert [(p.name, p.kind) for p in pairs] == [("m aa", "CV"), ("t s", "CC"), ("s iy", "CV")]
     assert (pairs[0].start, pairs[0].end) == pytest.approx((0.25, 0.4))
 
@@ -201,11 +208,11 @@ def test_phones_and_pairs_without_silence() -> None:
 def test_stretches_take_peaks_of_speeds_and_means_of_shapes() -> None:
     found = {"speed_TT": np.arange(10.0), "width": np.arange(10.0)}
     still = samples.still((0, 0, 0), names="TT")
-    values = measured(Stretch("m", "C", 0.02, 0.06), found, still)
+    values = measure_stretch(Stretch("m", "C", 0.02, 0.06), found, still)
     assert values == {"speed_TT": 5.0, "width": 3.5}  # samples 2, 3, 4, 5
-    assert np.isnan(measured(Stretch("m", "C", 0.2, 0.3), found, still)["width"])
+    assert np.isnan(measure_stretch(Stretch("m", "C", 0.2, 0.3), found, still)["width"])
     found["width"][3] = np.nan
-    assert np.isnan(measured(Stretch("m", "C", 0.02, 0.06), found, still)["width"])
+    assert np.isnan(measure_stretch(Stretch("m", "C", 0.02, 0.06), found, still)["width"])
 
 
 def test_statistics_by_name() -> None:
@@ -216,12 +223,12 @@ def test_statistics_by_name() -> None:
         (pair, {"width": 3.0}),
         (pair, {"width": np.nan}),
     ]
-    first, second = summarized(examples)
+    first, second = summarize_examples(examples)
     assert (first.name, first.examples, first.means["width"]) == ("m aa", 1, 9.0)
     assert np.isnan(first.deviations["width"])
     assert (second.examples, second.means["width"]) == (3, 2.0)
     assert second.deviations["width"] == pytest.approx(np.sqrt(2))
-    assert [row.name for row in summarized(examples, least=2)] == ["t s"]
+    assert [row.name for row in summarize_examples(examples, least=2)] == ["t s"]
 
 
 def test_sides_follow_the_middle_or_do_not() -> None:

@@ -13,7 +13,7 @@ import pytest
 
 from phonanim.core.mat import read_signals
 from phonanim.ema import Articulation, load_utterances
-from phonanim.ema.articulation import oriented, renamed, standard_name
+from phonanim.ema.articulation import orient_axes, rename_sensors, standard_name
 from phonanim.ema.readers import read_articulation
 from phonanim.ema.readers.ssff import read_ssff
 from phonanim.ema.utterances import find_spoken
@@ -150,16 +150,16 @@ def test_sensors_go_by_their_own_name_or_the_standard_one() -> None:
 
 
 def test_channels_are_named_and_axes_turned() -> None:
-    found = renamed(samples.still((1, 2, 3), (4, 5, 6), names="1 2"), ("-", "TT"))
+    found = rename_sensors(samples.still((1, 2, 3), (4, 5, 6), names="1 2"), ("-", "TT"))
     assert found.names == ("TT",)
-    np.testing.assert_array_equal(oriented(found, "left,back,up").positions[0, 0], [-5, 4, 6])
+    np.testing.assert_array_equal(orient_axes(found, "left,back,up").positions[0, 0], [-5, 4, 6])
     with pytest.raises(OptionError, match="2 names for the 1 sensors of made up; give one for each, - for"):
-        renamed(found, ("a", "b"))
+        rename_sensors(found, ("a", "b"))
     with pytest.raises(OptionError, match="TT names two sensors of made up; give each its own"):
-        renamed(samples.still((1, 2, 3), (4, 5, 6), names="1 2"), ("TT", "TT"))
+        rename_sensors(samples.still((1, 2, 3), (4, 5, 6), names="1 2"), ("TT", "TT"))
     for axes in ("left,back", "left,back,forward", "left,back,up,sideways"):
         with pytest.raises(OptionError, match=f"'{axes}': say where x, y and z point, as left,back,up or"):
-            oriented(found, axes)
+            orient_axes(found, axes)
 
 
 def test_folders_of_positions_want_alignments(tmp_path: Path) -> None:

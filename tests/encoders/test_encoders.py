@@ -10,15 +10,15 @@ import pytest
 from encoder_samples import HIDDEN, Loudness, put, speech
 from speech import sound_of, track_of
 
-from phonanim.encoders import HOP, RATE, Encoder, Features, encode, load_encoder, names
+from phonanim.encoders import HOP, RATE, Encoder, Features, encode, encoder_names, load_encoder
 from phonanim.encoders._weights import encoder_folder
-from phonanim.encoders.phones import of_track
+from phonanim.encoders.phones import track_features
 from phonanim.errors import AudioError, ModelError
 from phonanim.media.audio import Sound, read_sound
 from phonanim.speech.inventory import INVENTORY
 
 
-@pytest.fixture(scope="module", params=names())
+@pytest.fixture(scope="module", params=encoder_names())
 def encoder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Encoder:
     folder = tmp_path_factory.mktemp(request.param)
     put(folder, request.param)
@@ -152,7 +152,7 @@ def test_where_weights_are_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_phones_of_an_alignment() -> None:
-    found = of_track(track_of("sil 0.1 m 0.1 aa 0.1"))
+    found = track_features(track_of("sil 0.1 m 0.1 aa 0.1"))
     assert found.values.shape == (15, 1, 41)
     assert (found.values.sum(axis=2) == 1).all()
     expected = np.repeat(INVENTORY.codes(["sil", "m", "aa"]), 5)

@@ -7,12 +7,12 @@ from phonanim.animation.animation import Animation
 from phonanim.errors import EvaluationError, OutputError, RigError
 from phonanim.evaluation.predictions import (
     Vertices,
-    at_times,
-    from_array,
+    line_name,
+    motion_from_array,
     pair_files,
     read_motion,
     read_template,
-    stem,
+    resample_motion,
 )
 from phonanim.exporters import save
 
@@ -59,8 +59,8 @@ def test_vertex_layouts(tmp_path, shape, vertices):
 
 def test_a_template_tells_the_layout_of_another_mesh():
     array = np.zeros((5, 12))
-    assert isinstance(from_array(array, "", 30, template=np.zeros((4, 3))), Vertices)
-    controls = from_array(array, "", 30)
+    assert isinstance(motion_from_array(array, "", 30, template=np.zeros((4, 3))), Vertices)
+    controls = motion_from_array(array, "", 30)
     assert isinstance(controls, Animation)
     assert controls.channels == tuple(map(str, range(12)))
 
@@ -72,7 +72,7 @@ def test_curves_of_every_format(tmp_path, suffix):
     motion = read_motion(path)
     assert isinstance(motion, Animation)
     assert motion.channel("jawOpen")[:10] == pytest.approx(curves().channel("jawOpen"), abs=2e-3)
-    assert stem(path) == "line"
+    assert line_name(path) == "line"
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def test_curves_of_every_format(tmp_path, suffix):
 )
 def test_arrays_that_are_no_motion(array, message):
     with pytest.raises(EvaluationError, match=f"take.npy: .*{message}"):
-        from_array(array, "take.npy", 30)
+        motion_from_array(array, "take.npy", 30)
 
 
 def test_files_that_are_no_arrays(tmp_path):
@@ -134,11 +134,11 @@ def test_what_is_no_template(tmp_path):
 
 
 def test_other_instants_lie_straight_between_frames():
-    motion = at_times(curves(fps=10, frames=10, start=1.0), np.array([1.05, 1.15, 1.25]))
+    motion = resample_motion(curves(fps=10, frames=10, start=1.0), np.array([1.05, 1.15, 1.25]))
     assert motion.values[:, 0] == pytest.approx([0.05, 0.15, 0.25])
     assert (motion.fps, motion.start) == pytest.approx((10, 1.05))
     points = Vertices(np.arange(4.0)[:, None, None] * np.ones((1, 2, 3)), 10)
-    assert at_times(points, np.array([0.05, 0.25])).points[:, 0, 0] == pytest.approx([0.5, 2.5])
+    assert resample_motion(points, np.array([0.05, 0.25])).points[:, 0, 0] == pytest.approx([0.5, 2.5])
 
 
 def test_files_of_folders_pair_by_stem(tmp_path):

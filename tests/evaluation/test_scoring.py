@@ -7,8 +7,8 @@ from animations import speaking
 from phonanim.animation.animation import Animation
 from phonanim.errors import EvaluationError
 from phonanim.evaluation.predictions import Vertices
-from phonanim.evaluation.scoring import score, spread
-from phonanim.evaluation.surfaces import Settings, surface
+from phonanim.evaluation.scoring import score, takes_diversity
+from phonanim.evaluation.surfaces import Settings, make_surface
 from phonanim.metrics import correlation
 from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import shipped_landmarks
@@ -141,7 +141,7 @@ def test_units(unit, scale):
 def test_the_unit_is_found_by_size():
     head = Vertices(np.tile(load_head().vertices, (6, 1, 1)), 30)
     for factor, unit in ((1, "m"), (100, "cm"), (1000, "mm")):
-        notes = surface(replace(head, points=head.points * factor), Settings()).notes
+        notes = make_surface(replace(head, points=head.points * factor), Settings()).notes
         assert f"coordinates taken as {unit}" in notes[0]
 
 
@@ -185,13 +185,13 @@ def test_different_meshes():
 
 def test_spread_of_takes():
     takes = [speaking(), speaking(), speaking(late=0.1)]
-    assert spread(takes[:2], Settings()) == 0
-    assert spread(takes, Settings()) > 0.1
-    assert spread([speaking(channels=("a", "b"))] * 2, Settings()) is None
+    assert takes_diversity(takes[:2], Settings()) == 0
+    assert takes_diversity(takes, Settings()) > 0.1
+    assert takes_diversity([speaking(channels=("a", "b"))] * 2, Settings()) is None
 
 
 def test_lips_of_the_head_are_those_of_its_landmarks():
-    lips = surface(speaking(), Settings()).lips
+    lips = make_surface(speaking(), Settings()).lips
     assert correlation(lips["aperture"], speaking().channel("jawOpen")) > 0.95
     assert lips["aperture"].max() > 5
     assert 40 < lips["width"].mean() < 60

@@ -10,7 +10,7 @@ from animations import line
 
 from phonanim.errors import OutputError
 from phonanim.exporters import load, save
-from phonanim.exporters._cues import SHORTEST, mouth_cues, visemes
+from phonanim.exporters._cues import SHORTEST, mouth_cues, phone_visemes
 from phonanim.speech.alignment import Interval
 from phonanim.speech.inventory import INVENTORY
 
@@ -29,7 +29,7 @@ def bob():
 
 @pytest.mark.parametrize("table", ["rhubarb", "preston_blair"])
 def test_every_phone_has_a_shape(table):
-    assert set(visemes(table)) == set(INVENTORY.phones)
+    assert set(phone_visemes(table)) == set(INVENTORY.phones)
 
 
 def test_cues_lie_end_to_end_and_closures_stay(bob, tmp_path):

@@ -12,7 +12,7 @@ from animations import line, metahuman
 
 from phonanim import exporters
 from phonanim.errors import MissingExtraError, OutputError
-from phonanim.exporters import find_exporter, formats, load, options_of, save, suffixes
+from phonanim.exporters import find_exporter, formats, load, option_names, save, suffixes
 from phonanim.exporters.npz import save_arrays
 from phonanim.rig.head import SHIPPED
 
@@ -206,7 +206,7 @@ def test_a_missing_extra_is_named(tmp_path):
 
 
 def test_options_that_a_format_does_not_have(tmp_path):
-    assert options_of(Path("a.glb")) == ("character", "keys")
+    assert option_names(Path("a.glb")) == ("character", "keys")
     with pytest.raises(OutputError, match=r"a\.csv: this format has no option keys; those it has: timecode"):
         save(line(), tmp_path / "a.csv", keys=0.01)
     with pytest.raises(OutputError, match=r"a\.npz: this format has no option x; those it has: none"):

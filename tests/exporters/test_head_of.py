@@ -9,7 +9,7 @@ import pytest
 from animations import line, only
 
 from phonanim.exporters import save
-from phonanim.exporters._head import head_of
+from phonanim.exporters._head import load_drawable_head
 from phonanim.media.glb import glb_bytes, read_glb
 from phonanim.rig.character import GREY
 from phonanim.rig.head import SHIPPED, load_head
@@ -25,11 +25,11 @@ def bare(tmp_path):
 
 
 def test_the_shipped_head_is_itself():
-    assert head_of(SHIPPED) is load_head()
+    assert load_drawable_head(SHIPPED) is load_head()
 
 
 def test_a_head_of_the_same_shape_in_grey(bare):
-    head = head_of(bare)
+    head = load_drawable_head(bare)
     np.testing.assert_allclose(head.vertices, load_head().vertices, atol=1e-6)
     np.testing.assert_array_equal(head.colors, GREY)
 
@@ -38,16 +38,16 @@ def test_colours_of_materials_and_vertices_stay(tmp_path):
     glb = read_glb(SHIPPED)
     path = tmp_path / "mine.glb"
     path.write_bytes(glb_bytes(glb.tree, glb.binary))
-    np.testing.assert_allclose(head_of(path).colors, load_head().colors)
+    np.testing.assert_allclose(load_drawable_head(path).colors, load_head().colors)
     tree = copy.deepcopy(glb.tree)
     for material in tree["materials"]:
         material["pbrMetallicRoughness"]["baseColorTexture"] = {"index": 0}
     path.write_bytes(glb_bytes(tree, glb.binary))
-    np.testing.assert_array_equal(head_of(path).colors, GREY)
+    np.testing.assert_array_equal(load_drawable_head(path).colors, GREY)
 
 
 def test_the_view_is_of_the_face_when_parts_have_other_names(bare):
-    head = head_of(bare)
+    head = load_drawable_head(bare)
     picture = render(head.vertices, head, whole_head(head, 64, 64))
     shipped = whole_head(load_head(), 64, 64)
     view = whole_head(head, 64, 64)

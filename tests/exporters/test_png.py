@@ -6,7 +6,7 @@ from animations import line, only
 
 from phonanim.errors import AudioError
 from phonanim.exporters import save
-from phonanim.exporters.png import blend_curve, liveliest
+from phonanim.exporters.png import blend_curve, most_moving_channels
 
 
 def test_the_liveliest_channels_come_first():
@@ -14,8 +14,8 @@ def test_the_liveliest_channels_come_first():
     values = np.zeros_like(animation.values)
     for place, (name, reach) in enumerate({"jawOpen": 0.2, "mouthFunnel": 0.7, "mouthClose": 0.0005}.items()):
         values[place, animation.channels.index(name)] = reach
-    assert liveliest(animation.with_values(values), 12) == ["mouthFunnel", "jawOpen"]
-    assert liveliest(animation.with_values(values), 1) == ["mouthFunnel"]
+    assert most_moving_channels(animation.with_values(values), 12) == ["mouthFunnel", "jawOpen"]
+    assert most_moving_channels(animation.with_values(values), 1) == ["mouthFunnel"]
 
 
 def test_a_curve_is_two_pixels_thick_and_tints_what_is_under_it():

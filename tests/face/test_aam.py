@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from pictured import a_pose, photograph, pictured_face, skin
 
-from phonanim.core.search import correlation_map, first_guesses, shrunk
-from phonanim.face.aam import Fitter, Pose, build_fitter, search, track
-from phonanim.face.warp import sample
+from phonanim.core.search import correlation_map, downscale, first_guesses
+from phonanim.face.aam import Fitter, Pose, build_fitter, find_face, track_face
+from phonanim.face.warp import sample_bilinear
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def test_brightness_and_contrast_do_not_matter(fitter: Fitter) -> None:
 def test_the_face_is_found_anywhere(fitter: Fitter) -> None:
     for seed, scale in ((5, 1.0), (6, 1.4)):
         truth = a_pose(fitter, seed, scale)
-        found = search(fitter, photograph(fitter, truth))
+        found = find_face(fitter, photograph(fitter, truth))
         apart = np.linalg.norm(fitter.points(found) - fitter.points(truth), axis=1)
         assert apart.mean() < 1.0
 
@@ -57,7 +57,7 @@ def test_a_film_is_followed_and_what_is_no_face_is_rejected(fitter: Fitter) -> N
     poses = [replace(a_pose(fitter), similarity=np.array([1.3, 0.0, 68.0 + n, 55.0])) for n in range(4)]
     frames = [np.repeat(photograph(fitter, pose)[..., None], 3, axis=2).astype(np.uint8) for pose in poses]
     frames.insert(2, np.zeros_like(frames[0]))
-    found = list(track(fitter, frames))
+    found = list(track_face(fitter, frames))
     assert [pose is None for pose in found] == [False, False, True, False, False]
     middles = [fitter.points(pose).mean(axis=0)[0] for pose in found if pose]
     assert np.allclose(np.diff(middles), 1.0, atol=0.2)
@@ -81,15 +81,15 @@ def test_correlation_is_pearsons_under_the_mask() -> None:
 
 def test_shrinking_keeps_the_mean() -> None:
     image = skin(np.random.default_rng(1), 40, 60)[..., 0]
-    assert shrunk(image, 0.5).shape == (20, 30)
-    assert shrunk(image, 0.5).mean() == pytest.approx(image.mean(), rel=1e-4)
+    assert downscale(image, 0.5).shape == (20, 30)
+    assert downscale(image, 0.5).mean() == pytest.approx(image.mean(), rel=1e-4)
 
 
 def test_the_first_guess_is_near() -> None:
     template = skin(np.random.default_rng(2), 30, 44)[..., 0]
     scene = skin(np.random.default_rng(3), 120, 160)[..., 0]
     down, right = np.mgrid[:45, :66]
-    enlarged = sample(template[..., None], np.column_stack([right.ravel(), down.ravel()]) / 1.5)
+    enlarged = sample_bilinear(template[..., None], np.column_stack([right.ravel(), down.ravel()]) / 1.5)
     scene[50:95, 60:126] = enlarged.reshape(45, 66)
     scale, corner = first_guesses(scene, template, np.ones_like(template))[0]
     assert scale == pytest.approx(1.5, rel=0.15)

@@ -15,7 +15,7 @@ from phonanim.features.context import (
     segment_timing,
     with_silence_beyond,
 )
-from phonanim.features.inputs import FEATURES, inputs, n_features
+from phonanim.features.inputs import FEATURES, n_features, window_features
 from phonanim.speech.gestures import GESTURES, split_parts
 from phonanim.speech.inventory import INVENTORY
 
@@ -23,12 +23,12 @@ from phonanim.speech.inventory import INVENTORY
 @pytest.mark.parametrize("kind", FEATURES)
 def test_the_number_of_columns(kind: str) -> None:
     track = random_track(np.random.default_rng(0))
-    assert inputs(kind, track, np.arange(10) / 25).shape == (10, n_features(kind))
+    assert window_features(kind, track, np.arange(10) / 25).shape == (10, n_features(kind))
 
 
 def test_unknown_features_are_refused() -> None:
     with pytest.raises(ValueError, match="there are no features 'sounds', only indicators, raw, all"):
-        inputs("sounds", track_of("sil 1"), np.zeros(1))
+        window_features("sounds", track_of("sil 1"), np.zeros(1))
 
 
 def test_boxes_agree_with_a_slow_version() -> None:

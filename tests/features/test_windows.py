@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from speech import made_up_examples, random_track
 
-from phonanim.features.windows import overlap_mean, predict_at, slide
+from phonanim.features.windows import overlap_mean, predict_at, sliding_windows
 from phonanim.regressors.phone_mean import Config as MeanConfig
 from phonanim.regressors.phone_mean import PhoneMean
 from phonanim.regressors.tree import Config as TreeConfig
@@ -18,12 +18,12 @@ RATES = (24, 25, 30000 / 1001, 30, 48, 50, 60, 120)
 
 def test_windows_of_a_constant_give_it_back() -> None:
     constant = np.full((9, 2), 3.5)
-    assert np.array_equal(overlap_mean(slide(constant, 5)), constant)
+    assert np.array_equal(overlap_mean(sliding_windows(constant, 5)), constant)
 
 
 def test_slide_repeats_the_edges() -> None:
-    assert slide(np.arange(4), 5)[0].tolist() == [0, 0, 0, 1, 2]
-    assert slide(np.arange(4), 5)[3].tolist() == [1, 2, 3, 3, 3]
+    assert sliding_windows(np.arange(4), 5)[0].tolist() == [0, 0, 0, 1, 2]
+    assert sliding_windows(np.arange(4), 5)[3].tolist() == [1, 2, 3, 3, 3]
 
 
 def test_overlap_mean_agrees_with_a_slow_version() -> None:

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 from phonanim.errors import AudioError, MissingExtraError
-from phonanim.media.audio import Sound, cut_short, duration, find_audio, read_audio, remarks, resample
+from phonanim.media.audio import (
+    Sound,
+    audio_duration,
+    audio_notes,
+    find_audio,
+    read_audio,
+    resample,
+    truncation_note,
+)
 
 
 def write(path, samples, rate=16000, channels=1):
@@ -27,7 +35,7 @@ def test_wav_is_read_without_an_extra(tmp_path, monkeypatch):
     samples, rate = read_audio(tmp_path / "a.wav")
     assert (rate, samples.dtype) == (16000, np.float32)
     np.testing.assert_allclose(samples, tone(16000), atol=1 / 32768)
-    assert duration(tmp_path / "a.wav") == 0.5
+    assert audio_duration(tmp_path / "a.wav") == 0.5
 
 
 def test_channels_are_averaged(tmp_path):
@@ -42,7 +50,7 @@ def test_flac_is_read_by_soundfile(tmp_path):
     samples, rate = read_audio(tmp_path / "a.flac")
     assert rate == 22050
     np.testing.assert_allclose(samples, tone(22050), atol=1 / 16384)
-    assert duration(tmp_path / "a.flac") == 0.5
+    assert audio_duration(tmp_path / "a.flac") == 0.5
 
 
 @pytest.mark.parametrize(("rate", "target"), [(16000, 22050), (22050, 16000), (48000, 16000), (16000, 16000)])
@@ -79,7 +87,7 @@ def test_bytes_that_are_no_recording(tmp_path):
     with pytest.raises(AudioError, match=r"a.flac: is no recording that can be read"):
         read_audio(tmp_path / "a.flac")
     with pytest.raises(AudioError, match=r"a.flac: is no recording that can be read"):
-        duration(tmp_path / "a.flac")
+        audio_duration(tmp_path / "a.flac")
     with pytest.raises(AudioError, match=r"Format not recognised; export it again"):
         read_audio(tmp_path / "a.flac")
 
@@ -96,7 +104,7 @@ def test_a_header_whose_numbers_make_no_sense(tmp_path):
             read_audio(tmp_path / "a.wav")
     (tmp_path / "a.flac").write_bytes(b"fLaC")
     with pytest.raises(AudioError, match=r"a.flac: is no recording that can be read"):
-        duration(tmp_path / "a.flac")
+        audio_duration(tmp_path / "a.flac")
 
 
 @pytest.mark.parametrize("subtype", ["PCM_16", "PCM_24", "FLOAT"])
@@ -104,12 +112,12 @@ def test_a_recording_that_is_cut_short(subtype, tmp_path):
     soundfile = pytest.importorskip("soundfile")
     path = tmp_path / "a.wav"
     soundfile.write(path, tone(16000), 16000, subtype=subtype)
-    assert cut_short(path) == ()
+    assert truncation_note(path) == ()
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2 + 1])
-    (line,) = cut_short(path)
+    (line,) = truncation_note(path)
     assert re.match(r"the recording is cut short: 0\.2\d s of 0\.50 are there; copy it again", line)
-    assert len(read_audio(path)[0]) / 16000 == pytest.approx(duration(path), abs=1e-3)
+    assert len(read_audio(path)[0]) / 16000 == pytest.approx(audio_duration(path), abs=1e-3)
 
 
 def test_a_header_written_before_the_sound_tells_of_no_length(tmp_path):
@@ -117,8 +125,8 @@ def test_a_header_written_before_the_sound_tells_of_no_length(tmp_path):
     whole = bytearray((tmp_path / "a.wav").read_bytes())
     whole[40:44] = b"\xff" * 4
     (tmp_path / "a.wav").write_bytes(whole)
-    assert cut_short(tmp_path / "a.wav") == ()
-    assert duration(tmp_path / "a.wav") == 0.5
+    assert truncation_note(tmp_path / "a.wav") == ()
+    assert audio_duration(tmp_path / "a.wav") == 0.5
     assert len(read_audio(tmp_path / "a.wav")[0]) == 8000
 
 
@@ -153,6 +161,6 @@ ODD = [
 
 @pytest.mark.parametrize(("samples", "said"), ODD)
 def test_what_is_odd_about_a_recording(samples, said, monkeypatch):
-    assert remarks(Sound(samples.astype(np.float32), 16000)) == said
+    assert audio_notes(Sound(samples.astype(np.float32), 16000)) == said
     monkeypatch.setattr("phonanim.media.audio.BLOCK", 1000)
-    assert remarks(Sound(samples.astype(np.float32), 16000)) == said
+    assert audio_notes(Sound(samples.astype(np.float32), 16000)) == said

@@ -174,7 +174,7 @@ def test_errors_by_phone_and_by_class():
 
 def test_tables_of_several_lines_merge_by_frames():
     first = [metrics.PhoneError("p", 1.0, 10, 1), metrics.PhoneError("aa", 2.0, 5, 1)]
-    found = metrics.merged([first, [metrics.PhoneError("p", 4.0, 20, 2)]])
+    found = metrics.merge_tables([first, [metrics.PhoneError("p", 4.0, 20, 2)]])
     assert found == [metrics.PhoneError("p", 3.0, 30, 3), metrics.PhoneError("aa", 2.0, 5, 1)]
 
 

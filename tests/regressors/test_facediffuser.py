@@ -68,7 +68,7 @@ def test_torch_and_numpy_agree(embedding: str, more: dict[str, Any]) -> None:
         expected = network(network.sound(sound), seen, np.array([7, 7]), styles)
     weights = network.export()
     assert {name: t.shape for name, t in weights.items()} == diffusion.shapes_of(config, 6, 3)
-    heard = diffusion.embed(config.sound, diffusion.named(weights, "sound_"), sound.numpy())
+    heard = diffusion.embed(config.sound, diffusion.tensors_with_prefix(weights, "sound_"), sound.numpy())
     found = diffusion.denoised(config, weights, seen.numpy(), 7, heard)
     np.testing.assert_allclose(found, expected.numpy(), atol=1e-5)
 

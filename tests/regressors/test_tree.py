@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from speech import made_up_examples
 
-from phonanim.features.inputs import inputs
+from phonanim.features.inputs import window_features
 from phonanim.regressors.tree import LEAF, Config, Forest
 
 pytest.importorskip("sklearn")
@@ -20,7 +20,10 @@ def test_a_leaf_holds_as_many_training_rows_as_asked(config: Config) -> None:
     data = made_up_examples(rng)
     forest = Forest.fit(config, data, data, rng, lambda done: None)
     rows = np.concatenate(
-        [inputs("indicators", t, at, forest.clusters) for t, at in zip(data.tracks, data.times, strict=True)]
+        [
+            window_features("indicators", t, at, forest.clusters)
+            for t, at in zip(data.tracks, data.times, strict=True)
+        ]
     )
     assert len(forest.roots) == config.trees
     for root in forest.roots:

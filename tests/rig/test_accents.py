@@ -11,7 +11,7 @@ from speech import track_of
 from phonanim.errors import RigError
 from phonanim.pipeline import load_model
 from phonanim.rig import load_rig
-from phonanim.rig.accents import accented, read_accents
+from phonanim.rig.accents import add_accents, read_accents
 from phonanim.rig.retarget import retarget
 from phonanim.speech.inventory import INVENTORY
 
@@ -22,7 +22,7 @@ TIMES = np.arange(90) / 60
 def test_accents_last_as_long_as_their_phone() -> None:
     table = np.zeros((41, 2), np.float32)
     table[INVENTORY.code("f"), 0] = 0.5
-    found = accented(np.zeros((90, 2), np.float32), table, TRACK, TIMES)
+    found = add_accents(np.zeros((90, 2), np.float32), table, TRACK, TIMES)
     assert found[33, 0] == pytest.approx(0.5)  # 0.55 s, the middle of f
     assert found[:20].max() == 0
     assert found[45:].max() == 0

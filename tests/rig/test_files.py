@@ -13,7 +13,7 @@ from phonanim.errors import RigError
 from phonanim.rig import load_rig
 from phonanim.rig.landmarks import HEADER, read_landmarks, write_landmarks
 from phonanim.rig.motion import Motion, read_motion, sample_motion, write_motion
-from phonanim.rig.read import problems, read_document
+from phonanim.rig.read import read_document, rig_problems
 from phonanim.rig.rig import POSES
 from phonanim.rig.tables import read_hinges, read_mixture, write_hinges
 from phonanim.rig.write import rig_text, write_rig
@@ -122,7 +122,7 @@ def test_mistakes_are_named_with_their_mend(name: str, tmp_path: Path) -> None:
 
 def test_all_problems_are_found_at_once(tmp_path: Path) -> None:
     path = written(tmp_path, CONTROLS + "[poses.mean]\njwa = 0.5\nround = 7.0\n")
-    assert len(problems(read_document(path))) == 2 + len(POSES)
+    assert len(rig_problems(read_document(path))) == 2 + len(POSES)
     with pytest.raises(RigError, match=r"and 9 more: phonanim rig check"):
         load_rig(str(path))
 

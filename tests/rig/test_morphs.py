@@ -4,27 +4,27 @@ from animations import line
 
 from phonanim.errors import RigError
 from phonanim.media.glb import Glb
-from phonanim.rig.morphs import Morphs, find_morphs, plain
+from phonanim.rig.morphs import Morphs, find_morphs, plain_name
 
 
 @pytest.mark.parametrize(
     "name", ["jawOpen", "JawOpen", "jaw_open", "head.jawOpen", "blendShape1.JawOpen", "Jaw Open"]
 )
 def test_names_that_programs_change_read_the_same(name):
-    assert plain(name) == plain("jawOpen")
+    assert plain_name(name) == plain_name("jawOpen")
 
 
 @pytest.mark.parametrize(
     "name", ["eyeBlinkLeft", "eyeBlink_L", "EyeBlinkL", "eye_blink_l", "face.eyeBlink_L"]
 )
 def test_sides_are_spelt_out(name):
-    assert plain(name) == plain("eyeBlinkLeft") != plain("eyeBlinkRight")
+    assert plain_name(name) == plain_name("eyeBlinkLeft") != plain_name("eyeBlinkRight")
 
 
 def test_names_that_end_in_a_letter_of_a_side():
-    assert plain("mouthRoll") == "mouthroll"
-    assert plain("aaR") == "aaright"
-    assert plain("L") == "l"
+    assert plain_name("mouthRoll") == "mouthroll"
+    assert plain_name("aaR") == "aaright"
+    assert plain_name("L") == "l"
 
 
 def test_the_exact_name_wins_and_doubt_is_an_error():

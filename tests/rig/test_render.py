@@ -9,7 +9,7 @@ from animations import line, only
 from phonanim.media.pixels import draw_text, png_bytes, shortened, text_width
 from phonanim.media.raster import EMPTY, rasterize
 from phonanim.rig.head import load_head
-from phonanim.rig.render import averaged, blurred, lower_face, render, srgb, whole_head
+from phonanim.rig.render import blur, downsample, lower_face, render, to_srgb, whole_head
 
 SQUARE = np.array([[2, 2, 0], [10, 2, 0], [10, 10, 0], [2, 10, 0]], np.float32)
 HALVES = np.array([[0, 2, 1], [0, 3, 2]])  # anticlockwise as seen, with rows that count down
@@ -109,15 +109,15 @@ def test_pictures_are_drawn_fast(head):
 
 
 def test_small_steps():
-    assert srgb(np.array([0.0, 0.2159, 5.0])).tolist() == [0, 128, 255]
+    assert to_srgb(np.array([0.0, 0.2159, 5.0])).tolist() == [0, 128, 255]
     np.testing.assert_array_equal(
-        averaged(np.arange(12, dtype=np.float32).reshape(2, 2, 3), 2), [[[4.5, 5.5, 6.5]]]
+        downsample(np.arange(12, dtype=np.float32).reshape(2, 2, 3), 2), [[[4.5, 5.5, 6.5]]]
     )
     constant = np.full((9, 7), 3.0, np.float32)
-    np.testing.assert_allclose(blurred(constant, 2), constant, rtol=1e-6)
+    np.testing.assert_allclose(blur(constant, 2), constant, rtol=1e-6)
     dot = np.zeros((9, 9), np.float32)
     dot[4, 4] = 1
-    np.testing.assert_allclose(blurred(dot, 1).sum(), 1, rtol=1e-5)
+    np.testing.assert_allclose(blur(dot, 1).sum(), 1, rtol=1e-5)
 
 
 def test_png_holds_the_pixels():

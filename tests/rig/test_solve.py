@@ -14,11 +14,11 @@ from phonanim.face.model import lip_aperture, lip_width
 from phonanim.pipeline import load_model
 from phonanim.rig import load_rig
 from phonanim.rig.descent import Problem, descend
-from phonanim.rig.fit import fit_rig, hinges_of
+from phonanim.rig.fit import fit_rig, make_hinges
 from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import read_landmarks, shipped_landmarks
 from phonanim.rig.motion import closed_face, read_motion
-from phonanim.rig.puppet import control_partners, landmark_partners, make_puppet, mirrored
+from phonanim.rig.puppet import control_partners, landmark_partners, make_landmark_rig, mirror_faces
 from phonanim.rig.retarget import retarget
 from phonanim.rig.sight import CLOSED_GAP, Energy
 from phonanim.rig.solve import solve
@@ -69,7 +69,7 @@ def test_mirrored_faces_give_mirrored_controls() -> None:
     puppet, face = head_puppet(), head_face()
     rig, partner = blank_rig(puppet), landmark_partners(puppet.rest)
     shape = puppet.pose(posed(jawOpen=0.3)) + np.random.default_rng(1).normal(0, 0.5, puppet.rest.shape)
-    flipped = puppet.rest + mirrored(shape - puppet.rest, partner)
+    flipped = puppet.rest + mirror_faces(shape - puppet.rest, partner)
     one, other = (solve(s, face, puppet, rig, puppet.rest, EXACT) for s in (shape, flipped))
     swap = control_partners(puppet)
     np.testing.assert_allclose(other, one[:, swap], atol=1e-9)
@@ -129,7 +129,7 @@ def test_partners() -> None:
 def test_a_head_in_other_axes_and_units(turn: np.ndarray) -> None:
     head = load_head()
     moved = replace(head, vertices=100 * head.vertices @ turn, deltas=100 * head.deltas @ turn)
-    puppet = make_puppet(moved, read_landmarks(load_rig("arkit").landmarks), head_face())
+    puppet = make_landmark_rig(moved, read_landmarks(load_rig("arkit").landmarks), head_face())
     np.testing.assert_allclose(puppet.rest, head_puppet().rest, atol=1e-6)
     np.testing.assert_allclose(puppet.shapes, head_puppet().shapes, atol=1e-6)
 
@@ -141,7 +141,7 @@ def test_a_slanted_head_is_said() -> None:
     )
     moved = replace(head, vertices=head.vertices @ turn)
     with pytest.raises(RigError, match="does not stand along the axes; turn it upright"):
-        make_puppet(moved, read_landmarks(load_rig("arkit").landmarks), head_face())
+        make_landmark_rig(moved, read_landmarks(load_rig("arkit").landmarks), head_face())
 
 
 def test_coinciding_eyes_are_said() -> None:
@@ -149,7 +149,7 @@ def test_coinciding_eyes_are_said() -> None:
     corners, weights = spots.corners.copy(), spots.weights.copy()
     corners[[362, 263]], weights[[362, 263]] = corners[[33, 133]], weights[[33, 133]]
     with pytest.raises(RigError, match="landmarks of the two eyes .* coincide"):
-        make_puppet(load_head(), replace(spots, corners=corners, weights=weights), head_face())
+        make_landmark_rig(load_head(), replace(spots, corners=corners, weights=weights), head_face())
 
 
 def test_descent_finds_the_bounded_minimum() -> None:
@@ -184,7 +184,7 @@ def test_a_fitted_rig_repeats_its_face() -> None:
 
 def test_hinges_of_gaps_open_at_their_knots() -> None:
     face = head_face()
-    names, loads, offsets = hinges_of(face)
+    names, loads, offsets = make_hinges(face)
     modes = np.random.default_rng(8).normal(size=(50, 5)) * face.std
     gap = lip_aperture(face.instance(modes), face)
     row = names.index("gap13>1mm")
@@ -196,7 +196,7 @@ def test_solving_is_a_way_to_retarget() -> None:
     face, rig = load_model("default").face, load_rig("arkit")
     modes = read_motion().modes(face)[:200]
     solved, direct = (retarget(modes, face, rig, how) for how in ("solve", "direct"))
-    puppet = make_puppet(load_head(), shipped_landmarks(), face)
+    puppet = make_landmark_rig(load_head(), shipped_landmarks(), face)
     aperture, wanted = (lip_aperture(shapes, face) for shapes in (puppet.pose(solved), face.instance(modes)))
     assert solved.shape == direct.shape
     assert np.corrcoef(aperture, wanted)[0, 1] > 0.99
@@ -212,7 +212,7 @@ def test_a_rig_without_a_head_cannot_be_solved() -> None:
 def test_solving_keeps_up() -> None:
     face = load_model("default").face
     modes = read_motion().modes(face)
-    puppet = make_puppet(load_head(), shipped_landmarks(), face)
+    puppet = make_landmark_rig(load_head(), shipped_landmarks(), face)
     closed = closed_face(face, modes)
     started = time.perf_counter()
     solve(face.instance(modes), face, puppet, load_rig("arkit"), closed)

@@ -13,7 +13,7 @@ from phonanim.errors import RigError
 from phonanim.exporters import save
 from phonanim.rig.head import load_head
 from phonanim.rig.meshes import write_head
-from phonanim.rig.stance import doubts
+from phonanim.rig.stance import orientation_warnings
 
 BASE = load_head()
 TURNS = {
@@ -39,13 +39,13 @@ def turned(turn):
 
 
 def test_a_head_as_it_should_be():
-    assert doubts(BASE) == ()
-    assert doubts(scaled(4.0)) == ()  # a giant
+    assert orientation_warnings(BASE) == ()
+    assert orientation_warnings(scaled(4.0)) == ()  # a giant
 
 
 @pytest.mark.parametrize("how", TURNS)
 def test_turned_heads(how):
-    assert doubts(turned(TURNS[how])) == (SAID[how],)
+    assert orientation_warnings(turned(TURNS[how])) == (SAID[how],)
 
 
 @pytest.mark.parametrize(
@@ -60,13 +60,13 @@ def test_turned_heads(how):
     ],
 )
 def test_other_units(factor, said):
-    (odd,) = doubts(scaled(factor))
+    (odd,) = orientation_warnings(scaled(factor))
     assert said in odd
 
 
 def test_shapes_of_other_names_tell_no_direction():
     strange = replace(turned(TURNS["lying"]), targets=tuple(f"x{n}" for n in range(len(BASE.targets))))
-    assert doubts(strange) == ()
+    assert orientation_warnings(strange) == ()
 
 
 def test_usd_is_not_made_of_them(tmp_path):

@@ -21,7 +21,7 @@ from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
 from phonanim.rig.mesh_file import load_mesh
 from phonanim.rig.meshes import write_obj
 from phonanim.rig.transfer import Report, transfer
-from phonanim.rig.untangle import untangle
+from phonanim.rig.untangle import unflip
 
 
 def bare(head: Head) -> Head:
@@ -130,7 +130,7 @@ def test_a_shape_that_turns_triangles_over_is_straightened_where_it_does() -> No
     delta = np.zeros_like(points)
     delta[15 * 30 + 15] = (0.0025, 0.0, 0.0)  # over its neighbours
     before = face_normals(points + delta, triangles)[:, 2]
-    straight, remain = untangle(points, delta, triangles)
+    straight, remain = unflip(points, delta, triangles)
     assert (before < 0).any()
     assert remain == 0
     assert (face_normals(points + straight, triangles)[:, 2] > 0).all()
@@ -141,7 +141,7 @@ def test_a_shape_that_turns_triangles_over_is_straightened_where_it_does() -> No
 def test_what_turns_nothing_over_stays_as_it_was() -> None:
     head = load_head()
     delta = head.deltas[head.targets.index("mouthPucker")] / 10
-    straight, remain = untangle(head.vertices, delta, head.triangles)
+    straight, remain = unflip(head.vertices, delta, head.triangles)
     assert remain == 0
     assert straight is delta
 

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from phonanim.speech.inventory import INVENTORY
-from phonanim.speech.ipa import marks, parse, spellings, symbols
-from phonanim.speech.looks import seen
+from phonanim.speech.ipa import ipa_diacritics, ipa_substitutes, ipa_symbols, parse_ipa
+from phonanim.speech.looks import to_visible_phones
 from phonanim.speech.sampa import to_ipa
 
 # What every symbol becomes, to be read by a phonetician.
@@ -40,33 +40,33 @@ def pairs(table: str) -> list[tuple[str, tuple[str, ...]]]:
 
 def test_every_symbol_has_its_golden_phone() -> None:
     golden = dict(pairs(GOLDEN))
-    assert list(golden) == list(symbols())
-    assert {symbol: seen(symbol) for symbol in symbols()} == golden
+    assert list(golden) == list(ipa_symbols())
+    assert {symbol: to_visible_phones(symbol) for symbol in ipa_symbols()} == golden
 
 
 @pytest.mark.parametrize(("label", "phones"), pairs(COMBINED))
 def test_combinations(label: str, phones: tuple[str, ...]) -> None:
-    assert seen(label) == phones
-    assert seen(unicodedata.normalize("NFD", label)) == phones
+    assert to_visible_phones(label) == phones
+    assert to_visible_phones(unicodedata.normalize("NFD", label)) == phones
 
 
 @pytest.mark.parametrize(
     "label", ["", "the", "beam", "hello", "word", "I", "B", "?", "ˈ", "5", "str", "æ-", "語"]
 )
 def test_what_is_no_sound_in_ipa(label: str) -> None:
-    assert seen(label) == ()
+    assert to_visible_phones(label) == ()
 
 
 @pytest.mark.parametrize("phone", INVENTORY.phones)
 def test_the_inventory_looks_like_itself(phone: str) -> None:
     sound = INVENTORY.sounds[INVENTORY.code(phone)]
-    assert seen(sound.ipa) == ((phone,) if sound.ipa else ())
+    assert to_visible_phones(sound.ipa) == ((phone,) if sound.ipa else ())
 
 
-@pytest.mark.parametrize("symbol", list(symbols()))
+@pytest.mark.parametrize("symbol", list(ipa_symbols()))
 def test_lips_decide(symbol: str) -> None:
-    sound = symbols()[symbol]
-    phone = INVENTORY.sounds[INVENTORY.code(seen(symbol)[0])]
+    sound = ipa_symbols()[symbol]
+    phone = INVENTORY.sounds[INVENTORY.code(to_visible_phones(symbol)[0])]
     if sound.vowel:
         assert (sound.rounding >= 0.5) == (phone.rounding >= 0.5)
         assert abs(sound.height - phone.height) <= 0.35
@@ -77,32 +77,33 @@ def test_lips_decide(symbol: str) -> None:
 
 
 MARKED = st.tuples(
-    st.sampled_from(list(symbols())), st.lists(st.sampled_from(list(marks())), max_size=4, unique=True)
+    st.sampled_from(list(ipa_symbols())),
+    st.lists(st.sampled_from(list(ipa_diacritics())), max_size=4, unique=True),
 )
 
 
 @given(MARKED)
 def test_any_symbol_with_any_marks_resolves(marked: tuple[str, list[str]]) -> None:
     symbol, added = marked
-    assert seen(symbol + "".join(added)), (symbol, added)
+    assert to_visible_phones(symbol + "".join(added)), (symbol, added)
 
 
 @given(st.text(max_size=6))
 def test_any_text_is_taken_or_refused(text: str) -> None:
-    assert set(seen(text)) <= set(INVENTORY.phones)
-    assert set(seen(to_ipa(text))) <= set(INVENTORY.phones)
+    assert set(to_visible_phones(text)) <= set(INVENTORY.phones)
+    assert set(to_visible_phones(to_ipa(text))) <= set(INVENTORY.phones)
 
 
 def test_tables_do_not_contradict() -> None:
-    assert not set(symbols()) & set(marks())
-    assert not set(symbols()) & set(spellings())
-    assert not set(marks()) & set(spellings())
-    for spelling, ipa in spellings().items():
-        assert parse(ipa) or ipa in marks(), spelling
-    for effect, value in marks().values():
+    assert not set(ipa_symbols()) & set(ipa_diacritics())
+    assert not set(ipa_symbols()) & set(ipa_substitutes())
+    assert not set(ipa_diacritics()) & set(ipa_substitutes())
+    for spelling, ipa in ipa_substitutes().items():
+        assert parse_ipa(ipa) or ipa in ipa_diacritics(), spelling
+    for effect, value in ipa_diacritics().values():
         assert effect in {"none", "then", "place", "central", "rounding", "height", "backness", "voiced"}
         assert np.isfinite(float(value)) if effect in {"rounding", "height", "backness", "voiced"} else True
-        assert value in symbols() if effect == "then" else True
+        assert value in ipa_symbols() if effect == "then" else True
 
 
 @pytest.mark.parametrize(

@@ -195,7 +195,7 @@ def test_language_files_keep_the_contract(name: str) -> None:
     assert language.title
     assert set(language.alphabets) <= {"IPA", "SAMPA"}
     for label in [*language.phones, *language.ipa, *language.closures]:
-        assert language.listed(label), label
+        assert language.resolve_listed(label), label
     missing = [
         label for labels in language.labels.values() for label in labels if not language.resolve(label)
     ]

@@ -11,7 +11,7 @@ from speech import random_track
 from phonanim.animation.rates import frame_count
 from phonanim.errors import OptionError, StreamError
 from phonanim.options import Options, Overlay
-from phonanim.pipeline import load_cached_rig, load_model, move
+from phonanim.pipeline import load_cached_rig, load_model, predict_controls
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.language import to_phones
@@ -44,7 +44,9 @@ def whole(intervals: list[Interval], options: Options) -> np.ndarray:
     duration = intervals[-1].end
     track, _ = to_phones(Alignment(tuple(intervals), duration, "phones", "test"), options.language)
     frames = frame_count(duration, options.fps)
-    return move(track, load_model(options.model), load_cached_rig(options.rig), options, frames)[1]
+    return predict_controls(track, load_model(options.model), load_cached_rig(options.rig), options, frames)[
+        1
+    ]
 
 
 @pytest.mark.parametrize("fps", [60.0, 24.0])
@@ -96,7 +98,7 @@ def test_an_empty_stream_has_no_frames() -> None:
     stream = PhoneStream(ENGLISH)
     stream.end()
     assert stream.frames().shape == (0, 52)
-    assert stream.remarks == ("no phone came",)
+    assert stream.notes == ("no phone came",)
 
 
 @pytest.mark.parametrize(

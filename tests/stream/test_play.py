@@ -13,7 +13,7 @@ from streams import made_up_model, speech
 from phonanim.options import Options
 from phonanim.stream.engine import PhoneStream
 from phonanim.stream.events import End, Event, Phone, Samples
-from phonanim.stream.play import Player, sentences
+from phonanim.stream.play import Player, report_lines
 from phonanim.stream.sound import SoundStream
 
 
@@ -70,7 +70,7 @@ def test_sound_that_stalls_is_waited_for_and_then_silent(tmp_path: Path) -> None
     player = Player(engine, [sink], 60, lambda text: None)
     player.run_in_time(slowly([(0.0, sound), (1.0, sound), (1.1, End())]), 0.2, 0.2)
     assert player.tally.stalls >= 1
-    assert "the sound stalled" in " ".join(sentences(player.tally, ["memory"]))
+    assert "the sound stalled" in " ".join(report_lines(player.tally, ["memory"]))
     assert [number for _, number in sink.came] == list(range(len(sink.came)))
     assert len(sink.came) >= 48
 
@@ -84,7 +84,7 @@ def test_a_source_without_end_is_not_read_far_ahead() -> None:
     player = Player(engine, [Kept(BrokenPipeError(), 20)], 60, lambda text: None)
     player.run_in_time(endless(), 0.1, 0.1)
     assert 21 <= player.tally.frames < 600
-    assert 5 < engine.heard_until < 15
+    assert 5 < engine.known_until < 15
     assert len(engine.known) < 200
 
 

@@ -18,7 +18,7 @@ import pytest
 
 from phonanim.errors import MissingExtraError, OptionError, OutputError
 from phonanim.pipeline import load_cached_rig
-from phonanim.stream.sinks import Stage, find_sink, names, open_named, parse_address
+from phonanim.stream.sinks import Stage, find_sink, open_named, parse_address, sink_names
 
 ARKIT = Stage("arkit", load_cached_rig("arkit").controls, 60.0)
 VALUES = np.linspace(0, 1, len(ARKIT.controls)).astype(np.float32)
@@ -46,7 +46,7 @@ def packet(name: str, receiver: socket.socket, stage: Stage = ARKIT) -> bytes:
     return receiver.recv(65536)
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", sink_names())
 def test_every_sink_opens_sends_and_closes(name: str, capfd: pytest.CaptureFixture[str]) -> None:
     if name in ("osc", "vmc"):
         pytest.importorskip("pythonosc")

@@ -9,7 +9,7 @@ import pytest
 from streams import made_up_model, speech
 
 from phonanim.animation.rates import frame_count
-from phonanim.animation.style import dial
+from phonanim.animation.style import scale_controls
 from phonanim.encoders import RATE
 from phonanim.errors import MissingExtraError, OptionError, StreamError
 from phonanim.media.audio import Sound
@@ -31,7 +31,7 @@ def whole(samples: np.ndarray, options: Options, rate: int = RATE) -> np.ndarray
     frames = frame_count(len(samples) / rate, options.fps)
     modes = model.predict(None, options.fps, frames, sound=Sound(samples, rate))
     values = retarget(modes, model.face, rig)
-    return dial(values, rig, options.intensity, options.jaw, options.lips, options.gains)
+    return scale_controls(values, rig, options.intensity, options.jaw, options.lips, options.gains)
 
 
 def streamed(samples: np.ndarray, options: Options, block: int, rate: int = RATE) -> np.ndarray:
@@ -89,7 +89,7 @@ def test_odd_sounds(sound: str, options: Options) -> None:
     stream = SoundStream(options)
     stream.take(Samples(samples.astype(np.float32)))
     said = {"silent": "the sound was silent; is it", "clipped": "the sound is clipped: 100 % of its samples"}
-    assert said[sound] in " ".join(stream.remarks)
+    assert said[sound] in " ".join(stream.notes)
     assert found.shape == (31, 52)
     assert np.isfinite(found).all()
 

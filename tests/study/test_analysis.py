@@ -6,9 +6,9 @@ import pytest
 from phonanim.__main__ import run
 from phonanim.errors import StudyError
 from phonanim.evaluation.statistics import sign_test
-from phonanim.study.analysis import compare, rate
-from phonanim.study.results import FORMAT, read_results, screen
-from phonanim.study.tally import Tally, count, read_counts
+from phonanim.study.analysis import compare_systems, rate_systems
+from phonanim.study.results import FORMAT, read_results, screen_answers
+from phonanim.study.tally import Tally, count_answers, read_counts
 
 TAYLOR = "examples/taylor2017_judgements.csv"
 
@@ -53,7 +53,7 @@ DIFFERENT = {
 
 
 def test_the_published_judgements_give_the_published_tables(root):
-    found = {(one.group, one.other): one for one in compare(read_counts(root / TAYLOR), rng())}
+    found = {(one.group, one.other): one for one in compare_systems(read_counts(root / TAYLOR), rng())}
     counted = {pair: (one.won, one.lost) for pair, one in found.items()}
     assert counted == PRINTED | DIFFERENT
     assert all(one.drawn == 0 and one.judgements == 25 * one.lines for one in found.values())
@@ -81,7 +81,7 @@ def test_a_hand_worked_comparison():
         Tally("", "x", "y", "b", 2, 2, 1),
         Tally("", "x", "y", "c", 4, 0),
     ]
-    (one,) = compare(tallies, rng())
+    (one,) = compare_systems(tallies, rng())
     assert (one.won, one.lost, one.drawn, one.judgements, one.neither) == (2, 0, 1, 12, 1)
     assert one.preference == 9 / 12
     assert one.p_lines == one.p_holm == 0.5
@@ -94,9 +94,9 @@ def test_pairs_of_a_group_are_corrected_together():
     tallies = [
         Tally(group, "x", other, str(line), 5, 0) for group in "gh" for other in "yz" for line in range(6)
     ]
-    assert {one.p_lines for one in compare(tallies, rng())} == {1 / 32}
-    assert {one.p_holm for one in compare(tallies, rng())} == {1 / 16}
-    nobody = compare([Tally("", "x", "y", "a", 0, 0, 3)], rng())[0]
+    assert {one.p_lines for one in compare_systems(tallies, rng())} == {1 / 32}
+    assert {one.p_holm for one in compare_systems(tallies, rng())} == {1 / 16}
+    nobody = compare_systems([Tally("", "x", "y", "a", 0, 0, 3)], rng())[0]
     assert np.isnan(nobody.preference)
     assert nobody.p_lines == 1
 
@@ -105,20 +105,20 @@ def test_answers_are_counted_whatever_the_side(tmp_path):
     saved(tmp_path, "p", answer("left"), answer("left", left="other", right="ours"))
     saved(tmp_path, "q", answer("none"), answer("right", item="b", rating=2))
     people = read_results([tmp_path])
-    assert count(people, "ours") == (
+    assert count_answers(people, "ours") == (
         Tally("", "ours", "other", "a", 1, 1, 1),
         Tally("", "ours", "other", "b", 0, 1, 0),
     )
-    assert count(people)[1] == Tally("", "other", "ours", "b", 1, 0, 0)
+    assert count_answers(people)[1] == Tally("", "other", "ours", "b", 1, 0, 0)
     with pytest.raises(StudyError, match="no system is called 'mine'; there are other, ours"):
-        count(people, "mine")
+        count_answers(people, "mine")
 
 
 def test_practice_and_controls_are_not_counted(tmp_path):
     saved(tmp_path, "p", answer(kind="practice"), control("left"), answer())
     people = read_results([tmp_path / "p.json"])
-    assert [(tally.wins, tally.losses) for tally in count(people, "ours")] == [(1, 0)]
-    assert sum(one.ratings for one in rate(people, rng())) == 1
+    assert [(tally.wins, tally.losses) for tally in count_answers(people, "ours")] == [(1, 0)]
+    assert sum(one.ratings for one in rate_systems(people, rng())) == 1
 
 
 def test_ratings_are_those_of_the_chosen(tmp_path):
@@ -126,7 +126,7 @@ def test_ratings_are_those_of_the_chosen(tmp_path):
         saved(
             tmp_path, name, answer("left", rating=stars), answer("right", rating=1), answer("none", rating=1)
         )
-    other, ours = rate(read_results([tmp_path]), rng(), "ours")
+    other, ours = rate_systems(read_results([tmp_path]), rng(), "ours")
     assert (ours.ours, ours.other, ours.system, ours.ratings, ours.mean) == ("ours", "other", "ours", 2, 4.0)
     assert ours.interval == (3.0, 5.0)
     assert (other.system, other.mean, other.interval) == ("other", 1.0, (1.0, 1.0))
@@ -137,14 +137,14 @@ def test_who_does_not_count(tmp_path):
     saved(tmp_path, "careless", control("right"), control("left", 1, "none"), control("none", 3, "none"))
     saved(tmp_path, "left early", answer(), ended=None)
     saved(tmp_path, "again", answer(), participant="good", ended="2026-02-01")
-    kept, excluded = screen(read_results([tmp_path]))
+    kept, excluded = screen_answers(read_results([tmp_path]))
     assert [one.name for one in kept] == ["good"]
     assert {(one.name, one.reason) for one in excluded} == {
         ("careless", "failed 3 controls"),
         ("left early", "did not finish"),
         ("good", "answered more than once; the first counts"),
     }
-    kept, _ = screen(read_results([tmp_path]), allowed=3)
+    kept, _ = screen_answers(read_results([tmp_path]), allowed=3)
     assert [one.name for one in kept] == ["careless", "good"]
 
 

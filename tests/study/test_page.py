@@ -11,8 +11,8 @@ import pytest
 from takes import folders
 
 from phonanim.__main__ import run
-from phonanim.study.results import read_results, screen
-from phonanim.study.tally import count
+from phonanim.study.results import read_results, screen_answers
+from phonanim.study.tally import count_answers
 
 pytestmark = pytest.mark.skipif(
     not (shutil.which("chromium") or shutil.which("google-chrome")), reason="needs chromium or google-chrome"
@@ -44,10 +44,10 @@ def test_from_the_first_click_to_the_table(tmp_path, root):
     assert [answer["kind"] for answer in good["answers"]][:3] == ["practice"] * 3
     assert sorted(answer["kind"] for answer in good["answers"][3:]) == ["control"] * 3 + ["test"] * 2
     assert all(answer["plays"] == {"left": 1, "right": 1} for answer in good["answers"])
-    kept, excluded = screen(read_results([tmp_path / "results"]))
+    kept, excluded = screen_answers(read_results([tmp_path / "results"]))
     assert [one.name for one in kept] == ["good"]
     assert [one.reason for one in excluded] == ["failed 3 controls"]
-    assert [(tally.wins, tally.losses) for tally in count(kept, "ours")] == [(1, 0), (1, 0)]
+    assert [(tally.wins, tally.losses) for tally in count_answers(kept, "ours")] == [(1, 0), (1, 0)]
     assert all((tmp_path / "results" / f"{name}.png").stat().st_size > 5000 for name in ("welcome", "trial"))
 
 

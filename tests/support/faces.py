@@ -10,7 +10,7 @@ from phonanim.face.model import FaceModel
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.head import TONGUE, load_head
 from phonanim.rig.landmarks import read_landmarks
-from phonanim.rig.puppet import Puppet, landmark_partners, mirrored
+from phonanim.rig.puppet import LandmarkRig, landmark_partners, mirror_faces
 
 SHAPES = (
     ("jawOpen",),
@@ -22,12 +22,12 @@ SHAPES = (
 
 
 @cache
-def head_puppet() -> Puppet:
+def head_puppet() -> LandmarkRig:
     """The shipped head's landmarks in the axes and size of a reference face."""
     head, spots = load_head().without(TONGUE), read_landmarks(load_rig("arkit").landmarks)
     rest = spots.of(head.vertices)
     eyes = rest[[33, 133, 362, 263]].mean(axis=0)
-    return Puppet(head.targets, (rest - eyes) * 1000, spots.of(head.deltas) * 1000)
+    return LandmarkRig(head.targets, (rest - eyes) * 1000, spots.of(head.deltas) * 1000)
 
 
 @cache
@@ -36,14 +36,14 @@ def head_face() -> FaceModel:
     puppet = head_puppet()
     partner = landmark_partners(puppet.rest)
     shapes = np.array([sum(puppet.shapes[puppet.controls.index(n)] for n in names) for names in SHAPES])
-    shapes = (shapes + mirrored(shapes, partner)) / 2
+    shapes = (shapes + mirror_faces(shapes, partner)) / 2
     basis, triangle = np.linalg.qr(shapes.reshape(len(shapes), -1).T)
     basis = (basis * np.sign(np.diag(triangle))).T.reshape(shapes.shape)  # each mode goes the shape's way
     mean = puppet.rest + 0.1 * shapes[0]
     return FaceModel(mean, basis, np.array([20.0, 9.0, 6.0, 5.0, 4.0]), np.arange(len(mean)))
 
 
-def blank_rig(puppet: Puppet, **changes: object) -> Rig:
+def blank_rig(puppet: LandmarkRig, **changes: object) -> Rig:
     """The puppet's controls from 0 to 1, not fitted to anything."""
     count = len(puppet.controls)
     facts = {

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from speech import made_up_corpus
 
-from phonanim.comparison.fit import fit
-from phonanim.comparison.folds import folds
+from phonanim.comparison.fit import train_job
+from phonanim.comparison.folds import make_folds
 from phonanim.comparison.plan import Plan, Sweep
 from phonanim.comparison.run import _jobs
-from phonanim.comparison.sweeps import split, sweep_jobs
+from phonanim.comparison.sweeps import split_clips, sweep_jobs
 from phonanim.corpus.corpus import RIGID, Corpus, remove_pose_leak, save_corpus, stabilize
 from phonanim.face.model import FaceModel, fit_face
 from phonanim.regressors import load
@@ -67,15 +67,15 @@ def test_no_fold_of_a_comparison_has_a_face_of_what_it_withholds(tmp_path: Path)
         sweeps={"amount": sweep},
     )
     corpus = made_up_corpus(np.random.default_rng(3))
-    found = list(folds(plan, corpus))
+    found = list(make_folds(plan, corpus))
     assert len(found) == 3
     for fold in found:
         (job,) = _jobs(plan, fold, tmp_path / "work")
         assert not set(job.face_clips) & set(fold.test.tolist())
-        fit(job)
+        train_job(job)
         shapes = corpus.landmarks[corpus.rows(job.face_clips)]
         assert same(load(job.folder).face, fit_face(shapes, corpus.indices))
-    _, held_out = split(plan, corpus)
+    _, held_out = split_clips(plan, corpus)
     for job in sweep_jobs(plan, corpus, tmp_path / "work"):
         assert not set(job.face_clips) & set(held_out.tolist())
 
@@ -83,7 +83,7 @@ def test_no_fold_of_a_comparison_has_a_face_of_what_it_withholds(tmp_path: Path)
 def test_a_model_on_another_face_is_another_job(tmp_path: Path) -> None:
     folder = saved(made_up_corpus(np.random.default_rng(3)), tmp_path)
     plan = Plan(folder / "corpus", {"mean": folder / "mean.toml"}, "mean", folds=("test",))
-    (fold,) = folds(plan, made_up_corpus(np.random.default_rng(3)))
+    (fold,) = make_folds(plan, made_up_corpus(np.random.default_rng(3)))
     (job,) = _jobs(plan, fold, tmp_path / "work")
     assert replace(job, face_clips=job.face_clips[1:]).key != job.key
 

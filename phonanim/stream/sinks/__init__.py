@@ -53,7 +53,7 @@ class SinkModule(Protocol):
         """Open the place. Raises OSError when that fails, ImportError when a package is absent."""
 
 
-def names() -> tuple[str, ...]:
+def sink_names() -> tuple[str, ...]:
     """Every sink: the stems of this folder's files, and the plugins."""
     return SINKS.names()
 
@@ -62,9 +62,9 @@ def find_sink(name: str) -> SinkModule:
     """The module of a sink. Raises OptionError with the nearest name."""
     found = SINKS.find(name)
     if found is None:
-        near = get_close_matches(name, names(), n=1)
+        near = get_close_matches(name, sink_names(), n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise OptionError(f"there is no sink {name!r}{hint} (known: {', '.join(names())})")
+        raise OptionError(f"there is no sink {name!r}{hint} (known: {', '.join(sink_names())})")
     return cast("SinkModule", found)
 
 

@@ -120,18 +120,18 @@ def live_page(stage: Stage) -> str:
     """The page, whole."""
     from phonanim.media.glb import read_glb
     from phonanim.rig.head import SHIPPED
-    from phonanim.viewer.page import base64_text, filled, page_file, script_data, targets_of
+    from phonanim.viewer.page import base64_text, character_targets, fill_page, read_page_part, script_data
 
     data = {
         "facts": f"{stage.rig} · {stage.fps:g} fps · {len(stage.controls)} controls",
         "channels": stage.controls,
-        "targets": targets_of(stage.controls, read_glb(SHIPPED)),
+        "targets": character_targets(stage.controls, read_glb(SHIPPED)),
         "head": base64_text(SHIPPED.read_bytes()),
     }
     fields = {
         "title": "phonanim stream",
-        "style": page_file("style.css"),
+        "style": read_page_part("style.css"),
         "data": script_data(data),
-        "script": "\n".join([*map(page_file, SCRIPTS), (PAGE / "live.js").read_text("utf-8")]),
+        "script": "\n".join([*map(read_page_part, SCRIPTS), (PAGE / "live.js").read_text("utf-8")]),
     }
-    return filled((PAGE / "live.html").read_text("utf-8"), fields)
+    return fill_page((PAGE / "live.html").read_text("utf-8"), fields)
