@@ -15,7 +15,8 @@ from phonanim.comparison.plan import Plan, Sweep
 from phonanim.comparison.run import _jobs
 from phonanim.comparison.sweeps import split_clips, sweep_jobs
 from phonanim.corpus.corpus import RIGID, Corpus, remove_pose_leak, save_corpus, stabilize
-from phonanim.face.model import FaceModel, fit_face
+from phonanim.face.fit import fit_face
+from phonanim.face.model import FaceModel
 from phonanim.regressors import load
 from phonanim.training.recipes import train
 
