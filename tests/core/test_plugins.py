@@ -11,6 +11,14 @@ from pathlib import Path
 
 import pytest
 
+from phonanim.core.plugins import Registry, _entries
+from phonanim.datasets import DATASETS
+from phonanim.encoders import ENCODERS
+from phonanim.exporters import EXPORTERS
+from phonanim.readers import READERS
+from phonanim.regressors import REGRESSORS
+from phonanim.stream.sinks import SINKS
+
 FIT = """
 import numpy as np
 from pathlib import Path
@@ -68,6 +76,30 @@ def complaint(done: subprocess.CompletedProcess[str]) -> str:
     assert done.returncode == 2, done
     (line,) = done.stderr.splitlines()
     return line
+
+
+@pytest.mark.parametrize(
+    ("registry", "group"),
+    [
+        (READERS, "phonanim.readers"),
+        (EXPORTERS, "phonanim.exporters"),
+        (REGRESSORS, "phonanim.regressors"),
+        (ENCODERS, "phonanim.encoders"),
+        (DATASETS, "phonanim.datasets"),
+        (SINKS, "phonanim.sinks"),
+    ],
+)
+def test_every_group_finds_plugins(
+    registry: Registry, group: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module = "part_of_" + group.partition(".")[2]
+    package(tmp_path, module, group, "mine", "\n".join(f"{name} = 1" for name in registry.needs))
+    monkeypatch.syspath_prepend(str(tmp_path))
+    _entries.cache_clear()
+    assert registry.names() == (*registry.built_in(), "mine")
+    assert registry.find("mine").__name__ == module
+    assert registry.name_of(module) == "mine"
+    _entries.cache_clear()
 
 
 def test_info_lists_the_parts_of_an_installed_package(example: Path) -> None:

@@ -261,3 +261,8 @@ def test_a_large_elan_file_takes_time_in_step_with_its_size() -> None:
         return count
 
     assert calls(800) < 2.5 * calls(400)
+
+
+def test_a_reader_that_is_not_there() -> None:
+    with pytest.raises(AlignmentError, match=r"there is no reader 'praat'; there are bas, ctm, "):
+        load_reader("praat")
