@@ -7,12 +7,14 @@ Resampling and exchanging then work on rows, and stay exact for any measure.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
-from fractions import Fraction
-from math import comb
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from phonanim.errors import MissingExtraError
 
 Array = NDArray[np.float64]
 Statistic = Callable[[Array], Array]  # totals (..., sums) -> (...,)
@@ -50,17 +52,29 @@ def bootstrap_interval(
     """Percentile interval of a statistic when sentences are drawn anew, (sentences, sums) -> (low, high).
 
     Source: Efron and Tibshirani 1993, section 13.3. A plain mean of values (n,) is
-    `bootstrap_interval(mean_rows(values), rng)`. Raises ValueError when there are no sentences.
+    `bootstrap_interval(mean_rows(values), rng)`. Raises ValueError when there are no sentences,
+    MissingExtraError without scipy.
     """
     if len(rows) == 0:
         raise ValueError("no sentences to draw from")
-    found = []
-    for begin in range(0, resamples, CHUNK):
-        drawn = rng.integers(len(rows), size=(min(CHUNK, resamples - begin), len(rows)))
-        counts = np.apply_along_axis(np.bincount, 1, drawn, minlength=len(rows))
-        found.append(statistic(counts @ rows))
+    if np.isnan(rows).any():
+        return float("nan"), float("nan")
+    if len(rows) == 1:  # which can only be drawn again
+        return (only := float(statistic(rows[0]))), only
+    stats = _scipy_stats()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", stats.DegenerateDataWarning)  # NaN says as much
+        resampled = stats.bootstrap(
+            tuple(rows.T),
+            lambda *sums, axis: statistic(np.stack([drawn.sum(axis=axis) for drawn in sums], axis=-1)),
+            n_resamples=resamples,
+            batch=CHUNK,
+            paired=True,
+            method="percentile",
+            rng=rng,
+        )
+    values = resampled.bootstrap_distribution
     tail = 100 * (1 - level) / 2
-    values = np.concatenate(found)
     if np.isnan(values).all():  # a statistic of curves that never move
         return float("nan"), float("nan")
     low, high = np.nanpercentile(values, [tail, 100 - tail])
@@ -84,11 +98,13 @@ def paired_test(
     If the two models were alike, their names could be exchanged in any sentence (Fisher 1935, section 21;
     Edgington 1995, chapter 5). p counts the exchanges, drawn at random, that part the models at least as far
     as they are, the observed one among them, so it is never below 1 / (resamples + 1).
-    Raises ValueError when the sentences are not paired.
+    NaN where a statistic is not a number. Raises ValueError when the sentences are not paired.
     """
     if a.shape != b.shape:
         raise ValueError(f"sentences of two models must pair: {a.shape} and {b.shape}")
     observed = abs(float(statistic(a.sum(axis=0)) - statistic(b.sum(axis=0))))
+    if not np.isfinite(observed):
+        return float("nan")
     total, change = a.sum(axis=0) + b.sum(axis=0), b - a
     extreme = 0
     for begin in range(0, resamples, CHUNK):
@@ -100,20 +116,18 @@ def paired_test(
 
 
 def holm(p: Sequence[float]) -> list[float]:
-    """Adjusted p values of several tests (Holm 1979), in the order given."""
-    order = np.argsort(p, kind="stable")
-    adjusted, highest = [0.0] * len(p), 0.0
-    for rank, index in enumerate(order):
-        highest = max(highest, min(1.0, (len(p) - rank) * p[index]))
+    """Adjusted p values of several tests (Holm 1979), in the order given; NaN stays NaN and is no test."""
+    known = [index for index in np.argsort(p, kind="stable") if not np.isnan(p[index])]
+    adjusted, highest = [float("nan")] * len(p), 0.0
+    for rank, index in enumerate(known):
+        highest = max(highest, min(1.0, (len(known) - rank) * p[index]))
         adjusted[index] = highest
     return adjusted
 
 
 def sign_test(wins: int, losses: int) -> float:
     """Two-sided exact sign test; ties are left out (Dixon and Mood 1946)."""
-    n = wins + losses
-    tail = sum(comb(n, k) for k in range(min(wins, losses) + 1))
-    return min(1.0, 2 * tail / 2**n)
+    return binomial_test(wins, wins + losses) if wins + losses else 1.0
 
 
 def binomial_test(successes: int, trials: int, chance: float = 0.5) -> float:
@@ -123,6 +137,13 @@ def binomial_test(successes: int, trials: int, chance: float = 0.5) -> float:
     """
     if not 0 <= successes <= trials:
         raise ValueError(f"{successes} successes in {trials} trials")
-    exact = Fraction(chance)
-    likely = [comb(trials, k) * exact**k * (1 - exact) ** (trials - k) for k in range(trials + 1)]
-    return float(min(1, sum(p for p in likely if p <= likely[successes])))
+    return float(_scipy_stats().binomtest(successes, trials, chance).pvalue)
+
+
+def _scipy_stats() -> Any:
+    """scipy.stats, imported where it is needed. Raises MissingExtraError naming the extra."""
+    try:
+        from scipy import stats
+    except ImportError as error:
+        raise MissingExtraError("intervals and tests need scipy: pip install 'phonanim[evaluate]'") from error
+    return stats

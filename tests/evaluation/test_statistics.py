@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
+from scipy import stats
 
+from phonanim.errors import MissingExtraError
 from phonanim.evaluation import statistics as st
 
 RNG = np.random.default_rng
@@ -94,3 +98,32 @@ def test_binomial_test_by_hand() -> None:
 def test_curves_that_never_move_have_no_interval() -> None:
     rows = np.array([st.pearson_sums(np.zeros(5), np.arange(5.0))] * 3)
     assert np.isnan(st.bootstrap_interval(rows, RNG(0), st.pearson)).all()
+
+
+@pytest.mark.filterwarnings("error")
+def test_what_is_not_a_number_is_never_significant() -> None:
+    a = st.mean_rows(np.arange(6.0))
+    holed = st.mean_rows(np.array([0.0, np.nan, 2, 3, 4, 5]))
+    assert np.isnan(st.paired_test(a, holed, RNG(0)))
+    assert np.isnan(st.bootstrap_interval(holed, RNG(0))).all()
+    adjusted = st.holm([0.01, float("nan"), 0.03])
+    assert adjusted[::2] == pytest.approx([0.02, 0.03])
+    assert np.isnan(adjusted[1])
+
+
+def test_the_interval_of_one_sentence_is_its_value() -> None:
+    assert st.bootstrap_interval(st.mean_rows(np.array([3.0])), RNG(0)) == (3.0, 3.0)
+
+
+def test_the_paired_test_agrees_with_scipy() -> None:
+    x, y = RNG(7).normal(size=(2, 9))
+    y += 0.8
+    exact = stats.permutation_test((x, y), lambda a, b: a.mean() - b.mean(), permutation_type="samples")
+    ours = st.paired_test(st.mean_rows(x), st.mean_rows(y), RNG(0), resamples=20_000)
+    assert ours == pytest.approx(exact.pvalue, abs=0.01)
+
+
+def test_intervals_need_scipy(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    with pytest.raises(MissingExtraError, match=r"tests need scipy: pip install 'phonanim\[evaluate\]'"):
+        st.bootstrap_interval(st.mean_rows(np.arange(3.0)), RNG(0))
