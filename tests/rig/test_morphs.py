@@ -39,7 +39,7 @@ def test_the_exact_name_wins_and_doubt_is_an_error():
 
 def test_weights_are_channels_by_name():
     animation = line(3)
-    weights = Morphs("", 0, ("other", "jawOpen", "")).weights(animation)
+    weights = Morphs("", 0, ("other", "jawOpen", "")).weights(animation.values, animation.channels)
     np.testing.assert_allclose(weights[:, 1], animation.channel("jawOpen"))
     assert not weights[:, [0, 2]].any()
 
