@@ -116,7 +116,7 @@ def measure(model: AudioRegressor, corpus: Any, face: FaceModel, clips: NDArray[
         "errors_mm": errors,
         "aperture_r": correlation(lip_aperture(shapes, face), lip_aperture(known, face)),
         "width_r": correlation(lip_width(shapes, face), lip_width(known, face)),
-        "shares": [float(share) for share in model.shares],
+        "shares": [float(share) for share in model.layer_shares],
         **cost_of(model, read_sound(corpus.audio[int(clips[0])])),
     }
 
@@ -129,10 +129,10 @@ def cost_of(model: AudioRegressor, sound: Sound) -> Row:
 
 def decoding_ms(model: AudioRegressor, sound: Sound) -> float:
     """Processor milliseconds that the decoder takes for a second of speech: the least of ten runs."""
-    features, grid, taken = model.hear(sound), step_times(sound.duration, model.config.rate), []
+    features, grid, taken = model.encode(sound), step_times(sound.duration, model.config.rate), []
     for _ in range(10):
         before = time.process_time()
-        model.decoded(features, grid)
+        model.modes_at_steps(features, grid)
         taken.append(time.process_time() - before)
     return 1000 * min(taken) / sound.duration
 
@@ -208,10 +208,10 @@ def encoding(recording: Path, encoders: tuple[str, ...]) -> None:
 def layers(folder: Path, output: Path | None) -> None:
     """Show how much of each layer of its encoder a model hears (Medina 2023, Figures 4.14 and 4.15)."""
     model: Any = regressors.load(folder).regressor
-    for number, share in enumerate(model.shares):
+    for number, share in enumerate(model.layer_shares):
         print(f"layer {number}: {share:.3f}")
     if output:
-        draw({folder.name: model.shares[None]}, model.config.encoder, output)
+        draw({folder.name: model.layer_shares[None]}, model.config.encoder, output)
 
 
 @main.command()

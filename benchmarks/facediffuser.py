@@ -31,9 +31,10 @@ from phonanim.corpus.corpus import load_corpus
 from phonanim.encoders import encode
 from phonanim.media.audio import Sound, read_sound
 from phonanim.regressors import make_config
-from phonanim.regressors._diffusion import diffused, guided, kept, strided
-from phonanim.regressors._steps import at_steps, cached_encoder, step_times
-from phonanim.regressors.facediffuser import FaceDiffuser, onward
+from phonanim.regressors._denoiser import extend_steps
+from phonanim.regressors._diffusion import add_noise, guided_motion, sampling_times, signal_share
+from phonanim.regressors._steps import cached_encoder, features_at_steps, step_times
+from phonanim.regressors.facediffuser import FaceDiffuser
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -73,7 +74,7 @@ def run(config: Path, folder: Path, data: Path, work: Path, output: Path, only: 
         model = learn(judge, make_config("facediffuser", values, name), targets, journal)
         facts = {"targets": targets, "parameters": size_of(model), "training_s": seconds_of(journal)}
         for count in missing:
-            row = MEASURES[targets](judge, model.changed(steps=count) if count else model)
+            row = MEASURES[targets](judge, model.with_settings(steps=count) if count else model)
             add_row(output, "variants", title(name, count), row | facts)
 
 
@@ -132,7 +133,7 @@ def steps(folder: Path, corpus: Path, output: Path, counts: tuple[int, ...]) -> 
     for count in counts:
         if count <= model.config.timesteps:
             before = time.process_time()
-            row = measure_mouth(judge, model.changed(steps=count))
+            row = measure_mouth(judge, model.with_settings(steps=count))
             add_row(output, "steps", str(count), row | {"measured_s": time.process_time() - before})
 
 
@@ -160,7 +161,7 @@ def speed(folder: Path, corpus_folder: Path, output: Path, count: int, seconds: 
     grid = step_times(sound.duration, model.config.rate)
     encoder = cached_encoder(model.config.encoder)
     _, hearing = timed(lambda: encode(encoder, sound))
-    outside, once = timed(lambda: model.decoded(encode(encoder, sound), grid))
+    outside, once = timed(lambda: model.modes_at_steps(encode(encoder, sound), grid))
     inside, every = timed(lambda: heard_every_step(model, sound))
     row = {
         "seconds": seconds,
@@ -184,14 +185,18 @@ def heard_every_step(model: FaceDiffuser, sound: Sound) -> Floats:
     """Sampling as in the released code of the author: the encoder runs at every step."""
     config = model.config
     asked = step_times(sound.duration, config.rate)
-    grid, shares, found = onward(asked, config.rate), kept(config.timesteps), np.empty(0, np.float32)
-    for turn, at in enumerate(strided(config.timesteps, config.steps)):
-        values = at_steps(encode(cached_encoder(config.encoder), sound), grid, config.rate)
-        heard = model.embedded(model.normal(values)[None])
+    grid, shares, found = (
+        extend_steps(asked, config.rate),
+        signal_share(config.timesteps),
+        np.empty(0, np.float32),
+    )
+    for turn, at in enumerate(sampling_times(config.timesteps, config.steps)):
+        values = features_at_steps(encode(cached_encoder(config.encoder), sound), grid, config.rate)
+        heard = model.embed_sound(model.normalize_features(values)[None])
         noise = model.noise(turn, 0, len(grid))
-        seen = diffused(found, shares[at], noise) if turn else noise
-        found = guided(config, model.weights, seen, int(at), heard, None)
-    return model.unscaled(found)[0, : len(asked)]
+        seen = add_noise(found, shares[at], noise) if turn else noise
+        found = guided_motion(config, model.weights, seen, int(at), heard, None)
+    return model.unscale_modes(found)[0, : len(asked)]
 
 
 @main.command()

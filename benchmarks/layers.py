@@ -21,8 +21,8 @@ from phonanim.face.model import INNER_LIP_PAIRS
 from phonanim.options import Options, Overlay
 from phonanim.pipeline import AnimationResult, animate_detailed
 from phonanim.rig.head import load_head
+from phonanim.rig.landmark_rig import LandmarkRig, make_landmark_rig
 from phonanim.rig.landmarks import shipped_landmarks
-from phonanim.rig.puppet import LandmarkRig, make_landmark_rig
 from phonanim.speech.inventory import INVENTORY
 
 Array = NDArray[np.float64]
@@ -36,10 +36,10 @@ SETTINGS = {
 }
 
 
-def gaps(result: AnimationResult, puppet: LandmarkRig) -> Array:
+def gaps(result: AnimationResult, landmark_rig: LandmarkRig) -> Array:
     """The widest of seven gaps between the lips of the head, (frames,) mm."""
     upper, lower = (result.face.rows(side) for side in zip(*INNER_LIP_PAIRS, strict=True))
-    posed = puppet.pose(result.animation.values)
+    posed = landmark_rig.pose(result.animation.values)
     return np.asarray((posed[:, upper, 1] - posed[:, lower, 1]).max(axis=1))
 
 
@@ -58,7 +58,7 @@ def main() -> None:
     """Print a table row for each setting."""
     paths = list(map(Path, sys.argv[1:]))
     plain = [animate_detailed(path, Options(unknown="nearest")) for path in paths]
-    puppet = make_landmark_rig(load_head(), shipped_landmarks(), plain[0].face).take(
+    landmark_rig = make_landmark_rig(load_head(), shipped_landmarks(), plain[0].face).take(
         plain[0].animation.channels
     )
     seconds = sum(float(one.animation.times[-1]) for one in plain)
@@ -67,7 +67,7 @@ def main() -> None:
     lips = INVENTORY.codes(("p", "b", "m", "f", "v"))
     for name, setting in SETTINGS.items():
         after = [animate_detailed(path, Options(unknown="nearest", **setting)) for path in paths]
-        more = [gaps(b, puppet) - gaps(a, puppet) for a, b in zip(plain, after, strict=True)]
+        more = [gaps(b, landmark_rig) - gaps(a, landmark_rig) for a, b in zip(plain, after, strict=True)]
         held = [np.isin(one.track.sample(one.animation.times), lips) for one in plain]
         firm = [m[h & closed(one)] for m, h, one in zip(more, held, plain, strict=True)]
         count = sum(int(np.isin(one.track.codes, lips).sum()) for one in plain)

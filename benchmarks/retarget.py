@@ -30,9 +30,9 @@ from phonanim.metrics import correlation, jerk, phone_middles, speech_mask
 from phonanim.pipeline import load_model
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.head import load_head
+from phonanim.rig.landmark_rig import LandmarkRig, make_landmark_rig
 from phonanim.rig.landmarks import read_landmarks
 from phonanim.rig.motion import closed_face, read_motion
-from phonanim.rig.puppet import LandmarkRig, make_landmark_rig
 from phonanim.rig.retarget import retarget
 from phonanim.rig.solve import solve
 from phonanim.speech.phones import PhoneTrack
@@ -67,11 +67,11 @@ def main() -> None:
     chosen = options.parse_args()
     rig = load_rig(chosen.rig)
     clips = gather(load_corpus(chosen.corpus), chosen.model)
-    puppet = make_landmark_rig(load_head(rig.head), read_landmarks(rig.landmarks), clips.face)
+    landmark_rig = make_landmark_rig(load_head(rig.head), read_landmarks(rig.landmarks), clips.face)
     rows = [
-        {"motion": source, "map": name, **measure(clips, source, puppet, controls(clips.modes[source]))}
+        {"motion": source, "map": name, **measure(clips, source, landmark_rig, controls(clips.modes[source]))}
         for source in clips.modes
-        for name, controls in maps(clips, puppet, rig).items()
+        for name, controls in maps(clips, landmark_rig, rig).items()
     ]
     speeds = {how: speed(clips.face, rig, how) for how in ("poses", "direct")}
     if chosen.json:
@@ -110,7 +110,7 @@ def gather(corpus: Corpus, model_name: str | None) -> Clips:
     return Clips(face, modes, captured, speech, np.concatenate(closures), lengths, tracks, corpus.fps)
 
 
-def maps(clips: Clips, puppet: LandmarkRig, rig: Rig) -> dict[str, Callable[[Array], Array]]:
+def maps(clips: Clips, landmark_rig: LandmarkRig, rig: Rig) -> dict[str, Callable[[Array], Array]]:
     """The ways from modes to controls; accents need to know the phones."""
     face = clips.face
     closed = closed_face(face, read_motion().modes(face))
@@ -118,7 +118,9 @@ def maps(clips: Clips, puppet: LandmarkRig, rig: Rig) -> dict[str, Callable[[Arr
         "poses": lambda modes: retarget(modes, face, rig, "poses").astype(np.float64),
         "direct": lambda modes: retarget(modes, face, rig, "direct").astype(np.float64),
         "direct, accents": lambda modes: with_accents(clips, rig, modes),
-        "solve": lambda modes: solve(face.instance(modes), face, puppet, rig, closed, lengths=clips.lengths),
+        "solve": lambda modes: solve(
+            face.instance(modes), face, landmark_rig, rig, closed, lengths=clips.lengths
+        ),
     }
 
 
@@ -132,9 +134,9 @@ def with_accents(clips: Clips, rig: Rig, modes: Array) -> Array:
     return np.concatenate(found).astype(np.float64)
 
 
-def measure(clips: Clips, source: str, puppet: LandmarkRig, controls: Array) -> dict[str, Any]:
+def measure(clips: Clips, source: str, landmark_rig: LandmarkRig, controls: Array) -> dict[str, Any]:
     """Correlations, gaps at closures and roughness of one way on one motion."""
-    head, shapes = puppet.pose(controls), clips.face.instance(clips.modes[source])
+    head, shapes = landmark_rig.pose(controls), clips.face.instance(clips.modes[source])
     result: dict[str, Any] = {}
     for name, measured in LIPS.items():
         on_head, on_face = measured(head, clips.face), measured(shapes, clips.face)

@@ -35,7 +35,7 @@ from phonanim.encoders import RATE
 from phonanim.inputs.alignment import read_alignment
 from phonanim.options import Options
 from phonanim.pipeline import load_cached_rig, load_model, predict_controls
-from phonanim.regressors._streamed import Streamed
+from phonanim.regressors._streaming import Streamed
 from phonanim.speech.alignment import Interval
 from phonanim.speech.language import to_phones
 from phonanim.stream.engine import PhoneStream

@@ -21,8 +21,14 @@ from phonanim.face.model import FaceModel, lip_aperture, lip_width
 from phonanim.media.audio import read_sound
 from phonanim.metrics import correlation, diversity, dynamics_deviation, vertex_error
 from phonanim.regressors import Examples
-from phonanim.regressors._diffusion import sample
-from phonanim.regressors._steps import at_steps, between, cached_encoder, listen, step_times
+from phonanim.regressors._diffusion import sample_motion
+from phonanim.regressors._steps import (
+    cached_encoder,
+    features_at_steps,
+    interpolate_rows,
+    sound_features,
+    step_times,
+)
 from phonanim.regressors.facediffuser import FaceDiffuser
 
 TAKES = 5  # seeds that are compared
@@ -101,8 +107,10 @@ def takes_of(judge: Judge, model: FaceDiffuser, seeds: range) -> NDArray[np.floa
     sounds = [read_sound(judge.corpus.audio[clip]) for clip in judge.measured]
     grid = step_times(min(sound.duration for sound in sounds), model.config.rate)
     encoder = cached_encoder(model.config.encoder)
-    values = [at_steps(listen(encoder, sound, None), grid, model.config.rate) for sound in sounds]
-    heard = model.embedded(np.stack([model.normal(one) for one in values]))
+    values = [
+        features_at_steps(sound_features(encoder, sound, None), grid, model.config.rate) for sound in sounds
+    ]
+    heard = model.embed_sound(np.stack([model.normalize_features(one) for one in values]))
     wide = (len(sounds), len(grid), len(model.low))
     place = (judge.corpus.times(int(judge.measured[0])) - grid[0]) * model.config.rate
 
@@ -110,8 +118,8 @@ def takes_of(judge: Judge, model: FaceDiffuser, seeds: range) -> NDArray[np.floa
         def noise(turn: int) -> Floats:
             return np.random.default_rng([seed, turn]).standard_normal(wide, np.float32)
 
-        found = model.unscaled(sample(model.config, model.weights, heard, noise))
-        return np.stack([between(one, place) for one in found])
+        found = model.unscale_modes(sample_motion(model.config, model.weights, heard, noise))
+        return np.stack([interpolate_rows(one, place) for one in found])
 
     return np.stack([take(seed) for seed in seeds])
 

@@ -46,9 +46,9 @@ from phonanim.options import Options
 from phonanim.pipeline import animate, load_model
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.head import Head, load_head
+from phonanim.rig.landmark_rig import LandmarkRig, make_landmark_rig, to_face_axes
 from phonanim.rig.landmarks import read_landmarks
 from phonanim.rig.motion import closed_face, read_motion
-from phonanim.rig.puppet import LandmarkRig, make_landmark_rig, to_face_axes
 from phonanim.rig.solve import solve
 from phonanim.rig.visemes import spoken_shapes
 
@@ -76,7 +76,7 @@ class Stage:
 
     face: FaceModel
     rig: Rig
-    puppet: LandmarkRig
+    landmark_rig: LandmarkRig
     head: Head
     lips: NDArray[np.int64]
 
@@ -150,7 +150,7 @@ def solve_captured(corpus: Corpus, stage: Stage) -> Array:
 def solved_faces(shapes: Array, stage: Stage, lengths: NDArray[np.int64]) -> Array:
     """Controls of the head for faces, (frames, landmarks, 3) mm -> (frames, controls)."""
     closed = closed_face(stage.face, read_motion().modes(stage.face))
-    return solve(shapes, stage.face, stage.puppet, stage.rig, closed, lengths=lengths)
+    return solve(shapes, stage.face, stage.landmark_rig, stage.rig, closed, lengths=lengths)
 
 
 def by_clip(values: Array, clips: list[Clip]) -> list[Array]:
@@ -235,7 +235,7 @@ def pooled(clips: list[Clip], found: list[Array], solved: list[Array], stage: St
 
 def offsets(clips: list[Clip], found: list[Array], stage: Stage) -> Array:
     """How the head differs from the speaker as a person: its mean less his, (landmarks, 3) mm."""
-    head = stage.puppet.pose(np.concatenate(found)).mean(axis=0)
+    head = stage.landmark_rig.pose(np.concatenate(found)).mean(axis=0)
     return np.asarray(head - np.concatenate([clip.captured for clip in clips]).mean(axis=0))
 
 
@@ -243,7 +243,7 @@ def score(
     clips: list[Clip], found: list[Array], solved: list[Array], stage: Stage, rests: Array
 ) -> dict[str, float]:
     """Measures of some clips together; `rests` is taken off the head before landmarks are compared."""
-    head = stage.puppet.pose(np.concatenate(found))
+    head = stage.landmark_rig.pose(np.concatenate(found))
     captured = np.concatenate([clip.captured for clip in clips])
     speech = np.concatenate([clip.speech for clip in clips])
     result = {}
@@ -260,7 +260,7 @@ def score(
 
 def dynamics(clips: list[Clip], found: list[Array], stage: Stage) -> dict[str, float]:
     """Closures, delay and liveliness of the lip opening: means over clips."""
-    openings = [lip_aperture(stage.puppet.pose(mine), stage.face) for mine in found]
+    openings = [lip_aperture(stage.landmark_rig.pose(mine), stage.face) for mine in found]
     captured = [lip_aperture(clip.captured, stage.face) for clip in clips]
     result = {
         f"{name}_gap_mm": mean(

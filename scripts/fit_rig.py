@@ -30,9 +30,9 @@ from phonanim.pipeline import load_model
 from phonanim.rig import HingeMap, Rig
 from phonanim.rig.fit import fit_rig
 from phonanim.rig.head import load_head
+from phonanim.rig.landmark_rig import LandmarkRig, make_landmark_rig
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.motion import SHIPPED, closed_face, sample_motion, write_motion
-from phonanim.rig.puppet import LandmarkRig, make_landmark_rig
 from phonanim.rig.tables import VRM, read_viseme_shapes, write_shapes
 from phonanim.rig.write import write_rig
 
@@ -59,10 +59,12 @@ def main() -> None:
     motion = sample_motion(face.project(shapes), face, FRAMES, np.random.default_rng(chosen.seed))
     write_motion(SHIPPED, motion)
     modes = motion.modes(face)
-    puppet = make_landmark_rig(load_head(), shipped_landmarks(), face)
-    write_rig(RIGS / "arkit.toml", fit_rig(arkit(tuple(sorted(columns()[:N_ARKIT]))), puppet, face, modes))
-    visemes = viseme_puppet(puppet)
-    write_rig(RIGS / "vrm.toml", fit_rig(vrm(), vrm_puppet(visemes), face, modes))
+    landmark_rig = make_landmark_rig(load_head(), shipped_landmarks(), face)
+    write_rig(
+        RIGS / "arkit.toml", fit_rig(arkit(tuple(sorted(columns()[:N_ARKIT]))), landmark_rig, face, modes)
+    )
+    visemes = viseme_landmark_rig(landmark_rig)
+    write_rig(RIGS / "vrm.toml", fit_rig(vrm(), vrm_landmark_rig(visemes), face, modes))
     write_oculus(visemes, face, closed_face(face, modes))
     write_rig(RIGS / "face.toml", identity(face, closed_face(face, modes)))
 
@@ -102,13 +104,13 @@ def vrm() -> Rig:
     return blank("vrm", "VRM, five mouth expressions", source, tuple(VRM))
 
 
-def viseme_puppet(puppet: LandmarkRig) -> LandmarkRig:
+def viseme_landmark_rig(landmark_rig: LandmarkRig) -> LandmarkRig:
     """The shipped head with visemes for controls, as viseme_shapes.csv mixes them of ARKit controls."""
-    names, mixtures = read_viseme_shapes(puppet.controls)
-    return LandmarkRig(names, puppet.rest, np.tensordot(mixtures, puppet.shapes, axes=1))
+    names, mixtures = read_viseme_shapes(landmark_rig.controls)
+    return LandmarkRig(names, landmark_rig.rest, np.tensordot(mixtures, landmark_rig.shapes, axes=1))
 
 
-def vrm_puppet(visemes: LandmarkRig) -> LandmarkRig:
+def vrm_landmark_rig(visemes: LandmarkRig) -> LandmarkRig:
     """The five VRM expressions as the visemes that they stand for."""
     return replace(visemes.take(tuple(VRM.values())), controls=tuple(VRM))
 

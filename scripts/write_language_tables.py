@@ -15,7 +15,7 @@ sys.path.insert(0, str(ROOT))
 from phonanim.speech.inventory import LEXICON  # noqa: E402
 from phonanim.speech.ipa import Articulation, ipa_symbols  # noqa: E402
 from phonanim.speech.labels import language_names, load_language  # noqa: E402
-from phonanim.speech.looks import constriction, lip_closure, lip_spread, to_visible_phones  # noqa: E402
+from phonanim.speech.visible_phones import constriction, lip_closure, lip_spread, to_visible_phones  # noqa: E402
 
 PAGE = ROOT / "docs" / "languages.md"
 START = "<!-- tables: written by scripts/write_language_tables.py -->"

@@ -14,7 +14,7 @@ from phonanim.face.model import FaceModel
 from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.meshes import write_obj
-from phonanim.rig.picture import draw_poses
+from phonanim.rig.pose_pictures import draw_poses
 from phonanim.rig.read import load_rig
 from phonanim.rig.rig import MEAN, POSES
 from phonanim.rig.write import toml_key

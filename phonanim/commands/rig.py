@@ -107,7 +107,7 @@ def draw(path: Path, sheet: Path, model: str) -> None:
     from phonanim.rig import load_rig
     from phonanim.rig.character import load_character
     from phonanim.rig.landmarks import read_landmarks
-    from phonanim.rig.picture import draw_poses
+    from phonanim.rig.pose_pictures import draw_poses
 
     rig = load_rig(str(path))
     if rig.head is None or rig.landmarks is None or not rig.posed:
@@ -144,7 +144,7 @@ def fit_command(
     from phonanim.rig.character import load_character
     from phonanim.rig.fit_character import fit_character, fit_quality
     from phonanim.rig.landmarks import read_landmarks, write_landmarks
-    from phonanim.rig.stance import orientation_warnings
+    from phonanim.rig.orientation import orientation_warnings
     from phonanim.rig.write import write_rig
 
     target = output or head.with_suffix(".toml")

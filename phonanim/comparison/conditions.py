@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import metrics, regressors
+from phonanim.comparison.degradations import babble_noise, mix_noise, shift_voice, white_noise
 from phonanim.comparison.folds import all_frames, speech_frames
 from phonanim.comparison.plan import Condition, Plan
 from phonanim.comparison.scores import scores_by_frames
-from phonanim.comparison.sounds import babble_noise, mix_noise, shift_voice, white_noise
 from phonanim.core.files import write_text
 from phonanim.corpus.corpus import Corpus
 from phonanim.encoders._cache import fingerprint

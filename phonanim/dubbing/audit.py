@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from phonanim.animation.animation import Animation
+from phonanim.dubbing.align_lines import alignment_place
 from phonanim.dubbing.ledger import read_ledger
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.lines import Lines, files_below, path_below
-from phonanim.dubbing.origin import file_entry, output_hash, rig_hash
 from phonanim.dubbing.outcome import Outcome
-from phonanim.dubbing.spoken import alignment_place
+from phonanim.dubbing.provenance import file_entry, output_hash, rig_hash
 from phonanim.dubbing.staging import Copies
 from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError, PhonanimError

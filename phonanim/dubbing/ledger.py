@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import IO
 
 from phonanim.core.files import atomic_path
-from phonanim.dubbing import parts
+from phonanim.dubbing import ledger_parts
 from phonanim.dubbing.outcome import Outcome, decode_outcomes, encode_outcome
 from phonanim.dubbing.storage import Place, Remote
 from phonanim.errors import OutputError
@@ -23,7 +23,7 @@ Record = Callable[[Outcome], None]
 def read_ledger(folder: Place) -> dict[str, Outcome]:
     """The last outcome of each id; empty when there is no ledger. A line cut short by a kill is left out."""
     if isinstance(folder, Remote):
-        return parts.read(folder, NAME)
+        return ledger_parts.read(folder, NAME)
     try:
         return decode_outcomes((folder / NAME).read_text("utf-8", errors="replace").splitlines())
     except FileNotFoundError:
@@ -34,7 +34,7 @@ def write_ledger(folder: Place, outcomes: Iterable[Outcome]) -> None:
     """Write the ledger anew: one outcome an id, in the order given."""
     text = "".join(map(encode_outcome, outcomes))
     if isinstance(folder, Remote):
-        parts.write(folder, NAME, text)
+        ledger_parts.write(folder, NAME, text)
         return
     with atomic_path(folder / NAME) as partial:
         partial.write_text(text, "utf-8")
@@ -42,7 +42,7 @@ def write_ledger(folder: Place, outcomes: Iterable[Outcome]) -> None:
 
 def ledger_writer(folder: Place) -> AbstractContextManager[Record]:
     """A function that adds an outcome to the ledger, so that it outlives a kill. Raises OutputError."""
-    return parts.part_writer(folder) if isinstance(folder, Remote) else _appending(folder)
+    return ledger_parts.part_writer(folder) if isinstance(folder, Remote) else _appending(folder)
 
 
 @contextmanager

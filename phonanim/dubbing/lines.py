@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
 from phonanim.dubbing.line import Line
-from phonanim.dubbing.names import collision_key
+from phonanim.dubbing.output_names import collision_key
 from phonanim.dubbing.row import EDITS, Common, parse_row
 from phonanim.dubbing.storage import Place, Remote, forget_listings, parse_place
 from phonanim.dubbing.table import SUFFIXES as TABLES

@@ -9,12 +9,12 @@ from typing import cast
 
 from phonanim.core.files import content_hash
 from phonanim.core.plugins import find_culprit
+from phonanim.dubbing.align_lines import align_line, alignment_place
 from phonanim.dubbing.checks import line_facts
 from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.line import Line
-from phonanim.dubbing.origin import is_current, origin_of, rig_hash, shared_file_entry
 from phonanim.dubbing.outcome import Outcome
-from phonanim.dubbing.spoken import align_line, alignment_place
+from phonanim.dubbing.provenance import is_current, origin_of, rig_hash, shared_file_entry
 from phonanim.dubbing.staging import Copies, forget_copies, open_copies, stage_inputs, upload_outputs
 from phonanim.dubbing.storage import forget_listings
 from phonanim.errors import OptionError, PhonanimError

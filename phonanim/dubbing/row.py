@@ -12,7 +12,7 @@ from phonanim.animation.overlay import is_pose
 from phonanim.animation.rates import parse_rate
 from phonanim.core.catalog import CARD
 from phonanim.dubbing.line import Line
-from phonanim.dubbing.names import safe_name
+from phonanim.dubbing.output_names import safe_name
 from phonanim.dubbing.storage import Place, parse_place
 from phonanim.dubbing.styles import DIALS, Styles, find_style, read_styles
 from phonanim.dubbing.table import Row

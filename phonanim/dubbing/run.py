@@ -9,8 +9,8 @@ from phonanim.core.files import PARTIAL
 from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.ledger import ledger_writer, lock_folder, read_ledger, write_ledger
 from phonanim.dubbing.lines import Lines
-from phonanim.dubbing.origin import is_current, origin_of
 from phonanim.dubbing.outcome import Outcome
+from phonanim.dubbing.provenance import is_current, origin_of
 from phonanim.dubbing.report import write_reports
 from phonanim.dubbing.storage import Place, Remote
 from phonanim.errors import OutputError, PhonanimError

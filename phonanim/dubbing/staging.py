@@ -13,7 +13,7 @@ from typing import Any
 
 from phonanim.dubbing.job import Job
 from phonanim.dubbing.line import Line
-from phonanim.dubbing.origin import overlay_place
+from phonanim.dubbing.provenance import overlay_place
 from phonanim.dubbing.storage import Place, Remote, is_url, parse_place
 from phonanim.options import Options
 

@@ -17,7 +17,7 @@ def load_drawable_head(character: Path = SHIPPED) -> Head:
     if character == SHIPPED:
         return load_head()
     from phonanim.rig.character import load_character
-    from phonanim.rig.stance import orientation_warnings
+    from phonanim.rig.orientation import orientation_warnings
 
     head = load_character(character)
     if odd := orientation_warnings(head):

@@ -11,7 +11,15 @@ from phonanim.encoders import Features
 from phonanim.errors import ModelError
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples, InputModality, Tensors
-from phonanim.regressors._steps import Array, Floats, at_steps, between, cached_encoder, listen, step_times
+from phonanim.regressors._steps import (
+    Array,
+    Floats,
+    cached_encoder,
+    features_at_steps,
+    interpolate_rows,
+    sound_features,
+    step_times,
+)
 from phonanim.speech.phones import PhoneTrack
 
 CHUNK, AROUND = 60.0, 3.0  # seconds decoded at a time, and heard before and after them
@@ -37,11 +45,11 @@ class AudioInput(ABC):
         """
         if sound is None:
             raise ModelError("an audio-driven model needs a recording")
-        features = self.hear(sound, track)
+        features = self.encode(sound, track)
         grid = step_times(sound.duration, self.config.rate)
-        return between(self.decoded(features, grid), (times - grid[0]) * self.config.rate)
+        return interpolate_rows(self.modes_at_steps(features, grid), (times - grid[0]) * self.config.rate)
 
-    def hear(self, sound: Sound, track: PhoneTrack | None = None) -> Features:
+    def encode(self, sound: Sound, track: PhoneTrack | None = None) -> Features:
         """Features of a sound. Raises ModelError when their encoder is not the one that was learned from."""
         encoder = cached_encoder(self.config.encoder)
         if encoder.identity != self.identity:
@@ -49,14 +57,14 @@ class AudioInput(ABC):
                 f"the model learned from {self.identity!r}, and {encoder.identity!r} is here: "
                 "set PHONANIM_ENCODERS to its weights, or train it again"
             )
-        return self.listen(self.config, sound, track)
+        return self.input_features(self.config, sound, track)
 
     @classmethod
-    def listen(cls, config: Any, sound: Sound, track: PhoneTrack | None) -> Features:
+    def input_features(cls, config: Any, sound: Sound, track: PhoneTrack | None) -> Features:
         """What models of this kind are given of a sound, to be asked for at steps."""
-        return listen(cached_encoder(config.encoder), sound, track)
+        return sound_features(cached_encoder(config.encoder), sound, track)
 
-    def decoded(self, features: Features, grid: Array) -> Floats:
+    def modes_at_steps(self, features: Features, grid: Array) -> Floats:
         """Modes at steps, (steps,) seconds of `step_times` -> (steps, modes).
 
         Each stretch is decoded with what is around it, so that memory stays bounded.
@@ -65,12 +73,12 @@ class AudioInput(ABC):
         found = []
         for begin in range(0, len(grid), size):
             first = max(begin - around, 0)
-            values = at_steps(features, grid[first : begin + size + around], self.config.rate)
-            found.append(self.stretch(values, first)[begin - first :][:size])
+            values = features_at_steps(features, grid[first : begin + size + around], self.config.rate)
+            found.append(self.decode_stretch(values, first)[begin - first :][:size])
         return np.concatenate(found)
 
     @abstractmethod
-    def stretch(self, values: Floats, first: int) -> Floats:
+    def decode_stretch(self, values: Floats, first: int) -> Floats:
         """Modes of steps from the step `first` on, (steps, layers, dims) -> (steps, modes)."""
 
 

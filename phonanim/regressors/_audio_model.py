@@ -30,16 +30,20 @@ class AudioModel(AudioInput):
 
     config_class: ClassVar[type] = Settings
 
-    def stretch(self, values: Floats, first: int) -> Floats:
+    def decode_stretch(self, values: Floats, first: int) -> Floats:
         """Modes of steps, (steps, layers, dims) -> (steps, modes)."""
-        return decode(self.config, self.weights, self.mixed(values)[None])[0]
+        return decode(self.config, self.weights, self.mix_layers(values)[None])[0]
 
-    def mixed(self, values: Floats) -> Floats:
+    def mix_layers(self, values: Floats) -> Floats:
         """What the decoder gets, (steps, layers, dims) -> (steps, dims)."""
         normal = (values - self.centre) * self.scale
-        return normal[:, -1] if self.config.inputs == "enc" else np.einsum("sld,l->sd", normal, self.shares)
+        return (
+            normal[:, -1]
+            if self.config.inputs == "enc"
+            else np.einsum("sld,l->sd", normal, self.layer_shares)
+        )
 
     @property
-    def shares(self) -> Floats:
+    def layer_shares(self) -> Floats:
         """How much of each layer is heard, (layers,), sum 1 (Medina 2023, eq. 4.14)."""
         return softmax(self.mix)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from phonanim.core.neural import tensors_with_prefix, transformer_block
 from phonanim.regressors._audio_config import Settings
 from phonanim.regressors._convolution import convolution_shapes, convolve
-from phonanim.regressors._recurrent import gru, recur, recurrent_names
+from phonanim.regressors._recurrent import recurrent_names, run_gru, run_lstm
 
 Floats = NDArray[np.float32]
 Shapes = dict[str, tuple[int, ...]]
@@ -32,7 +32,7 @@ def decode(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> F
         return output(weights, convolve(config, weights, signal))
     for layer in range(config.depth):
         part = [weights[f"{name}{layer}"] for name in recurrent_names(config.decoder)]
-        signal = recur(signal, *part) if config.decoder == "lstm" else gru(signal, *part)
+        signal = run_lstm(signal, *part) if config.decoder == "lstm" else run_gru(signal, *part)
     return output(weights, signal)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from phonanim.core.neural import tensors_with_prefix
 from phonanim.encoders import Features
 from phonanim.regressors._audio_input import AudioInput
-from phonanim.regressors._diffusion import absent, embed, noise_of, sample
+from phonanim.regressors._diffusion import embed, no_sound, sample_motion, step_noise
 from phonanim.regressors._facediffuser_config import Config
 
 Array = NDArray[np.float64]
@@ -39,44 +39,44 @@ class Denoiser(AudioInput):
 
     config_class: ClassVar[type] = Config
 
-    def changed(self: Self, **settings: Any) -> Self:
+    def with_settings(self: Self, **settings: Any) -> Self:
         """The same model with another `seed`, `steps`, `guidance` or `style`. Raises ModelError."""
         return replace(self, config=replace(self.config, **settings))
 
-    def decoded(self, features: Features, grid: Array) -> Floats:
+    def modes_at_steps(self, features: Features, grid: Array) -> Floats:
         """Modes at steps, (steps,) seconds of `step_times` -> (steps, modes).
 
         What sees the noise looks a step ahead, and makes the last one jump: a few more are sampled.
         """
-        return super().decoded(features, onward(grid, self.config.rate))[: len(grid)]
+        return super().modes_at_steps(features, extend_steps(grid, self.config.rate))[: len(grid)]
 
-    def stretch(self, values: Floats, first: int) -> Floats:
+    def decode_stretch(self, values: Floats, first: int) -> Floats:
         """Modes of steps from the step `first` on, (steps, layers, dims) -> (steps, modes)."""
-        values = self.normal(values)
+        values = self.normalize_features(values)
         noise = partial(self.noise, first=first, count=len(values))
-        heard, unheard = self.embedded(values[None]), None
+        heard, unheard = self.embed_sound(values[None]), None
         if self.config.guidance != 1:
             rng = np.random.default_rng([self.config.seed, UNHEARD, first])
-            unheard = self.embedded(absent(self.config.masking, (1, *values.shape), rng))
-        return self.unscaled(sample(self.config, self.weights, heard, noise, unheard)[0])
+            unheard = self.embed_sound(no_sound(self.config.masking, (1, *values.shape), rng))
+        return self.unscale_modes(sample_motion(self.config, self.weights, heard, noise, unheard)[0])
 
     def noise(self, turn: int, first: int, count: int) -> Floats:
         """Noise of some steps at one turn of the sampling, (1, count, modes)."""
-        return noise_of(self.config.seed, turn, first, count, len(self.low))[None]
+        return step_noise(self.config.seed, turn, first, count, len(self.low))[None]
 
-    def normal(self, values: Floats) -> Floats:
+    def normalize_features(self, values: Floats) -> Floats:
         """What the network hears of features, (steps, layers, dims) -> (steps, dims)."""
         return np.asarray((values[:, -1] - self.centre[0]) * self.scale[0])
 
-    def embedded(self, values: Floats) -> Floats:
+    def embed_sound(self, values: Floats) -> Floats:
         """What stays the same while sampling, (n, steps, dims) -> (n, steps, size)."""
         return embed(self.config.sound, tensors_with_prefix(self.weights, "sound_"), values)
 
-    def unscaled(self, motion: Floats) -> Floats:
+    def unscale_modes(self, motion: Floats) -> Floats:
         """Modes in the unit of the targets, any shape that ends in modes."""
         return np.asarray(motion * self.span + self.low)
 
 
-def onward(grid: Array, rate: float) -> Array:
+def extend_steps(grid: Array, rate: float) -> Array:
     """Steps that go on for a little after the last one, (steps,) seconds -> (steps + BEYOND,)."""
     return np.append(grid, grid[-1] + np.arange(1, BEYOND + 1) / rate)

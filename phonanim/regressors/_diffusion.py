@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from phonanim.core.neural import sigmoid, tensors_with_prefix
 from phonanim.regressors._facediffuser_config import Config
-from phonanim.regressors._recurrent import gru, recurrent_names
+from phonanim.regressors._recurrent import recurrent_names, run_gru
 
 Floats = NDArray[np.float32]
 Weights = Mapping[str, Floats]
@@ -26,7 +26,7 @@ BETAS = (1e-4, 0.02)  # of the first and last of 1000 steps (Ho et al. 2020); th
 BLOCK = 1500  # steps whose noise is drawn at once
 
 
-def kept(timesteps: int) -> NDArray[np.float64]:
+def signal_share(timesteps: int) -> NDArray[np.float64]:
     """The share of the signal's power that is left at each time, (timesteps + 1,), falling from 1.
 
     prod (1 - beta), with beta on a straight line (eq. 1), scaled so that the last share is the same
@@ -36,17 +36,17 @@ def kept(timesteps: int) -> NDArray[np.float64]:
     return np.concatenate([[1.0], np.cumprod(1 - betas)])
 
 
-def diffused(motion: Floats, share: float, noise: Floats) -> Floats:
+def add_noise(motion: Floats, share: float, noise: Floats) -> Floats:
     """Motion under noise, of which `share` of the power is left, any shape (eq. 1 from time 0 on)."""
     return np.asarray(np.sqrt(share) * motion + np.sqrt(1 - share) * noise, np.float32)
 
 
-def strided(timesteps: int, steps: int) -> NDArray[np.int64]:
+def sampling_times(timesteps: int, steps: int) -> NDArray[np.int64]:
     """The times at which the network is asked: `steps` of them, evenly from the last to the first."""
     return np.round(np.linspace(timesteps, 1, steps)).astype(np.int64)
 
 
-def noise_of(seed: int, turn: int, first: int, count: int, modes: int) -> Floats:
+def step_noise(seed: int, turn: int, first: int, count: int, modes: int) -> Floats:
     """Noise of `count` steps from `first` on, (count, modes); the same whichever stretch asks for it."""
     blocks = range(first // BLOCK, (first + count - 1) // BLOCK + 1)
     numbers = [
@@ -56,7 +56,7 @@ def noise_of(seed: int, turn: int, first: int, count: int, modes: int) -> Floats
     return np.concatenate(numbers)[first - blocks[0] * BLOCK :][:count]
 
 
-def sample(
+def sample_motion(
     config: Config,
     weights: Weights,
     heard: Floats,
@@ -71,31 +71,31 @@ def sample(
     is embedded of no sound, both predictions are combined.
     """
     if not config.diffusion:
-        return denoised(config, weights, noise(0), 0, heard)
-    shares = kept(config.timesteps)
-    times = strided(config.timesteps, steps or config.steps)
+        return denoise(config, weights, noise(0), 0, heard)
+    shares = signal_share(config.timesteps)
+    times = sampling_times(config.timesteps, steps or config.steps)
     found = noise(0)
     for turn, time in enumerate(times):
-        seen = found if turn == 0 else diffused(found, shares[time], noise(turn))
-        found = guided(config, weights, seen, int(time), heard, unheard)
+        seen = found if turn == 0 else add_noise(found, shares[time], noise(turn))
+        found = guided_motion(config, weights, seen, int(time), heard, unheard)
     return found
 
 
-def guided(
+def guided_motion(
     config: Config, weights: Weights, seen: Floats, time: int, heard: Floats, unheard: Floats | None
 ) -> Floats:
     """The motion w F(x, t, a) + (1 - w) F(x, t, nothing), with w the `guidance`.
 
     Equation 8 prints w at the unconditional part, its text says that a low one hears less: the text holds.
     """
-    found = denoised(config, weights, seen, time, heard)
+    found = denoise(config, weights, seen, time, heard)
     if unheard is None:
         return found
-    free = denoised(config, weights, seen, time, unheard)
+    free = denoise(config, weights, seen, time, unheard)
     return np.asarray(free + np.float32(config.guidance) * (found - free))
 
 
-def denoised(config: Config, weights: Weights, seen: Floats, time: int, heard: Floats) -> Floats:
+def denoise(config: Config, weights: Weights, seen: Floats, time: int, heard: Floats) -> Floats:
     """The motion that the network takes to be under the noise (eq. 4), (n, steps, modes) -> the same.
 
     Embeddings of sound, noise and time side by side, recurrent layers, the style as a factor of what
@@ -103,12 +103,12 @@ def denoised(config: Config, weights: Weights, seen: Floats, time: int, heard: F
     """
     signal = heard
     if config.diffusion:
-        moment = timed(weights, np.array([time]))[:, None]
+        moment = embed_times(weights, np.array([time]))[:, None]
         parts = [heard, embed(config.noise, tensors_with_prefix(weights, "noise_"), seen)]
         parts.append(np.broadcast_to(moment, (*seen.shape[:2], moment.shape[2])))
         signal = np.concatenate(parts, axis=2)
     for layer in range(config.depth):
-        signal = gru(signal, *(weights[f"{name}{layer}"] for name in recurrent_names("gru")))
+        signal = run_gru(signal, *(weights[f"{name}{layer}"] for name in recurrent_names("gru")))
     return np.asarray(signal * weights["style"][config.style] @ weights["output"] + weights["output_bias"])
 
 
@@ -124,10 +124,10 @@ def embed(kind: str, weights: Weights, signal: Floats) -> Floats:
         return np.asarray(found @ weights["second"] + weights["second_bias"])
     padded = np.pad(found, ((0, 0), (REACH, REACH), (0, 0)))
     taps = [padded[:, tap : tap + found.shape[1]] @ kernel for tap, kernel in enumerate(weights["second"])]
-    return pooled(kind, np.asarray(sum(taps) + weights["second_bias"]))
+    return pool_channels(kind, np.asarray(sum(taps) + weights["second_bias"]))
 
 
-def pooled(kind: str, signal: Floats) -> Floats:
+def pool_channels(kind: str, signal: Floats) -> Floats:
     """The greater or the mean of neighbouring channels, (n, steps, 2 size) -> (n, steps, size)."""
     if kind == "conv":
         return signal
@@ -135,19 +135,19 @@ def pooled(kind: str, signal: Floats) -> Floats:
     return np.asarray(pairs.max(axis=3) if kind == "max" else pairs.mean(axis=3))
 
 
-def timed(weights: Weights, times: NDArray[np.integer]) -> Floats:
+def embed_times(weights: Weights, times: NDArray[np.integer]) -> Floats:
     """Embedding of times by a network of two layers, (n,) -> (n, size)."""
-    found = waves(times, len(weights["time_first"])) @ weights["time_first"] + weights["time_first_bias"]
+    found = time_waves(times, len(weights["time_first"])) @ weights["time_first"] + weights["time_first_bias"]
     return np.asarray(found * sigmoid(found) @ weights["time_second"] + weights["time_second_bias"])
 
 
-def waves(times: NDArray[np.integer], size: int) -> Floats:
+def time_waves(times: NDArray[np.integer], size: int) -> Floats:
     """Sines and cosines that tell times apart, (n,) -> (n, size) (Vaswani et al. 2017; Ho et al. 2020)."""
     angles = times[:, None] * SLOWEST ** -(np.arange(size // 2) / (size // 2))
     return np.concatenate([np.sin(angles), np.cos(angles)], axis=1).astype(np.float32)
 
 
-def masked(strategy: str, share: float, heard: Floats, rng: np.random.Generator) -> Floats:
+def mask_sound(strategy: str, share: float, heard: Floats, rng: np.random.Generator) -> Floats:
     """Sound as the network gets it in training, (n, steps, dims) -> the same (section 6.1.1).
 
     "full" strategies take all of the features of a `share` of the sequences, "partial" ones a `share` of
@@ -156,17 +156,17 @@ def masked(strategy: str, share: float, heard: Floats, rng: np.random.Generator)
     if strategy == "none":
         return heard
     shape = (len(heard), 1, 1) if strategy.startswith("full") else heard.shape
-    return np.where(rng.random(shape) < share, absent(strategy, heard.shape, rng), heard)
+    return np.where(rng.random(shape) < share, no_sound(strategy, heard.shape, rng), heard)
 
 
-def absent(strategy: str, shape: tuple[int, ...], rng: np.random.Generator) -> Floats:
+def no_sound(strategy: str, shape: tuple[int, ...], rng: np.random.Generator) -> Floats:
     """What stands for no sound: zeros, or random numbers where the network was trained with them."""
     if strategy.endswith("random"):
         return rng.standard_normal(shape, np.float32)
     return np.zeros(shape, np.float32)
 
 
-def shapes_of(config: Config, dims: int, modes: int) -> Shapes:
+def weight_shapes(config: Config, dims: int, modes: int) -> Shapes:
     """Name and shape of every weight of a network that hears `dims` features."""
     shapes, before = embedding_shapes(config.sound, "sound_", dims, config.latent)
     if config.diffusion:

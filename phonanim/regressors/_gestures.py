@@ -34,39 +34,39 @@ def fit_units(
     config: Config, train: Examples, rng: np.random.Generator, progress: Progress
 ) -> dict[str, NDArray[np.float32]]:
     """Cut, cluster and count; returns the tables of `Units`."""
-    found = gestures(train, config.shortest, config.longest)
+    found = cut_gestures(train, config.shortest, config.longest)
     progress(0.2)
-    labels, centres = cluster(found, config.clusters, int(rng.integers(2**31)))
+    labels, centres = cluster_paths(found, config.clusters, int(rng.integers(2**31)))
     progress(0.9)
-    paths = centres if config.unit == "mean" else medians(found.paths, labels, centres)
+    paths = centres if config.unit == "mean" else nearest_to_centres(found.paths, labels, centres)
     spread = found.paths.reshape(-1, paths.shape[2]).var(axis=0).sum()
     joins = ((paths[:, None, -1] - paths[None, :, 0]) ** 2).sum(axis=2) / spread
     tables = {
         "paths": paths,
         "phones": np.log(phone_shares(found, labels, len(paths), config.doubt)),
-        "durations": np.exp(means(np.log(found.durations), labels, found.weights, len(paths))),
+        "durations": np.exp(weighted_means(np.log(found.durations), labels, found.weights, len(paths))),
         "joins": joins,
     }
     progress(1.0)
     return {name: np.asarray(table, np.float32) for name, table in tables.items()}
 
 
-def gestures(examples: Examples, shortest: float, longest: float) -> Gestures:
+def cut_gestures(examples: Examples, shortest: float, longest: float) -> Gestures:
     """Every gesture of some clips, lasting `shortest` to `longest` seconds."""
     paths, durations, phones, weights = [], [], [], []
     for track, times, target, weight in zip(
         examples.tracks, examples.times, examples.targets, examples.weights, strict=True
     ):
-        bounds = boundaries(target, times, shortest, longest)
+        bounds = gesture_bounds(target, times, shortest, longest)
         starts, lengths = times[bounds[:-1]], np.diff(times[bounds])
-        paths.append(sampled(target, times, starts, lengths))
+        paths.append(sample_paths(target, times, starts, lengths))
         durations.append(lengths)
-        phones.append(heard(track, starts, lengths))
+        phones.append(gesture_phones(track, starts, lengths))
         weights.append(np.full(len(lengths), weight))
     return Gestures(*(np.concatenate(parts) for parts in (paths, durations, phones, weights)))
 
 
-def boundaries(
+def gesture_bounds(
     target: NDArray[np.floating], times: Array, shortest: float, longest: float
 ) -> NDArray[np.int64]:
     """Frames (bounds,) at which gestures begin and end: the first, the last, and where the mouth is slowest.
@@ -87,19 +87,19 @@ def boundaries(
     return np.unique(np.round(np.concatenate([*cuts, whole[-1:]])).astype(np.int64))
 
 
-def sampled(target: NDArray[np.floating], times: Array, starts: Array, lengths: Array) -> Array:
+def sample_paths(target: NDArray[np.floating], times: Array, starts: Array, lengths: Array) -> Array:
     """Paths at POINTS evenly through each gesture, -> (gestures, points, modes)."""
     at = starts[:, None] + lengths[:, None] * np.linspace(0, 1, POINTS)
     return np.stack([np.interp(at, times, mode) for mode in target.T], axis=2)
 
 
-def heard(track: PhoneTrack, starts: Array, lengths: Array) -> NDArray[np.uint8]:
+def gesture_phones(track: PhoneTrack, starts: Array, lengths: Array) -> NDArray[np.uint8]:
     """Phones at PLACES of each gesture, -> (gestures, places)."""
     at = starts[:, None] + lengths[:, None] * PLACES
     return track.sample(at.ravel()).reshape(at.shape)
 
 
-def cluster(found: Gestures, clusters: int, seed: int) -> tuple[NDArray[np.int64], Array]:
+def cluster_paths(found: Gestures, clusters: int, seed: int) -> tuple[NDArray[np.int64], Array]:
     """k-means over paths of equal times -> labels (gestures,), centres (units, points, modes).
 
     Raises MissingExtraError.
@@ -117,7 +117,7 @@ def cluster(found: Gestures, clusters: int, seed: int) -> tuple[NDArray[np.int64
     return fitted.labels_.astype(np.int64), fitted.cluster_centers_.reshape(-1, *found.paths.shape[1:])
 
 
-def medians(paths: Array, labels: NDArray[np.int64], centres: Array) -> Array:
+def nearest_to_centres(paths: Array, labels: NDArray[np.int64], centres: Array) -> Array:
     """The gesture nearest to the centre of each cluster, (units, points, modes)."""
     away = ((paths - centres[labels]) ** 2).sum(axis=(1, 2))
     order = np.lexsort((away, labels))
@@ -125,7 +125,7 @@ def medians(paths: Array, labels: NDArray[np.int64], centres: Array) -> Array:
     return paths[order[first]]
 
 
-def means(values: Array, labels: NDArray[np.int64], weights: Array, count: int) -> Array:
+def weighted_means(values: Array, labels: NDArray[np.int64], weights: Array, count: int) -> Array:
     """Weighted mean of values (gestures,) by label, (count,)."""
     return np.bincount(labels, weights * values, count) / np.bincount(labels, weights, count)
 
@@ -141,11 +141,11 @@ def phone_shares(found: Gestures, labels: NDArray[np.int64], count: int, doubt: 
         np.add.at(place, (phones, labels), found.weights)
     shares /= shares.sum(axis=1, keepdims=True)
     everywhere = (shares.mean(axis=(0, 2)) + 1e-3) / (1 + 1e-3 * N_PHONES)
-    alike = likeness().T @ shares
+    alike = phone_similarity().T @ shares
     return (1 - doubt) * shares + doubt / 2 * (alike + everywhere[:, None])
 
 
-def likeness() -> Array:
+def phone_similarity() -> Array:
     """How alike phones are by their attribute classes, (41, 41); each row sums to one."""
     classes = INVENTORY.attributes.astype(np.float64)
     common = classes @ classes.T

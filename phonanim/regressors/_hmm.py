@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 
 from phonanim.errors import MissingExtraError
 from phonanim.regressors import Examples, Progress
-from phonanim.regressors._hmm_config import LEAF, WINDOWS, Config, answers, questions, quinphones
+from phonanim.regressors._hmm_config import (
+    LEAF,
+    WINDOWS,
+    Config,
+    answer_questions,
+    list_questions,
+    quinphones,
+)
 
 Array = NDArray[np.float64]
 FLOOR = 1e-3  # of the variance of all frames: no leaf is surer than that
@@ -54,28 +61,30 @@ class Tree:
 
 def fit_trees(config: Config, train: Examples, progress: Progress) -> dict[str, Any]:
     """Divide phones evenly at first, then cluster and align in turn; returns the fields of `Trees`."""
-    frames = observe(train, config.rate)
+    frames = observe_modes(train, config.rate)
     contexts, model = np.unique(frames.contexts, axis=0, return_inverse=True)
-    place, members = questions()
-    asked = answers(contexts, place, members)
-    state = even_states(np.diff(frames.starts), config.states)
+    place, members = list_questions()
+    asked = answer_questions(contexts, place, members)
+    state = divide_evenly(np.diff(frames.starts), config.states)
     trees: list[Tree] = []
     for turn in range(config.alignments + 1):
         if trees:
-            state = align(frames, trees, model)
+            state = align_states(frames, trees, model)
         trees = [
-            grow(pooled(frames, model, state == s, len(contexts)), asked, config.leaf, config.mdl)
+            grow_tree(
+                pool_statistics(frames, model, state == s, len(contexts)), asked, config.leaf, config.mdl
+            )
             for s in range(config.states)
         ]
         progress((turn + 1) / (config.alignments + 2))
     lengths = [np.add.reduceat(state == s, frames.starts[:-1]) / config.rate for s in range(config.states)]
-    spans = gathered(np.stack(lengths, axis=1), frames.weights, model, len(contexts))
-    durations = grow(spans, asked, config.leaf, config.mdl)
+    spans = gather_statistics(np.stack(lengths, axis=1), frames.weights, model, len(contexts))
+    durations = grow_tree(spans, asked, config.leaf, config.mdl)
     progress(1.0)
-    return flattened([*trees, durations], config.states) | {"place": place, "members": members}
+    return flatten_trees([*trees, durations], config.states) | {"place": place, "members": members}
 
 
-def observe(train: Examples, rate: float) -> Frames:
+def observe_modes(train: Examples, rate: float) -> Frames:
     """Modes at `rate` by cubic splines, with their differences, and the phones that they lie in.
 
     Raises MissingExtraError.
@@ -92,7 +101,7 @@ def observe(train: Examples, rate: float) -> Frames:
     ):
         at = np.arange(int(track.duration * rate)) / rate
         path = CubicSpline(times, target)(np.clip(at, times[0], times[-1]))
-        values.append(with_differences(path))
+        values.append(append_differences(path))
         held = np.bincount(track.segment_at(at), minlength=len(track.codes))
         lengths.append(held[held > 0])
         contexts.append(quinphones(track.codes)[held > 0])
@@ -101,26 +110,30 @@ def observe(train: Examples, rate: float) -> Frames:
     return Frames(np.concatenate(values), starts, np.concatenate(contexts), np.concatenate(weights))
 
 
-def with_differences(path: Array) -> NDArray[np.float32]:
+def append_differences(path: Array) -> NDArray[np.float32]:
     """(frames, modes) -> (frames, 3 * modes): values, first and second differences; the ends repeat."""
     padded = np.concatenate([path[:1], path, path[-1:]])
     around = np.stack([padded[:-2], padded[1:-1], padded[2:]])
     return np.asarray(np.einsum("wk,kfm->fwm", WINDOWS, around).reshape(len(path), -1), np.float32)
 
 
-def even_states(lengths: NDArray[np.int64], states: int) -> NDArray[np.int64]:
+def divide_evenly(lengths: NDArray[np.int64], states: int) -> NDArray[np.int64]:
     """State of each frame where phones of some lengths in frames are divided evenly, (frames,)."""
     within = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
     return np.asarray(within * states // np.repeat(lengths, lengths))
 
 
-def pooled(frames: Frames, model: NDArray[np.int64], chosen: NDArray[np.bool_], count: int) -> Statistics:
+def pool_statistics(
+    frames: Frames, model: NDArray[np.int64], chosen: NDArray[np.bool_], count: int
+) -> Statistics:
     """Statistics of the chosen frames (frames,) of each model, of which there are `count`."""
     phone = np.repeat(np.arange(len(model)), np.diff(frames.starts))[chosen]
-    return gathered(frames.values[chosen], frames.weights[phone], model[phone], count)
+    return gather_statistics(frames.values[chosen], frames.weights[phone], model[phone], count)
 
 
-def gathered(rows: NDArray[np.floating], weights: Array, model: NDArray[np.int64], count: int) -> Statistics:
+def gather_statistics(
+    rows: NDArray[np.floating], weights: Array, model: NDArray[np.int64], count: int
+) -> Statistics:
     """Weighted statistics of rows (rows, n) by model, (rows,)."""
     columns = [np.bincount(model, weights * column, count) for column in rows.T]
     squares = [np.bincount(model, weights * np.square(column, dtype=np.float64), count) for column in rows.T]
@@ -128,7 +141,7 @@ def gathered(rows: NDArray[np.floating], weights: Array, model: NDArray[np.int64
     return Statistics(held, np.stack(columns, 1), np.stack(squares, 1))
 
 
-def grow(found: Statistics, asked: NDArray[np.bool_], leaf: int, mdl: float) -> Tree:
+def grow_tree(found: Statistics, asked: NDArray[np.bool_], leaf: int, mdl: float) -> Tree:
     """Split models by their answers (models, questions) as long as the description gets shorter.
 
     Gaussians of independent columns; splitting pays when the log likelihood rises by mdl * n * ln(frames)
@@ -155,7 +168,7 @@ def grow(found: Statistics, asked: NDArray[np.bool_], leaf: int, mdl: float) -> 
         sides = asked[models, best]
         waiting += [(len(nodes), models[sides]), (len(nodes) + 1, models[~sides])]
         nodes += [[LEAF, 0, 0], [LEAF, 0, 0]]
-    means, variances, _ = gaussians(np.array(leaves), floor)
+    means, variances, _ = fit_gaussians(np.array(leaves), floor)
     question, yes, no = np.array(nodes, np.int32).T
     return Tree(question, yes, no, means, variances, leaf_of)
 
@@ -168,19 +181,19 @@ def best_question(rows: Array, asked: NDArray[np.bool_], leaf: int, price: float
     allowed = np.flatnonzero((yes[:, 0] >= leaf) & (no[:, 0] >= leaf))
     if len(allowed) == 0:
         return None
-    before = gaussians(whole[None], floor)[2]
-    gain = gaussians(yes[allowed], floor)[2] + gaussians(no[allowed], floor)[2] - before
+    before = fit_gaussians(whole[None], floor)[2]
+    gain = fit_gaussians(yes[allowed], floor)[2] + fit_gaussians(no[allowed], floor)[2] - before
     return int(allowed[gain.argmax()]) if gain.max() > price else None
 
 
-def gaussians(rows: Array, floor: Array) -> tuple[Array, Array, Array]:
+def fit_gaussians(rows: Array, floor: Array) -> tuple[Array, Array, Array]:
     """Statistics (rows, 1 + 2n) -> means, variances (rows, n), log likelihoods up to a constant (rows,)."""
     total, squares = np.split(rows[:, 1:] / rows[:, :1], 2, axis=1)
     variances = np.maximum(squares - total**2, floor)
     return total, variances, -0.5 * rows[:, 0] * np.log(variances).sum(axis=1)
 
 
-def align(frames: Frames, trees: list[Tree], model: NDArray[np.int64]) -> NDArray[np.int64]:
+def align_states(frames: Frames, trees: list[Tree], model: NDArray[np.int64]) -> NDArray[np.int64]:
     """The likeliest state of each frame, (frames,); phones keep their bounds (Viterbi).
 
     Phones with fewer frames than states stay divided evenly.
@@ -205,7 +218,7 @@ def align(frames: Frames, trees: list[Tree], model: NDArray[np.int64]) -> NDArra
 
 def _walk_back(frames: Frames, moved: NDArray[np.bool_], states: int) -> NDArray[np.int64]:
     lengths = np.diff(frames.starts)
-    found = even_states(lengths, states)
+    found = divide_evenly(lengths, states)
     at = np.full(len(lengths), states - 1)
     for step in range(int(lengths.max())):
         going = np.flatnonzero((lengths > step) & (lengths >= states))
@@ -228,7 +241,7 @@ def log_likelihood(values: NDArray[np.float32], tree: Tree, leaf: NDArray[np.int
     return found
 
 
-def flattened(trees: list[Tree], states: int) -> dict[str, NDArray[Any]]:
+def flatten_trees(trees: list[Tree], states: int) -> dict[str, NDArray[Any]]:
     """All trees end to end; the last is that of the durations."""
     nodes = np.cumsum([0, *(len(t.question) for t in trees)])
     leaves = np.cumsum([0, *(len(t.means) for t in trees[:-1])])

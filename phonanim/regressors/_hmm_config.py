@@ -31,7 +31,7 @@ class Config:
     alignments: int = 2
 
 
-def questions() -> tuple[NDArray[np.int8], NDArray[np.uint8]]:
+def list_questions() -> tuple[NDArray[np.int8], NDArray[np.uint8]]:
     """Everything that can be asked: is the phone at a place this one, or of this attribute class?
 
     Places (questions,) from 0, two phones before, to 4; members (questions, 41).
@@ -49,7 +49,7 @@ def quinphones(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.lib.stride_tricks.sliding_window_view(whole, 2 * CONTEXT + 1)
 
 
-def answers(
+def answer_questions(
     contexts: NDArray[np.uint8], place: NDArray[np.int8], members: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
     """What quinphones (rows, 5) answer to every question, (rows, questions)."""

@@ -37,7 +37,7 @@ class Config:
     patience: int = 5
 
 
-def sequence(features: str, track: PhoneTrack, times: Array, clusters: NDArray[np.int8]) -> Floats:
+def sequence_features(features: str, track: PhoneTrack, times: Array, clusters: NDArray[np.int8]) -> Floats:
     """What the network sees at instants, (times,) seconds -> (times, features)."""
     return (
         triphones(track, times)

@@ -10,7 +10,7 @@ from phonanim.core.neural import sigmoid
 Floats = NDArray[np.float32]
 
 
-def recur(signal: Floats, forward: Floats, recurrent: Floats, bias: Floats) -> Floats:
+def run_lstm(signal: Floats, forward: Floats, recurrent: Floats, bias: Floats) -> Floats:
     """One LSTM layer, (sequences, frames, before) -> (sequences, frames, sides * size).
 
     Side 0 runs from the first frame to the last, side 1, if there is one, back (Hochreiter and
@@ -33,7 +33,7 @@ def recur(signal: Floats, forward: Floats, recurrent: Floats, bias: Floats) -> F
     return np.concatenate(list(output), axis=2)
 
 
-def gru(signal: Floats, forward: Floats, recurrent: Floats, bias: Floats, recur_bias: Floats) -> Floats:
+def run_gru(signal: Floats, forward: Floats, recurrent: Floats, bias: Floats, recur_bias: Floats) -> Floats:
     """One layer of gated recurrent units, (sequences, steps, before) -> (sequences, steps, sides * size).
 
     Side 0 runs from the first step to the last, side 1, if there is one, back (Cho et al. 2014, in the

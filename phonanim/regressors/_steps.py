@@ -23,7 +23,7 @@ def cached_encoder(name: str) -> Encoder:
     return load_encoder(name)
 
 
-def listen(encoder: Encoder, sound: Sound, track: PhoneTrack | None) -> Features:
+def sound_features(encoder: Encoder, sound: Sound, track: PhoneTrack | None) -> Features:
     """Features of a sound; phones are taken from the alignment, if anything is said in it."""
     if encoder.identity.startswith("phones") and track is not None and track.codes.any():
         return track_features(track)
@@ -36,12 +36,12 @@ def step_times(duration: float, rate: float) -> Array:
     return first + np.arange(max(1, int(np.floor((duration - first) * rate + 1e-6)) + 1)) / rate
 
 
-def at_steps(features: Features, times: Array, rate: float) -> Floats:
+def features_at_steps(features: Features, times: Array, rate: float) -> Floats:
     """Features at steps: interpolated, or averaged where steps are further apart than the features."""
     return features.at(times, 1 / rate)
 
 
-def between(values: Floats, place: Array) -> Floats:
+def interpolate_rows(values: Floats, place: Array) -> Floats:
     """Rows of `values` at fractional places, interpolated; the ends repeat."""
     place = np.clip(place, 0, len(values) - 1)
     below = np.floor(place).astype(np.int64)

@@ -14,7 +14,7 @@ except ImportError as error:
     ) from error
 
 
-def seeded(rng: np.random.Generator) -> torch.Generator:
+def seeded_generator(rng: np.random.Generator) -> torch.Generator:
     """A torch generator that follows the numpy one; also seeds torch's own, which initializes layers."""
     seed = int(rng.integers(2**31))
     torch.manual_seed(seed)

@@ -22,9 +22,9 @@ from phonanim.regressors._audio_config import Settings
 from phonanim.regressors._audio_input import AudioInput
 from phonanim.regressors._audio_model import AudioModel
 from phonanim.regressors._decoders import decode
-from phonanim.regressors._steps import at_steps, cached_encoder, step_times
-from phonanim.regressors._torch import seeded
-from phonanim.regressors._torch_decoders import Network, exported
+from phonanim.regressors._steps import cached_encoder, features_at_steps, step_times
+from phonanim.regressors._torch import seeded_generator
+from phonanim.regressors._torch_decoders import Network, export_weights
 from phonanim.speech.inventory import N_PHONES
 
 Floats = NDArray[np.float32]
@@ -55,7 +55,7 @@ class Steps:
         return np.cumsum(self.lengths) - self.lengths
 
 
-def gathered(kind: type[AudioInput], config: Any, examples: Examples) -> Steps:
+def gather_steps(kind: type[AudioInput], config: Any, examples: Examples) -> Steps:
     """What a kind of model hears in examples, and what is to be learned from it, at the model's steps."""
     values, targets, codes, segments = [], [], [], []
     for track, times, target, sound in zip(
@@ -63,7 +63,9 @@ def gathered(kind: type[AudioInput], config: Any, examples: Examples) -> Steps:
     ):
         assert sound is not None
         grid = step_times(sound.duration, config.rate)
-        values.append(at_steps(kind.listen(config, sound, track), grid, config.rate).astype(np.float16))
+        values.append(
+            features_at_steps(kind.input_features(config, sound, track), grid, config.rate).astype(np.float16)
+        )
         targets.append(np.stack([np.interp(grid, times, mode) for mode in target.T], axis=1))
         codes.append(track.sample(grid))
         segments.append(track.segment_at(grid))
@@ -119,20 +121,20 @@ def fit_audio(
     where one without a halt does.
     """
     seed = int(rng.integers(2**31))
-    seeded(np.random.default_rng(seed))
-    steps = gathered(build, config, train)
-    held_out = gathered(build, config, validation) if len(validation) else None
+    seeded_generator(np.random.default_rng(seed))
+    steps = gather_steps(build, config, train)
+    held_out = gather_steps(build, config, validation) if len(validation) else None
     scaling = Scaling.of(config, steps)
     layers, dims = steps.values.shape[1:]
     network = Network(config, layers, dims, steps.targets.shape[1])
     network.start_from((steps.targets.mean(axis=0) - scaling.low) / scaling.span)
     optimizer = OPTIMIZERS[config.optimizer](network.parameters(), lr=config.learning_rate)
-    state = State(network, optimizer, [], [], key_of(config, seed, steps), journal)
+    state = State(network, optimizer, [], [], training_key(config, seed, steps), journal)
     state.resume()
     identity = cached_encoder(config.encoder).identity
 
     def model() -> Model:
-        mix, weights = exported(network, scaling.low, scaling.span)
+        mix, weights = export_weights(network, scaling.low, scaling.span)
         return build(config, scaling.centre, scaling.scale, mix, weights, identity)
 
     while not state.ended(config):
@@ -146,7 +148,7 @@ def fit_audio(
             for batch in batches(config, steps, np.random.default_rng([seed, epoch]))
         ]
         network.eval()
-        state.add(float(np.mean(losses)), error_of(model(), held_out))
+        state.add(float(np.mean(losses)), validation_error(model(), held_out))
         progress((epoch + 1) / config.epochs)
     state.restore()
     progress(1.0)
@@ -225,7 +227,7 @@ def step(network: Network, optimizer: Any, total: Tensor) -> float:
     return float(total.detach())
 
 
-def error_of(model: AudioModel, steps: Steps | None) -> float:
+def validation_error(model: AudioModel, steps: Steps | None) -> float:
     """Mean square error of whole clips in mm² a landmark coordinate's mode, 0 when there are none."""
     if steps is None:
         return 0.0
@@ -234,13 +236,13 @@ def error_of(model: AudioModel, steps: Steps | None) -> float:
         chosen = steps.starts[steps.lengths == length]
         for some in np.array_split(chosen, -(-len(chosen) // 32)):
             rows = some[:, None] + np.arange(length)
-            heard = np.stack([model.mixed(steps.values[row].astype(np.float32)) for row in rows])
+            heard = np.stack([model.mix_layers(steps.values[row].astype(np.float32)) for row in rows])
             found = decode(model.config, model.weights, heard)
             total += float(((found - steps.targets[rows]) ** 2).sum())
     return total / steps.targets.size
 
 
-def key_of(config: Settings, seed: int, steps: Steps) -> str:
+def training_key(config: Settings, seed: int, steps: Steps) -> str:
     """A hash of all that a training depends on, so that none goes on from another's state."""
     digest = hashlib.sha256(f"{config} {seed} {torch.__version__}".encode())
     digest.update(steps.targets.tobytes())

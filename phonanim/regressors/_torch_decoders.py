@@ -227,7 +227,7 @@ _BODIES: dict[str, type[Recurrent] | type[Windows] | type[Attentive] | type[Conv
 }
 
 
-def exported(network: Network, low: Floats, span: Floats) -> tuple[Floats, dict[str, Floats]]:
+def export_weights(network: Network, low: Floats, span: Floats) -> tuple[Floats, dict[str, Floats]]:
     """The mix and the decoder's weights as `_decoders` names them; targets in millimetres again."""
     span, low = np.tile(span, network.narrow), np.tile(low, network.narrow)
     parts = network.body.export()

@@ -15,11 +15,11 @@ from torch import Tensor, nn
 from phonanim.regressors import CHECKPOINT, Examples, Progress
 from phonanim.regressors._audio_config import Settings
 from phonanim.regressors._denoiser import Denoiser
-from phonanim.regressors._diffusion import POOLED, REACH, kept, masked, sample, waves
+from phonanim.regressors._diffusion import POOLED, REACH, mask_sound, sample_motion, signal_share, time_waves
 from phonanim.regressors._facediffuser_config import Config
 from phonanim.regressors._steps import cached_encoder
-from phonanim.regressors._torch import seeded
-from phonanim.regressors._torch_audio import Scaling, State, Steps, batches, gathered, key_of, step
+from phonanim.regressors._torch import seeded_generator
+from phonanim.regressors._torch_audio import Scaling, State, Steps, batches, gather_steps, step, training_key
 from phonanim.regressors._torch_decoders import Recurrent
 
 Floats = NDArray[np.float32]
@@ -57,7 +57,7 @@ class Network(nn.Module):
     def forward(self, heard: Tensor, seen: Tensor, times: NDArray[np.int64], styles: Tensor) -> Tensor:
         """(n, steps, size), (n, steps, modes), (n,), (n,) -> (n, steps, modes)."""
         if self.config.diffusion:
-            moment = self.time(torch.from_numpy(waves(times, self.config.latent))[:, None])
+            moment = self.time(torch.from_numpy(time_waves(times, self.config.latent))[:, None])
             heard = torch.cat([heard, self.noise(seen), moment.expand(-1, seen.shape[1], -1)], dim=2)
         hidden = self.body(heard) * self.style[styles][:, None]
         found: Tensor = self.output(self.dropout(hidden))
@@ -128,9 +128,9 @@ def fit_diffusion(
     halt does.
     """
     seed = int(rng.integers(2**31))
-    seeded(np.random.default_rng(seed))
-    learned = data_of(config, train)
-    held_out = data_of(config, validation) if len(validation) else None
+    seeded_generator(np.random.default_rng(seed))
+    learned = diffusion_steps(config, train)
+    held_out = diffusion_steps(config, validation) if len(validation) else None
     scaling = scaled(config, learned)
     network = Network(config, learned.values.shape[2], learned.targets.shape[1])
     identity = cached_encoder(config.encoder).identity
@@ -149,12 +149,12 @@ def fit_diffusion(
         shown = Stage(first, network, learned, scaling, seed, autoencodes=True)
         shown.run(
             journal and journal / FIRST_STAGE,
-            lambda: error_of_faces(network, scaling, held_out),
+            lambda: autoencoding_error(network, scaling, held_out),
             reported(0),
         )
         freeze_but_sound(network)
     Stage(config, network, learned, scaling, seed).run(
-        journal, lambda: error_of(model(), held_out), reported(config.autoencoder)
+        journal, lambda: sampled_error(model(), held_out), reported(config.autoencoder)
     )
     if config.autoencoder and journal:
         (journal / FIRST_STAGE / CHECKPOINT).unlink(missing_ok=True)
@@ -162,9 +162,9 @@ def fit_diffusion(
     return model()
 
 
-def data_of(config: Any, examples: Examples) -> Steps:
+def diffusion_steps(config: Any, examples: Examples) -> Steps:
     """Examples at the model's steps: the last layer of the encoder, and styles in the place of phones."""
-    steps = gathered(Denoiser, config, examples)
+    steps = gather_steps(Denoiser, config, examples)
     styles = np.array(examples.styles or [0] * len(examples), np.int64)
     return replace(steps, values=steps.values[:, -1:].copy(), codes=np.repeat(styles, steps.lengths))
 
@@ -199,7 +199,7 @@ class Stage:
         """Descend until all epochs are done or nothing is gained, go back to the best state."""
         config: Any = self.config
         optimizer = torch.optim.Adam(self.network.parameters(), lr=config.learning_rate)
-        key = key_of(config, self.seed, self.steps)
+        key = training_key(config, self.seed, self.steps)
         state = State(self.network, optimizer, [], [], key, journal)  # type: ignore[arg-type]
         state.resume()
         while not state.ended(config):
@@ -237,7 +237,7 @@ class Stage:
         config, scaling = self.config, self.scaling
         motion = (targets.numpy() - scaling.low) / scaling.span
         times = rng.integers(1, config.timesteps + 1, len(motion))
-        shares = kept(config.timesteps)[times][:, None, None]
+        shares = signal_share(config.timesteps)[times][:, None, None]
         noise = rng.standard_normal(motion.shape, np.float32)
         seen = np.sqrt(shares) * motion + np.sqrt(1 - shares) * noise
         wanted = torch.from_numpy(motion)
@@ -246,7 +246,7 @@ class Stage:
             heard = self.network.face(wanted)
         else:
             normal = (values.numpy()[:, :, 0] - scaling.centre[0]) * scaling.scale[0]
-            heard = masked(config.masking, config.masked, normal, rng)
+            heard = mask_sound(config.masking, config.masked, normal, rng)
             heard = self.network.sound(torch.from_numpy(heard))
         found = self.network(
             heard, torch.from_numpy(seen.astype(np.float32)), times, torch.from_numpy(styles)
@@ -255,7 +255,7 @@ class Stage:
         return (apart.mean(dim=(1, 2)) * weights).mean()
 
 
-def alike(steps: Steps, most: int = 100) -> Iterator[tuple[int, NDArray[np.int64]]]:
+def group_alike(steps: Steps, most: int = 100) -> Iterator[tuple[int, NDArray[np.int64]]]:
     """Rows of whole clips that are as long and of one style, at most so many: (style, (clips, steps))."""
     styles = steps.codes[steps.starts]
     for length, style in np.unique(np.stack([steps.lengths, styles], axis=1), axis=0):
@@ -264,30 +264,30 @@ def alike(steps: Steps, most: int = 100) -> Iterator[tuple[int, NDArray[np.int64
             yield int(style), chosen[begin : begin + most, None] + np.arange(length)
 
 
-def error_of(model: Denoiser, steps: Steps | None) -> float:
+def sampled_error(model: Denoiser, steps: Steps | None) -> float:
     """Mean square error of whole clips, sampled in few steps; 0 when there are none."""
     if steps is None:
         return 0.0
     total = 0.0
-    for style, rows in alike(steps):
-        one = model.changed(style=style)
-        heard = one.embedded((steps.values[rows][:, :, 0] - one.centre[0]) * one.scale[0])
+    for style, rows in group_alike(steps):
+        one = model.with_settings(style=style)
+        heard = one.embed_sound((steps.values[rows][:, :, 0] - one.centre[0]) * one.scale[0])
         wide = (len(rows), rows.shape[1], len(one.low))
 
         def noise(turn: int, wide: tuple[int, int, int] = wide) -> Floats:
             return np.random.default_rng([0, turn]).standard_normal(wide, np.float32)
 
-        found = sample(one.config, one.weights, heard, noise, steps=min(CHECKED, one.config.steps))
-        total += float(((one.unscaled(found) - steps.targets[rows]) ** 2).sum())
+        found = sample_motion(one.config, one.weights, heard, noise, steps=min(CHECKED, one.config.steps))
+        total += float(((one.unscale_modes(found) - steps.targets[rows]) ** 2).sum())
     return total / steps.targets.size
 
 
-def error_of_faces(network: Network, scaling: Scaling, steps: Steps | None) -> float:
+def autoencoding_error(network: Network, scaling: Scaling, steps: Steps | None) -> float:
     """The same of the first stage: faces found again from themselves, at the noisiest time."""
     if steps is None:
         return 0.0
     total = 0.0
-    for style, rows in alike(steps):
+    for style, rows in group_alike(steps):
         wanted = torch.from_numpy((steps.targets[rows] - scaling.low) / scaling.span)
         noise = torch.from_numpy(np.random.default_rng(0).standard_normal(wanted.shape, np.float32))
         times = np.full(len(rows), network.config.timesteps)

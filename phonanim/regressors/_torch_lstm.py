@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from phonanim.regressors import Examples, Progress
-from phonanim.regressors._lstm_config import LAYERS, Config, Floats, n_inputs, sequence
+from phonanim.regressors._lstm_config import LAYERS, Config, Floats, n_inputs, sequence_features
 
 LONGEST_STEP = 1.0  # norm of a gradient, beyond which it is shortened: recurrent ones explode
 
@@ -55,8 +55,10 @@ def fit_recurrent(
     """
     every = np.concatenate(train.targets)
     centre, spread = every.mean(axis=0), float(every.std())
-    data = [torch.from_numpy(a) for a in padded(config, train, clusters)]
-    held_out = [torch.from_numpy(a) for a in padded(config, validation, clusters)] if len(validation) else []
+    data = [torch.from_numpy(a) for a in pad_sequences(config, train, clusters)]
+    held_out = (
+        [torch.from_numpy(a) for a in pad_sequences(config, validation, clusters)] if len(validation) else []
+    )
     network = Network(config, every.shape[1])
     optimizer = torch.optim.Adam(network.parameters(), lr=config.rate)
     batches = -(-len(train) // config.batch)
@@ -83,10 +85,12 @@ def fit_recurrent(
         if waited > config.patience:
             break
     network.load_state_dict(best_state)
-    return exported(network, centre, spread)
+    return export_weights(network, centre, spread)
 
 
-def padded(config: Config, examples: Examples, clusters: NDArray[np.int8]) -> tuple[Floats, Floats, Floats]:
+def pad_sequences(
+    config: Config, examples: Examples, clusters: NDArray[np.int8]
+) -> tuple[Floats, Floats, Floats]:
     """Utterances of one length: inputs, targets (n, frames, features or modes), weights (n, frames).
 
     Behind the end of a shorter one its last phone goes on, which weighs nothing.
@@ -98,7 +102,7 @@ def padded(config: Config, examples: Examples, clusters: NDArray[np.int8]) -> tu
     for row, (track, times, target, weight) in enumerate(
         zip(examples.tracks, examples.times, examples.targets, examples.weights, strict=True)
     ):
-        signal = sequence(config.features, track, times, clusters)
+        signal = sequence_features(config.features, track, times, clusters)
         signals[row, : len(times)], signals[row, len(times) :] = signal, signal[-1]
         targets[row, : len(times)], weights[row, : len(times)] = target, weight
     return signals, targets, weights
@@ -118,7 +122,7 @@ def _validate(network: Network, data: list[Tensor], middle: Tensor, spread: floa
         return float(_error(network, data, torch.arange(len(data[0])), middle, spread))
 
 
-def exported(network: Network, centre: NDArray[np.floating], spread: float) -> dict[str, Floats]:
+def export_weights(network: Network, centre: NDArray[np.floating], spread: float) -> dict[str, Floats]:
     """A network's weights as `layer_shapes` of regressors/lstm.py names them; targets unscaled again."""
     found = {
         "input": network.input.weight.T,

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from phonanim.regressors._audio_config import Decoder, Settings
-from phonanim.regressors._streamed import Streamed
+from phonanim.regressors._streaming import Streamed
 
 
 @dataclass(frozen=True)

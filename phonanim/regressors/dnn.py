@@ -73,7 +73,7 @@ class Network:
         cls, config: Any, train: Examples, validation: Examples, rng: np.random.Generator, progress: Progress
     ) -> Network:
         """Minimize the squared error of the windows; early stopping on `validation`."""
-        from phonanim.regressors._torch import seeded
+        from phonanim.regressors._torch import seeded_generator
         from phonanim.regressors._torch_dnn import Rows, fit_network
 
         clusters = cluster_table(config.features, train, rng)
@@ -85,7 +85,7 @@ class Network:
             def share(done: float, number: int = number) -> None:
                 progress((number + done) / config.networks)
 
-            networks.append(tuple(fit_network(config, rows, held_out, seeded(rng), share)))
+            networks.append(tuple(fit_network(config, rows, held_out, seeded_generator(rng), share)))
         return cls(config, tuple(networks), clusters)
 
 

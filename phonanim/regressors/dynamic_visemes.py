@@ -50,7 +50,7 @@ class Units:
     def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:
         """Modes at instants, (times,) seconds -> (times, modes); linear between the points of units."""
         units, bounds = self.select(track)
-        return play(self.paths[units], bounds, np.clip(times, 0, bounds[-1]))
+        return play_units(self.paths[units], bounds, np.clip(times, 0, bounds[-1]))
 
     def select(self, track: PhoneTrack) -> tuple[NDArray[np.int64], Array]:
         """The cheapest units that cover a track, (chosen,), and their bounds in seconds, one more."""
@@ -120,7 +120,7 @@ class Units:
         return cls(config, **fit_units(config, train, rng, progress))
 
 
-def play(paths: NDArray[np.floating], bounds: Array, times: Array) -> NDArray[np.float32]:
+def play_units(paths: NDArray[np.floating], bounds: Array, times: Array) -> NDArray[np.float32]:
     """Units one after the other, (units, points, modes) from bounds[i] to bounds[i + 1] s -> (times, modes).
 
     Neighbours meet halfway between the end of one and the start of the other; each unit gets there by

@@ -23,7 +23,7 @@ from phonanim.errors import ModelError
 from phonanim.regressors import Examples, Progress, Tensors
 from phonanim.regressors._audio_input import check_sounds, fitting, identity_in
 from phonanim.regressors._denoiser import Denoiser
-from phonanim.regressors._diffusion import shapes_of
+from phonanim.regressors._diffusion import weight_shapes
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -43,7 +43,7 @@ class FaceDiffuser(Denoiser):
     def from_tensors(cls, config: Any, tensors: Tensors) -> FaceDiffuser:
         """Raises ValueError when a tensor is not of the size that the configuration gives it."""
         dims, modes = tensors["centre"].shape[1], len(tensors["low"])
-        shapes = {f"network_{name}": shape for name, shape in shapes_of(config, dims, modes).items()}
+        shapes = {f"network_{name}": shape for name, shape in weight_shapes(config, dims, modes).items()}
         shapes |= {"centre": (1, dims), "scale": (1, dims), "low": (modes,), "span": (modes,)}
         real = fitting(tensors, shapes)
         scaling = {name: real[name] for name in ("centre", "scale", "low", "span")}

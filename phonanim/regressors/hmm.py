@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from phonanim.errors import MissingExtraError
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples, InputModality, Progress, Tensors
-from phonanim.regressors._hmm_config import LEAF, WINDOWS, Config, answers, quinphones
+from phonanim.regressors._hmm_config import LEAF, WINDOWS, Config, answer_questions, quinphones
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
@@ -58,16 +58,18 @@ class Trees:
         frames = np.arange(int(np.ceil(track.duration * self.config.rate)) + 1)
         state = np.searchsorted(bounds, frames / self.config.rate, side="right") - 1
         leaf = leaves[np.clip(state, 0, len(leaves) - 1)]
-        path = trajectory(self.means[leaf].astype(np.float64), 1 / self.variances[leaf].astype(np.float64))
+        path = likeliest_trajectory(
+            self.means[leaf].astype(np.float64), 1 / self.variances[leaf].astype(np.float64)
+        )
         place = np.clip(times * self.config.rate, 0, frames[-1])
         return np.asarray(np.stack([np.interp(place, frames, m) for m in path.T], axis=1), np.float32)
 
     def states(self, track: PhoneTrack) -> tuple[NDArray[np.int64], Array]:
         """Leaf of every state of a track, (segments * states,), and their bounds in seconds, one more."""
-        asked = answers(quinphones(track.codes), self.place, self.members)
+        asked = answer_questions(quinphones(track.codes), self.place, self.members)
         leaves = np.stack([self.descend(root, asked) for root in self.roots[:-1]], axis=1)
         last = self.descend(self.roots[-1], asked)
-        shares = share_out(self.shares[last], self.share_variances[last], np.diff(track.bounds))
+        shares = divide_durations(self.shares[last], self.share_variances[last], np.diff(track.bounds))
         inner = track.bounds[:-1, None] + np.cumsum(shares, axis=1)
         inner[:, -1] = track.bounds[1:]
         return leaves.ravel(), np.concatenate([track.bounds[:1], inner.ravel()])
@@ -114,7 +116,7 @@ class Trees:
         return cls(config, **fit_trees(config, train, progress))
 
 
-def share_out(
+def divide_durations(
     means: NDArray[np.floating], variances: NDArray[np.floating], lengths: Array
 ) -> NDArray[np.float64]:
     """The likeliest durations of the states of phones with some lengths, all seconds -> (phones, states).
@@ -126,7 +128,7 @@ def share_out(
     return np.asarray(shares * (lengths / shares.sum(axis=1))[:, None], np.float64)
 
 
-def trajectory(means: Array, precisions: Array) -> Array:
+def likeliest_trajectory(means: Array, precisions: Array) -> Array:
     """The likeliest path under Gaussians of value and differences, (frames, 3, modes) -> (frames, modes).
 
     Solves W'PW c = W'P m (Tokuda et al. 2000), five-banded, mode by mode. Differences that

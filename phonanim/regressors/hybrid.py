@@ -39,7 +39,7 @@ class Config(Settings):
 
 
 @dataclass(frozen=True)
-class Beside(Features):
+class FeaturesWithContext(Features):
     """Features of a sound with the context of the phones of a track in every layer."""
 
     track: PhoneTrack
@@ -67,17 +67,17 @@ class Hybrid(AudioRegressor):
         """
         if track is None or sound is None:
             raise ModelError("a hybrid model needs an alignment and a recording")
-        return super().predict(track, times, sound_until(sound, track.duration))
+        return super().predict(track, times, pad_sound(sound, track.duration))
 
     @classmethod
-    def listen(cls, config: Any, sound: Sound, track: PhoneTrack | None) -> Features:
+    def input_features(cls, config: Any, sound: Sound, track: PhoneTrack | None) -> Features:
         """What is heard of a sound, and read of its track."""
         assert track is not None
-        heard = super().listen(config, sound, track)
-        return Beside(heard.values, heard.rate, heard.start, track, config.beside)
+        heard = super().input_features(config, sound, track)
+        return FeaturesWithContext(heard.values, heard.rate, heard.start, track, config.beside)
 
 
-def sound_until(sound: Sound, end: float) -> Sound:
+def pad_sound(sound: Sound, end: float) -> Sound:
     """A sound with silence after it up to some second, if it is shorter."""
     missing = round((end - sound.duration) * sound.rate)
     return Sound(np.pad(sound.samples, (0, missing)), sound.rate) if missing > 0 else sound

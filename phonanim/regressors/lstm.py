@@ -15,8 +15,8 @@ from phonanim.features.inputs import STEP
 from phonanim.features.windows import TICK
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples, InputModality, Progress, Tensors
-from phonanim.regressors._lstm_config import LAYERS, Array, Config, Floats, n_inputs, sequence
-from phonanim.regressors._recurrent import recur
+from phonanim.regressors._lstm_config import LAYERS, Array, Config, Floats, n_inputs, sequence_features
+from phonanim.regressors._recurrent import run_lstm
 from phonanim.regressors._rows import cluster_table
 from phonanim.speech.phones import PhoneTrack
 
@@ -54,7 +54,7 @@ class Recurrent:
         return np.asarray(lower + (upper - lower) * share[:, None], np.float32)
 
     def _inputs(self, track: PhoneTrack, grid: Array) -> Floats:
-        rows = sequence(self.config.features, track, grid.ravel(), self.clusters)
+        rows = sequence_features(self.config.features, track, grid.ravel(), self.clusters)
         return rows.reshape(*grid.shape, n_inputs(self.config.features))
 
     def forward(self, signal: Floats) -> Floats:
@@ -62,7 +62,7 @@ class Recurrent:
         signal = np.tanh(signal @ self.weights["input"] + self.weights["input_bias"])
         for layer in range(LAYERS):
             own = (self.weights[f"{part}{layer}"] for part in ("forward", "recur", "bias"))
-            signal = recur(signal, *own)
+            signal = run_lstm(signal, *own)
         return np.asarray(signal @ self.weights["output"] + self.weights["output_bias"])
 
     def tensors(self) -> Tensors:
@@ -84,11 +84,11 @@ class Recurrent:
         cls, config: Any, train: Examples, validation: Examples, rng: np.random.Generator, progress: Progress
     ) -> Recurrent:
         """Minimize the squared error of whole utterances; early stopping on `validation`."""
-        from phonanim.regressors._torch import seeded
+        from phonanim.regressors._torch import seeded_generator
         from phonanim.regressors._torch_lstm import fit_recurrent
 
         clusters = cluster_table(config.features, train, rng)
-        weights = fit_recurrent(config, train, validation, clusters, seeded(rng), progress)
+        weights = fit_recurrent(config, train, validation, clusters, seeded_generator(rng), progress)
         return cls(config, weights, clusters)
 
 

@@ -77,10 +77,10 @@ class Procedural:
         cls, config: Any, train: Examples, validation: Examples, rng: np.random.Generator, progress: Progress
     ) -> Procedural:
         """Fit all tables by stochastic gradient descent on the squared error."""
-        from phonanim.regressors._torch import seeded
+        from phonanim.regressors._torch import seeded_generator
         from phonanim.regressors._torch_procedural import fit_dominance
 
-        return cls(config, **fit_dominance(config, train, seeded(rng), progress))
+        return cls(config, **fit_dominance(config, train, seeded_generator(rng), progress))
 
 
 REGRESSOR = Procedural

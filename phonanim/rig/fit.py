@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.face.model import INNER_LIP_PAIRS, FaceModel
-from phonanim.rig.descent import Problem, descend
+from phonanim.rig.coordinate_descent import Problem, descend
+from phonanim.rig.landmark_objective import Energy, observe_displacements, target_observations
+from phonanim.rig.landmark_rig import LandmarkRig
 from phonanim.rig.motion import closed_face
-from phonanim.rig.puppet import LandmarkRig
 from phonanim.rig.rig import POSED_MODES, SIGMAS, HingeMap, Rig, pose_map
-from phonanim.rig.sight import Energy, observe_displacements, target_observations
 from phonanim.rig.solve import Unknowns, solve
 
 Array = NDArray[np.float64]
@@ -27,32 +27,32 @@ GAP_UNIT = 3.0  # mm: brings the hinges of gaps to the size of the others
 RIDGE = 1e-3
 
 
-def fit_rig(rig: Rig, puppet: LandmarkRig, face: FaceModel, modes: Array) -> Rig:
+def fit_rig(rig: Rig, landmark_rig: LandmarkRig, face: FaceModel, modes: Array) -> Rig:
     """Give a rig its mean, its eight poses and its direct map, from frames of the speaker's motion.
 
     `modes` (frames, m) are shape parameters of the training clips or a sample of them, in any order.
     """
     closed = closed_face(face, modes)
-    mean, poses = fit_poses(rig, puppet, face, modes, closed)
-    direct = fit_direct(rig, puppet, face, modes, closed)
+    mean, poses = fit_poses(rig, landmark_rig, face, modes, closed)
+    direct = fit_direct(rig, landmark_rig, face, modes, closed)
     return replace(rig, mean=mean, poses=poses, direct=direct, face=face.id)
 
 
 def fit_poses(
-    rig: Rig, puppet: LandmarkRig, face: FaceModel, modes: Array, closed: Array
+    rig: Rig, landmark_rig: LandmarkRig, face: FaceModel, modes: Array, closed: Array
 ) -> tuple[Array, Array]:
     """Controls r_0 at the mean and R at the eight poses, (controls,) and (8, controls).
 
     Bounded least squares of the motion that equations 2 and 3 of Taylor 2017 make of them, over frames
     of speech and the posed stills themselves; r_0 and R enter linearly, so it is one problem.
     """
-    unknowns = Unknowns.of(puppet, rig)
+    unknowns = Unknowns.of(landmark_rig, rig)
     frames = np.concatenate([modes, pose_modes(face)])
     counts = np.concatenate([np.ones(len(modes)), np.full(1 + 2 * POSED_MODES, STILLS * len(modes))])
     mixing = pose_weights(frames, face, rig)
     weighted = mixing * counts[:, None] / counts.sum()
-    seen = observe_displacements(unknowns.shapes(puppet), face, ENERGY)
-    wanted = target_observations(face.instance(frames), closed, face, puppet, ENERGY)
+    seen = observe_displacements(unknowns.shapes(landmark_rig), face, ENERGY)
+    wanted = target_observations(face.instance(frames), closed, face, landmark_rig, ENERGY)
     share = weighted.T @ mixing
     problem = Problem(
         gram=np.kron(share, seen @ seen.T),
@@ -83,18 +83,18 @@ def pose_weights(modes: Array, face: FaceModel, rig: Rig) -> Array:
     return np.column_stack([1.0 - weights.sum(axis=1), weights])
 
 
-def fit_direct(rig: Rig, puppet: LandmarkRig, face: FaceModel, modes: Array, closed: Array) -> HingeMap:
+def fit_direct(rig: Rig, landmark_rig: LandmarkRig, face: FaceModel, modes: Array, closed: Array) -> HingeMap:
     """The hinge map that comes nearest to frame-by-frame solutions.
 
     Where several controls can make the same mouth, the frames are solved again, drawn to what the map
     said, and the map is fitted again: after a few rounds both agree on one way.
     """
     shapes, standardized = face.instance(modes), modes / face.std
-    solved = solve(shapes, face, puppet, rig, closed, ENERGY)
+    solved = solve(shapes, face, landmark_rig, rig, closed, ENERGY)
     for _ in range(ROUNDS):
         said = fit_hinges(standardized, solved, rig, face)(standardized).astype(np.float64)
         drawn = replace(ENERGY, near=AGREEING)
-        solved = solve(shapes, face, puppet, rig, closed, drawn, proposal=said)
+        solved = solve(shapes, face, landmark_rig, rig, closed, drawn, proposal=said)
     return fit_hinges(standardized, solved, rig, face)
 
 

@@ -11,10 +11,10 @@ from phonanim.face.model import OUTER_LIPS, FaceModel, lip_aperture, lip_protrus
 from phonanim.metrics import correlation
 from phonanim.rig.fit import fit_rig
 from phonanim.rig.head import TONGUE, Head, load_head
+from phonanim.rig.landmark_rig import LandmarkRig, control_partners, make_landmark_rig
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
 from phonanim.rig.morphs import plain_name
 from phonanim.rig.motion import read_motion
-from phonanim.rig.puppet import LandmarkRig, control_partners, make_landmark_rig
 from phonanim.rig.read import load_rig
 from phonanim.rig.register import suggest_landmarks
 from phonanim.rig.retarget import retarget
@@ -37,9 +37,9 @@ def fit_character(
     arkit, head = load_rig("arkit"), head.without(TONGUE)
     if spots is None:
         spots = suggest_landmarks(load_head(), shipped_landmarks(), head)
-    puppet = make_landmark_rig(head, spots, face)
-    rig = unfitted_rig(head, name, speech_controls(puppet, face, arkit))
-    return fit_rig(rig, puppet, face, read_motion().modes(face)), spots
+    landmark_rig = make_landmark_rig(head, spots, face)
+    rig = unfitted_rig(head, name, speech_controls(landmark_rig, face, arkit))
+    return fit_rig(rig, landmark_rig, face, read_motion().modes(face)), spots
 
 
 def unfitted_rig(head: Head, name: str, speech: tuple[str, ...]) -> Rig:
@@ -54,24 +54,24 @@ def unfitted_rig(head: Head, name: str, speech: tuple[str, ...]) -> Rig:
     return replace(rig, speech=speech)
 
 
-def speech_controls(puppet: LandmarkRig, face: FaceModel, arkit: Rig) -> tuple[str, ...]:
+def speech_controls(landmark_rig: LandmarkRig, face: FaceModel, arkit: Rig) -> tuple[str, ...]:
     """The controls that speech moves: ARKit's by name, else all that move the lips and are no mood.
 
     Pairs that pull the mouth to either side cancel each other and are left out. Raises RigError when
     nothing is left.
     """
     known = {plain_name(name) for name in arkit.speech}
-    named = tuple(name for name in puppet.controls if plain_name(name) in known)
+    named = tuple(name for name in landmark_rig.controls if plain_name(name) in known)
     if len(named) >= ENOUGH_ARKIT:
         return named
-    lips = puppet.shapes[:, face.rows(OUTER_LIPS)]
-    both = lips + lips[control_partners(puppet)]
+    lips = landmark_rig.shapes[:, face.rows(OUTER_LIPS)]
+    both = lips + lips[control_partners(landmark_rig)]
     size = np.linalg.norm(lips, axis=(1, 2))
     moving = np.linalg.norm(lips, axis=2).max(axis=1) > LEAST_MOTION
     apart = np.linalg.norm(both, axis=(1, 2)) < CANCELLING * 2 * size
     chosen = tuple(
         name
-        for name, speaks in zip(puppet.controls, moving & ~apart, strict=True)
+        for name, speaks in zip(landmark_rig.controls, moving & ~apart, strict=True)
         if speaks and plain_name(name) not in MOODS
     )
     if not chosen:

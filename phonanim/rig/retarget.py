@@ -95,16 +95,16 @@ def _mapping(rig: Rig, how: How) -> HingeMap:
 def _solved(modes: NDArray[np.floating], face: FaceModel, rig: Rig) -> NDArray[np.float32]:
     """Frame by frame on the rig's own head (Medina 2023, section 3.3)."""
     from phonanim.rig.character import load_character
+    from phonanim.rig.landmark_rig import make_landmark_rig
     from phonanim.rig.landmarks import read_landmarks
     from phonanim.rig.motion import closed_face, read_motion
-    from phonanim.rig.puppet import make_landmark_rig
     from phonanim.rig.solve import solve
 
     if rig.head is None or rig.landmarks is None:
         raise RigError(f"rig {rig.name} has no head to solve on; use --retarget auto, or phonanim rig fit")
-    puppet = make_landmark_rig(load_character(rig.head), read_landmarks(rig.landmarks), face)
+    landmark_rig = make_landmark_rig(load_character(rig.head), read_landmarks(rig.landmarks), face)
     closed = closed_face(face, read_motion().modes(face))
-    return solve(face.instance(modes), face, puppet, rig, closed).astype(np.float32)
+    return solve(face.instance(modes), face, landmark_rig, rig, closed).astype(np.float32)
 
 
 def _check_face(face: FaceModel, rig: Rig) -> None:

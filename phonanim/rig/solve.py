@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from phonanim.errors import RigError
 from phonanim.face.model import FaceModel
-from phonanim.rig.descent import Problem, descend
-from phonanim.rig.puppet import LandmarkRig, control_partners, landmark_partners, mirror_faces
+from phonanim.rig.coordinate_descent import Problem, descend
+from phonanim.rig.landmark_objective import Energy, observe_displacements, target_observations
+from phonanim.rig.landmark_rig import LandmarkRig, control_partners, landmark_partners, mirror_faces
 from phonanim.rig.rig import Rig
-from phonanim.rig.sight import Energy, observe_displacements, target_observations
 
 Array = NDArray[np.float64]
 
@@ -29,23 +29,23 @@ FILM = Energy()
 def solve(
     shapes: Array,
     face: FaceModel,
-    puppet: LandmarkRig,
+    landmark_rig: LandmarkRig,
     rig: Rig,
     closed: Array,
     energy: Energy = FILM,
     lengths: NDArray[np.int64] | None = None,
     proposal: Array | None = None,
 ) -> Array:
-    """Controls that move the puppet as the face moves, (frames, landmarks, 3) mm -> (frames, controls).
+    """Controls that move the landmark_rig as the face moves, (frames, landmarks, 3) mm -> (frames, controls).
 
     `closed` (landmarks, 3) is the face with its lips shut, which the rig's rest stands for; `lengths` are
     the clips' frame counts (one clip when None); `proposal` (frames, controls) draws the solution to
     itself by `energy.near`. Controls that speech does not move keep their rest. Raises RigError when
-    the puppet has none of the rig's speech controls.
+    the landmark_rig has none of the rig's speech controls.
     """
-    unknowns = Unknowns.of(puppet, rig)
-    seen = observe_displacements(unknowns.shapes(puppet), face, energy)
-    gram, pull = seen @ seen.T, target_observations(shapes, closed, face, puppet, energy) @ seen.T
+    unknowns = Unknowns.of(landmark_rig, rig)
+    seen = observe_displacements(unknowns.shapes(landmark_rig), face, energy)
+    gram, pull = seen @ seen.T, target_observations(shapes, closed, face, landmark_rig, energy) @ seen.T
     start = np.zeros_like(pull)
     if proposal is not None:
         start = unknowns.from_controls(proposal)
@@ -72,14 +72,14 @@ class Unknowns:
     maximum: Array
 
     @classmethod
-    def of(cls, puppet: LandmarkRig, rig: Rig) -> Unknowns:
-        """The unknowns of the controls that take part in speech and that the puppet has."""
-        puppet = puppet.take(tuple(name for name in puppet.controls if name in rig.speech))
-        if not puppet.controls:
+    def of(cls, landmark_rig: LandmarkRig, rig: Rig) -> Unknowns:
+        """The unknowns of the controls that take part in speech and that the landmark_rig has."""
+        landmark_rig = landmark_rig.take(tuple(name for name in landmark_rig.controls if name in rig.speech))
+        if not landmark_rig.controls:
             raise RigError(f"the head has none of the speech controls of rig {rig.name}; check `speech`")
-        partner = control_partners(puppet)
+        partner = control_partners(landmark_rig)
         leads = np.flatnonzero(np.arange(len(partner)) <= partner)
-        columns = np.array([rig.controls.index(name) for name in puppet.controls])
+        columns = np.array([rig.controls.index(name) for name in landmark_rig.controls])
         rows = columns[leads]
         spread = np.zeros((len(leads), len(rig.controls)))
         spread[np.arange(len(leads)), rows] = 1.0
@@ -91,12 +91,12 @@ class Unknowns:
                 minimum[rows == high] = 0.0
         return cls(rig, rows, spread, minimum, maximum)
 
-    def shapes(self, puppet: LandmarkRig) -> Array:
+    def shapes(self, landmark_rig: LandmarkRig) -> Array:
         """What each unknown moves, symmetric, (unknowns, landmarks, 3) mm."""
-        known = [name for name in puppet.controls if name in self.rig.speech]
+        known = [name for name in landmark_rig.controls if name in self.rig.speech]
         columns = [self.rig.controls.index(name) for name in known]
-        summed = np.tensordot(self.spread[:, columns], puppet.take(tuple(known)).shapes, axes=1)
-        return np.asarray((summed + mirror_faces(summed, landmark_partners(puppet.rest))) / 2)
+        summed = np.tensordot(self.spread[:, columns], landmark_rig.take(tuple(known)).shapes, axes=1)
+        return np.asarray((summed + mirror_faces(summed, landmark_partners(landmark_rig.rest))) / 2)
 
     def to_controls(self, values: Array) -> Array:
         """(frames, unknowns) -> (frames, controls), within the limits."""

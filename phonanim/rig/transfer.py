@@ -15,10 +15,10 @@ from phonanim.face.model import INNER_LIPS
 from phonanim.rig.align import Surface, align_bare_head, face_rows, surface_of
 from phonanim.rig.deform import Deformation
 from phonanim.rig.head import TONGUE, Head
-from phonanim.rig.inside import carry_parts, outer_rows
+from phonanim.rig.interior_parts import carry_parts, outer_rows
 from phonanim.rig.landmarks import MeshLandmarks
 from phonanim.rig.register import Pins, place_landmarks, warp_surface
-from phonanim.rig.untangle import unflip
+from phonanim.rig.unflip import unflip
 
 Array = NDArray[np.float64]
 

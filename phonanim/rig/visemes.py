@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from phonanim.errors import RigError
 from phonanim.face.model import FaceModel
-from phonanim.rig.descent import Problem, descend
+from phonanim.rig.coordinate_descent import Problem, descend
+from phonanim.rig.landmark_objective import Energy, observe_displacements
 from phonanim.rig.rig import Rig, Visemes
-from phonanim.rig.sight import Energy, observe_displacements
 from phonanim.speech.inventory import INVENTORY, SILENCE
 from phonanim.speech.phones import PhoneTrack
 

@@ -213,7 +213,7 @@ def _codes_of_ipa(sounds: str) -> tuple[int, ...]:
 
 
 def _read_ipa(label: str) -> tuple[str, ...]:
-    from phonanim.speech.looks import to_visible_phones
+    from phonanim.speech.visible_phones import to_visible_phones
 
     return to_visible_phones(label)
 

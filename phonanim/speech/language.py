@@ -10,7 +10,7 @@ from phonanim.errors import LabelError
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.alignment_file import quote_label
 from phonanim.speech.labels import SILENCE_SOUND, Language, Sound, is_silent, language_names, load_language
-from phonanim.speech.language_choice import choose_language, recognized
+from phonanim.speech.language_choice import choose_language
 from phonanim.speech.phones import PhoneTrack
 from phonanim.speech.segments import SILENT, Segment, fill_gaps, merge_segments, to_track
 
@@ -20,7 +20,6 @@ __all__ = [
     "is_silent",
     "language_names",
     "load_language",
-    "recognized",
     "to_phones",
 ]
 

@@ -34,7 +34,7 @@ def choose_language(labels: Iterable[str]) -> Language:
     return best
 
 
-def recognized(labels: Iterable[str]) -> float:
+def recognized_share(labels: Iterable[str]) -> float:
     """The largest share of labels that any one language knows as phones; 0 when nothing is spoken."""
     spoken = Counter(label for label in labels if not is_silent(label))
     return _share(choose_language(spoken.elements()), spoken) if spoken else 0.0

@@ -106,9 +106,9 @@ def best_named_tiers(tiers: Iterable[Tier], names: tuple[str, ...]) -> list[Tier
 
 def _by_content(tiers: Iterable[Tier]) -> list[Tier]:
     """The tier whose labels a language knows best, if it knows most of them."""
-    from phonanim.speech.language_choice import recognized
+    from phonanim.speech.language_choice import recognized_share
 
-    shares = [(recognized(_labels(tier)), tier) for tier in tiers if _labels(tier)]
+    shares = [(recognized_share(_labels(tier)), tier) for tier in tiers if _labels(tier)]
     best = max((share for share, _ in shares), default=0.0)
     return [tier for share, tier in shares if share == best >= ENOUGH_KNOWN]
 

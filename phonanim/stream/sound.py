@@ -18,7 +18,7 @@ from phonanim.media.audio import Level
 from phonanim.options import Options
 from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.regressors._steps import step_times
-from phonanim.regressors._streamed import Streamed
+from phonanim.regressors._streaming import Streamed
 from phonanim.rig.retarget import retarget
 from phonanim.stream.engine import ABREAST, reject_whole_line_layers
 from phonanim.stream.events import Event, Samples

@@ -18,8 +18,8 @@ from phonanim.options import Options, Overlay
 from phonanim.pipeline import animate, animate_detailed, load_model
 from phonanim.rig import load_rig
 from phonanim.rig.head import load_head
+from phonanim.rig.landmark_rig import make_landmark_rig
 from phonanim.rig.landmarks import shipped_landmarks
-from phonanim.rig.puppet import make_landmark_rig
 from phonanim.speech.inventory import INVENTORY
 
 GRIN = Overlay("smile", 1.5)
@@ -40,11 +40,11 @@ def plain(line):
 def gaps():
     """Lip gaps of the shipped head at seven places, (frames, controls) -> (frames, 7) mm."""
     face = load_model("default").face
-    puppet = make_landmark_rig(load_head(), shipped_landmarks(), face)
+    landmark_rig = make_landmark_rig(load_head(), shipped_landmarks(), face)
     upper, lower = (face.rows(side) for side in zip(*INNER_LIP_PAIRS, strict=True))
 
     def of(animation):
-        posed = puppet.pose(animation.values)
+        posed = landmark_rig.pose(animation.values)
         return posed[:, upper, 1] - posed[:, lower, 1]
 
     return of

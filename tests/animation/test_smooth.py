@@ -14,8 +14,8 @@ from phonanim.options import Options
 from phonanim.pipeline import animate_detailed, load_model
 from phonanim.rig import load_rig
 from phonanim.rig.head import load_head
+from phonanim.rig.landmark_rig import make_landmark_rig
 from phonanim.rig.landmarks import shipped_landmarks
-from phonanim.rig.puppet import make_landmark_rig
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.phones import PhoneTrack
 
@@ -65,9 +65,9 @@ def test_limits_that_were_kept_are_kept(seed, seconds, fps):
 
 def lip_gaps(values):
     face = load_model("default").face
-    puppet = make_landmark_rig(load_head(), shipped_landmarks(), face)
+    landmark_rig = make_landmark_rig(load_head(), shipped_landmarks(), face)
     upper, lower = (face.rows(side) for side in zip(*INNER_LIP_PAIRS, strict=True))
-    posed = puppet.pose(values)
+    posed = landmark_rig.pose(values)
     return (posed[:, upper, 1] - posed[:, lower, 1]).max(axis=1)
 
 

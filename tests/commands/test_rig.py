@@ -18,9 +18,9 @@ from phonanim.rig.align import add_viseme_shapes
 from phonanim.rig.character import load_character
 from phonanim.rig.fit_character import fit_character, fit_quality, speech_controls
 from phonanim.rig.head import Head, load_head
+from phonanim.rig.landmark_rig import make_landmark_rig
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.meshes import write_head
-from phonanim.rig.puppet import make_landmark_rig
 from phonanim.rig.register import suggest_landmarks
 from phonanim.rig.rims import put_on_rims
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from speech import made_up_corpus, random_track, sound_of, write_wav
 
-from phonanim.comparison import sounds
+from phonanim.comparison import degradations
 from phonanim.comparison.conditions import ClipInput, align_clip, apply_condition, describe_conditions
 from phonanim.comparison.cost import line_cost, look_ahead, training_cost
 from phonanim.comparison.figures import _beside, _inside, spread_labels
@@ -46,27 +46,27 @@ def corpus(tmp_path: Path) -> Corpus:
 
 @pytest.mark.parametrize("semitones", [4, -4])
 def test_a_voice_is_moved_and_keeps_its_time(semitones: float) -> None:
-    heard = sounds.shift_voice(tone(150, 0.6, 1.3), semitones)
+    heard = degradations.shift_voice(tone(150, 0.6, 1.3), semitones)
     assert heard.samples.shape == (2 * RATE,)
     strongest = np.argmax(np.abs(np.fft.rfft(heard.samples))) / 2
     assert strongest == pytest.approx(150 * 2 ** (semitones / 12), rel=0.01)
     loud = np.flatnonzero(np.abs(heard.samples) > 0.2) / RATE
-    assert [loud[0], loud[-1]] == pytest.approx([0.6, 1.3], abs=sounds.SEARCH + 0.004)
+    assert [loud[0], loud[-1]] == pytest.approx([0.6, 1.3], abs=degradations.SEARCH + 0.004)
 
 
 def test_a_stretch_of_nothing_is_nothing_and_no_stretch_changes_nothing() -> None:
-    assert not sounds.stretch_time(np.zeros(5000, np.float32), 7000, RATE).any()
+    assert not degradations.stretch_time(np.zeros(5000, np.float32), 7000, RATE).any()
     same = tone(150).samples
-    found = sounds.stretch_time(same, len(same), RATE)
+    found = degradations.stretch_time(same, len(same), RATE)
     np.testing.assert_allclose(found[: -RATE // 20], same[: -RATE // 20], atol=1e-6)  # then silence follows
 
 
 @pytest.mark.parametrize("snr", [20, 0])
 def test_noise_is_as_loud_as_was_asked_for(snr: float) -> None:
-    speech, noise = tone(100, 0.5, 1.0), sounds.white_noise(2 * RATE, np.random.default_rng(0))
+    speech, noise = tone(100, 0.5, 1.0), degradations.white_noise(2 * RATE, np.random.default_rng(0))
     spoken = np.zeros(2 * RATE, bool)
     spoken[RATE // 2 : RATE] = True
-    heard = sounds.mix_noise(speech, noise, snr, spoken).samples
+    heard = degradations.mix_noise(speech, noise, snr, spoken).samples
     assert np.abs(heard).max() <= 1
     quiet = heard[~spoken]
     scale = np.corrcoef(heard[spoken], speech.samples[spoken])[0, 1] if snr > 10 else 1

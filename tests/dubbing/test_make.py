@@ -9,7 +9,7 @@ from phonanim.dubbing import make as module
 from phonanim.dubbing.job import Job
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.make import make_line
-from phonanim.dubbing.origin import rig_hash, shared_file_entry
+from phonanim.dubbing.provenance import rig_hash, shared_file_entry
 from phonanim.options import DEFAULTS
 from phonanim.rig.read import find_rig, read_document
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from phonanim.__main__ import run as phonanim
-from phonanim.dubbing import parts
+from phonanim.dubbing import ledger_parts
 from phonanim.dubbing.audit import audit
 from phonanim.dubbing.ledger import NAME, ledger_writer, read_ledger
 from phonanim.dubbing.lines import read_lines
@@ -159,7 +159,7 @@ def read_glb_of(content):
 def test_a_run_that_was_killed_goes_on(memory, monkeypatch):
     lines, target = read_lines("memory://show/lines", COMMON), parse_place("memory://show/out")
     run(lines, parse_place("memory://show/calm"), ("csv",), inline)
-    monkeypatch.setattr(parts, "PERIOD", 0.0)
+    monkeypatch.setattr(ledger_parts, "PERIOD", 0.0)
 
     def killed(jobs):
         yield make_line(next(jobs))
@@ -179,7 +179,7 @@ def test_a_run_that_was_killed_goes_on(memory, monkeypatch):
 
 
 def test_parts_of_a_ledger_in_time_order(memory, monkeypatch):
-    monkeypatch.setattr(parts, "PERIOD", 0.0)
+    monkeypatch.setattr(ledger_parts, "PERIOD", 0.0)
     target = parse_place("memory://show/out")
     with ledger_writer(target) as record:
         record(Outcome("a", "row 2", error="no"))

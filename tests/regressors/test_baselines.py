@@ -13,9 +13,16 @@ from speech import made_up_examples, random_track, track_of
 from phonanim.errors import MissingExtraError
 from phonanim.regressors import Examples, Regressor, hmm, lstm, regressor_class
 from phonanim.regressors import dynamic_visemes as dv
-from phonanim.regressors._gestures import boundaries, likeness, medians
-from phonanim.regressors._hmm import Frames, Statistics, align, even_states, grow, with_differences
-from phonanim.regressors._hmm_config import questions
+from phonanim.regressors._gestures import gesture_bounds, nearest_to_centres, phone_similarity
+from phonanim.regressors._hmm import (
+    Frames,
+    Statistics,
+    align_states,
+    append_differences,
+    divide_evenly,
+    grow_tree,
+)
+from phonanim.regressors._hmm_config import list_questions
 from phonanim.regressors._lstm_config import triphones
 from phonanim.speech.inventory import INVENTORY
 
@@ -59,12 +66,12 @@ def test_instants_beyond_the_ends_hold(baselines: list[Regressor]) -> None:
 @pytest.mark.parametrize("features", ["triphone", "classes"])
 def test_the_recurrent_network_runs_as_torch_runs_it(bidirectional: bool, features: str) -> None:
     torch = pytest.importorskip("torch")
-    from phonanim.regressors._torch_lstm import Network, exported
+    from phonanim.regressors._torch_lstm import Network, export_weights
 
     torch.manual_seed(2)
     config = lstm.Config(units=20, bidirectional=bidirectional, features=features)
     network = Network(config, 3).eval()
-    weights = exported(network, np.zeros(3), 1.0)
+    weights = export_weights(network, np.zeros(3), 1.0)
     assert {n: w.shape for n, w in weights.items()} == lstm.layer_shapes(config, 3)
     signal = np.random.default_rng(0).normal(size=(4, 60, lstm.n_inputs(features))).astype(np.float32)
     with torch.no_grad():
@@ -75,10 +82,10 @@ def test_the_recurrent_network_runs_as_torch_runs_it(bidirectional: bool, featur
 
 def test_padding_weighs_nothing() -> None:
     pytest.importorskip("torch")
-    from phonanim.regressors._torch_lstm import padded
+    from phonanim.regressors._torch_lstm import pad_sequences
 
     data = made_up_examples(np.random.default_rng(1), clips=3)
-    signals, targets, weights = padded(lstm.Config(), data, np.zeros((41, 41), np.int8))
+    signals, targets, weights = pad_sequences(lstm.Config(), data, np.zeros((41, 41), np.int8))
     lengths = [len(times) for times in data.times]
     assert signals.shape[:2] == targets.shape[:2] == weights.shape == (3, max(lengths))
     assert weights.sum(axis=1).tolist() == lengths
@@ -104,7 +111,7 @@ def test_the_trajectory_is_the_likeliest() -> None:
     rng = np.random.default_rng(0)
     frames, modes = 12, 2
     means, precisions = rng.normal(size=(frames, 3, modes)), rng.uniform(0.5, 3, (frames, 3, modes))
-    found = hmm.trajectory(means, precisions)
+    found = hmm.likeliest_trajectory(means, precisions)
     for m in range(modes):
         rows, wanted, weights = [], [], []
         for frame, window in itertools.product(range(frames), range(3)):
@@ -123,30 +130,30 @@ def test_the_trajectory_of_a_constant(frames: int) -> None:
     pytest.importorskip("scipy")
     means = np.zeros((frames, 3, 2))
     means[:, 0] = (4, -1)
-    assert np.allclose(hmm.trajectory(means, np.ones_like(means)), (4, -1))
+    assert np.allclose(hmm.likeliest_trajectory(means, np.ones_like(means)), (4, -1))
 
 
 def test_differences() -> None:
-    found = with_differences(np.array([[0.0], [1.0], [4.0], [9.0]]))
+    found = append_differences(np.array([[0.0], [1.0], [4.0], [9.0]]))
     assert found[1].tolist() == [1, 2, 2]
 
 
 def test_states_share_a_phone() -> None:
     means, variances = np.array([[0.02, 0.04, 0.02]]), np.array([[1e-4, 2e-4, 1e-4]])
-    assert np.allclose(hmm.share_out(means, variances, np.array([0.08])), means)
-    longer = hmm.share_out(means, variances, np.array([0.16]))
+    assert np.allclose(hmm.divide_durations(means, variances, np.array([0.08])), means)
+    longer = hmm.divide_durations(means, variances, np.array([0.16]))
     assert np.allclose(longer, [[0.04, 0.08, 0.04]])
-    shorter = hmm.share_out(means, variances, np.array([0.001]))
+    shorter = hmm.divide_durations(means, variances, np.array([0.001]))
     assert (shorter > 0).all()
     assert shorter.sum() == pytest.approx(0.001)
 
 
 def test_questions_are_about_all_five_phones() -> None:
-    place, members = questions()
+    place, members = list_questions()
     assert np.bincount(place).tolist() == [len(place) // 5] * 5
     context = hmm.quinphones(INVENTORY.codes(["m", "aa"]))
     assert [INVENTORY.phones[c] for c in context[0]] == ["sil", "sil", "m", "aa", "sil"]
-    asked = hmm.answers(context, place, members)
+    asked = hmm.answer_questions(context, place, members)
     is_m = np.flatnonzero((place == 2) & (members.sum(axis=1) == 1) & (members[:, context[0, 2]] == 1))
     assert asked[:, is_m].T.tolist() == [[True, False]]
 
@@ -156,21 +163,21 @@ def test_a_tree_splits_where_it_pays() -> None:
     asked = np.array([[0, 1], [1, 1], [0, 0], [1, 0]], bool)
     count, mean = np.full(4, 100.0), np.array([[3.0], [3.0], [-3.0], [-3.0]])
     found = Statistics(count, mean * count[:, None], (mean**2 + 1) * count[:, None])
-    tree = grow(found, asked, leaf=50, mdl=1.0)
+    tree = grow_tree(found, asked, leaf=50, mdl=1.0)
     assert tree.question.tolist() == [1, hmm.LEAF, hmm.LEAF]
     assert tree.means[tree.leaf_of].ravel().tolist() == mean.ravel().tolist()
     assert np.allclose(tree.variances, 1)
-    assert len(grow(found, asked, leaf=50, mdl=1000.0).means) == 1
-    assert len(grow(found, asked, leaf=201, mdl=1.0).means) == 1
+    assert len(grow_tree(found, asked, leaf=50, mdl=1000.0).means) == 1
+    assert len(grow_tree(found, asked, leaf=201, mdl=1.0).means) == 1
 
 
 def test_states_are_aligned_with_what_moves() -> None:
     """One phone of two states: three frames at 0, seven at 5."""
     values = np.repeat([0.0, 5.0], [3, 7])[:, None].astype(np.float32)
     frames = Frames(values, np.array([0, 10]), np.zeros((1, 5), np.uint8), np.ones(1))
-    assert even_states(np.array([10]), 2).tolist() == [0] * 5 + [1] * 5
+    assert divide_evenly(np.array([10]), 2).tolist() == [0] * 5 + [1] * 5
     trees = [
-        grow(
+        grow_tree(
             Statistics(*(np.array(v, float) for v in ([9], [[9 * m]], [[9 * m * m + 9]]))),
             np.zeros((1, 1), bool),
             1,
@@ -178,7 +185,7 @@ def test_states_are_aligned_with_what_moves() -> None:
         )
         for m in (0, 5)
     ]
-    assert align(frames, trees, np.zeros(1, np.int64)).tolist() == [0] * 3 + [1] * 7
+    assert align_states(frames, trees, np.zeros(1, np.int64)).tolist() == [0] * 3 + [1] * 7
 
 
 @pytest.mark.parametrize(
@@ -204,28 +211,28 @@ def test_damaged_trees(name: str, value: int | None, message: str) -> None:
 def test_gestures_end_where_the_mouth_is_slowest() -> None:
     times = np.arange(60) / 25
     target = np.sin(2 * np.pi * times / 0.8)[:, None]  # turns every 0.4 s, first at 0.2 s
-    found = times[boundaries(target, times, 0.1, 1.0)]
+    found = times[gesture_bounds(target, times, 0.1, 1.0)]
     assert np.allclose(found[1:-1], 0.2 + 0.4 * np.arange(len(found) - 2), atol=0.021)
-    assert np.diff(times[boundaries(target, times, 0.1, 0.25)]).max() <= 0.25
+    assert np.diff(times[gesture_bounds(target, times, 0.1, 0.25)]).max() <= 0.25
     noise = np.random.default_rng(0).normal(size=(60, 3))
-    assert np.diff(times[boundaries(noise, times, 0.16, 0.6)]).min() >= 0.159
+    assert np.diff(times[gesture_bounds(noise, times, 0.16, 0.6)]).min() >= 0.159
 
 
 def test_the_median_is_the_nearest_gesture() -> None:
     paths = np.array([0.0, 1.0, 5.0, 9.0])[:, None, None]
     labels, centres = np.array([0, 0, 1, 1]), np.array([0.9, 6.0])[:, None, None]
-    assert medians(paths, labels, centres).ravel().tolist() == [1, 5]
+    assert nearest_to_centres(paths, labels, centres).ravel().tolist() == [1, 5]
 
 
 def test_phones_are_most_like_themselves() -> None:
-    alike = likeness()
+    alike = phone_similarity()
     assert np.allclose(alike.sum(axis=1), 1)
     assert (alike.argmax(axis=1) == np.arange(41)).all()
 
 
 def test_units_meet_halfway() -> None:
     paths = np.array([[[0.0], [0.0]], [[2.0], [4.0]]])
-    found = dv.play(paths, np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.5, 1.0, 1.5, 2.0]))
+    found = dv.play_units(paths, np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.5, 1.0, 1.5, 2.0]))
     assert found.ravel().tolist() == [0, 0.5, 1, 2.5, 4]
 
 
@@ -291,4 +298,4 @@ def test_what_training_needs(kind: str, library: str, message: str, monkeypatch:
 def test_a_trajectory_needs_scipy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "scipy.linalg", None)
     with pytest.raises(MissingExtraError, match=r"kind hmm need SciPy; .*'phonanim\[train\]'"):
-        hmm.trajectory(np.zeros((3, 3, 1)), np.ones((3, 3, 1)))
+        hmm.likeliest_trajectory(np.zeros((3, 3, 1)), np.ones((3, 3, 1)))

@@ -16,7 +16,7 @@ from phonanim.errors import ModelError
 from phonanim.regressors import make_config, regressor_class
 from phonanim.regressors._convolution import convolution_shapes, convolve, receptive_field
 from phonanim.regressors._steps import cached_encoder
-from phonanim.regressors._streamed import Streamed
+from phonanim.regressors._streaming import Streamed
 
 KINDS = {"cnn": (23, 7), "tcn": (15, 0)}  # steps seen, steps ahead
 
@@ -57,7 +57,7 @@ def test_the_published_fields(kind: str) -> None:
 def test_torch_and_numpy_agree(kind: str) -> None:
     torch = pytest.importorskip("torch")
     from phonanim.regressors._decoders import decode
-    from phonanim.regressors._torch_decoders import Network, exported
+    from phonanim.regressors._torch_decoders import Network, export_weights
 
     config = config_of(kind)
     torch.manual_seed(3)
@@ -65,7 +65,7 @@ def test_torch_and_numpy_agree(kind: str) -> None:
     values = torch.randn(2, 40, 1, 6)
     with torch.no_grad():
         found = network(values)[1].numpy()
-    _, weights = exported(network, np.zeros(3, np.float32), np.ones(3, np.float32))
+    _, weights = export_weights(network, np.zeros(3, np.float32), np.ones(3, np.float32))
     np.testing.assert_allclose(decode(config, weights, values[:, :, 0].numpy()), found, atol=1e-4)
 
 

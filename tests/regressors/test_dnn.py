@@ -35,10 +35,10 @@ def trained(
     progress: Progress = lambda done: None,
 ) -> np.ndarray:
     """All weights and biases after training on the made-up rows from the same start, end to end."""
-    from phonanim.regressors._torch import seeded
+    from phonanim.regressors._torch import seeded_generator
     from phonanim.regressors._torch_dnn import fit_network
 
-    generator = seeded(np.random.default_rng(1))
+    generator = seeded_generator(np.random.default_rng(1))
     train, held_out = made_up_rows(weight), made_up_rows(sign=held_out_sign)
     layers = fit_network(config, train, held_out, generator, progress)
     return np.concatenate([part.ravel() for layer in layers for part in layer])

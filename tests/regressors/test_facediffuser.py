@@ -39,7 +39,7 @@ def trained(data: Examples, journal: Path | None = None, **more: Any) -> FaceDif
 
 def random_weights(config: Config, dims: int, modes: int) -> dict[str, Any]:
     rng = np.random.default_rng(3)
-    shapes = diffusion.shapes_of(config, dims, modes)
+    shapes = diffusion.weight_shapes(config, dims, modes)
     return {name: rng.normal(0, 0.4, shape).astype(np.float32) for name, shape in shapes.items()}
 
 
@@ -67,15 +67,15 @@ def test_torch_and_numpy_agree(embedding: str, more: dict[str, Any]) -> None:
         styles = torch.zeros(2, dtype=torch.long)
         expected = network(network.sound(sound), seen, np.array([7, 7]), styles)
     weights = network.export()
-    assert {name: t.shape for name, t in weights.items()} == diffusion.shapes_of(config, 6, 3)
+    assert {name: t.shape for name, t in weights.items()} == diffusion.weight_shapes(config, 6, 3)
     heard = diffusion.embed(config.sound, diffusion.tensors_with_prefix(weights, "sound_"), sound.numpy())
-    found = diffusion.denoised(config, weights, seen.numpy(), 7, heard)
+    found = diffusion.denoise(config, weights, seen.numpy(), 7, heard)
     np.testing.assert_allclose(found, expected.numpy(), atol=1e-5)
 
 
 def test_noise_grows_as_its_equation_says() -> None:
     """Step by step by equation 1, and at once: the same share of signal and of noise."""
-    shares = diffusion.kept(200)
+    shares = diffusion.signal_share(200)
     betas = np.linspace(1e-4, 0.02, 200) * 5
     signal, noise = 1.0, 0.0
     for time, beta in enumerate(betas, start=1):
@@ -84,14 +84,14 @@ def test_noise_grows_as_its_equation_says() -> None:
     assert shares[0] == 1
     assert np.all(np.diff(shares) < 0)
     for timesteps in (100, 500, 1000):
-        assert 1e-5 < diffusion.kept(timesteps)[-1] < 1e-4
+        assert 1e-5 < diffusion.signal_share(timesteps)[-1] < 1e-4
     motion, chance = np.float32([2.0]), np.float32([3.0])
-    np.testing.assert_allclose(diffusion.diffused(motion, 0.36, chance), [2 * 0.6 + 3 * 0.8], rtol=1e-6)
+    np.testing.assert_allclose(diffusion.add_noise(motion, 0.36, chance), [2 * 0.6 + 3 * 0.8], rtol=1e-6)
 
 
 @pytest.mark.parametrize(("timesteps", "steps"), [(500, 50), (500, 500), (20, 1), (7, 5)])
 def test_strides_go_from_the_last_time_to_the_first(timesteps: int, steps: int) -> None:
-    times = diffusion.strided(timesteps, steps)
+    times = diffusion.sampling_times(timesteps, steps)
     assert times[0] == timesteps
     assert steps == 1 or times[-1] == 1
     assert len(set(times.tolist())) == steps
@@ -99,10 +99,10 @@ def test_strides_go_from_the_last_time_to_the_first(timesteps: int, steps: int) 
 
 
 def test_noise_is_the_same_whoever_asks() -> None:
-    whole = diffusion.noise_of(4, 2, 0, 3500, 3)
-    assert np.array_equal(diffusion.noise_of(4, 2, 1400, 300, 3), whole[1400:1700])
-    assert not np.array_equal(diffusion.noise_of(4, 3, 0, 10, 3), whole[:10])
-    assert not np.array_equal(diffusion.noise_of(5, 2, 0, 10, 3), whole[:10])
+    whole = diffusion.step_noise(4, 2, 0, 3500, 3)
+    assert np.array_equal(diffusion.step_noise(4, 2, 1400, 300, 3), whole[1400:1700])
+    assert not np.array_equal(diffusion.step_noise(4, 3, 0, 10, 3), whole[:10])
+    assert not np.array_equal(diffusion.step_noise(5, 2, 0, 10, 3), whole[:10])
     assert abs(whole.mean()) < 0.05
     assert abs(whole.std() - 1) < 0.05
 
@@ -116,10 +116,10 @@ def test_what_is_found_is_diffused_to_the_next_time() -> None:
     found = noise[0]
     for turn, time in enumerate((50, 34, 17, 1)):
         if turn:
-            share = diffusion.kept(50)[time]
+            share = diffusion.signal_share(50)[time]
             found = np.sqrt(share) * found + np.sqrt(1 - share) * noise[turn]
-        found = diffusion.denoised(config, weights, found.astype(np.float32), time, heard)
-    sampled = diffusion.sample(config, weights, heard, lambda turn: noise[turn])
+        found = diffusion.denoise(config, weights, found.astype(np.float32), time, heard)
+    sampled = diffusion.sample_motion(config, weights, heard, lambda turn: noise[turn])
     np.testing.assert_allclose(sampled, found, atol=1e-5)
 
 
@@ -127,25 +127,25 @@ def test_guidance_weighs_what_is_heard() -> None:
     config = make_config("facediffuser", SMALL | {"guidance": 1.5}, "test")
     weights, rng = random_weights(config, 5, 2), np.random.default_rng(0)
     heard, unheard, seen = (rng.normal(size=(1, 6, size)).astype(np.float32) for size in (8, 8, 2))
-    with_sound, without = (diffusion.denoised(config, weights, seen, 9, part) for part in (heard, unheard))
-    found = diffusion.guided(config, weights, seen, 9, heard, unheard)
+    with_sound, without = (diffusion.denoise(config, weights, seen, 9, part) for part in (heard, unheard))
+    found = diffusion.guided_motion(config, weights, seen, 9, heard, unheard)
     np.testing.assert_allclose(found, 1.5 * with_sound - 0.5 * without, atol=1e-5)
-    assert np.array_equal(diffusion.guided(config, weights, seen, 9, heard, None), with_sound)
+    assert np.array_equal(diffusion.guided_motion(config, weights, seen, 9, heard, None), with_sound)
 
 
 def test_guidance_of_a_model(model: FaceDiffuser, data: Examples) -> None:
     times = np.arange(9) / 25
-    takes = [model.changed(guidance=w).predict(None, times, data.sounds[0]) for w in (1.0, 1.0, 0.5)]
+    takes = [model.with_settings(guidance=w).predict(None, times, data.sounds[0]) for w in (1.0, 1.0, 0.5)]
     assert np.array_equal(takes[0], takes[1])
     assert not np.array_equal(takes[0], takes[2])
-    deaf = [model.changed(guidance=0.0).predict(None, times, sound) for sound in data.sounds[:2]]
+    deaf = [model.with_settings(guidance=0.0).predict(None, times, sound) for sound in data.sounds[:2]]
     np.testing.assert_allclose(deaf[0], deaf[1], atol=1e-4)
 
 
 def test_masks_by_their_definition() -> None:
     rng = np.random.default_rng(0)
     heard = np.full((4000, 2, 3), 7, np.float32)
-    found = {name: diffusion.masked(name, 0.25, heard, rng) for name in MASKS}
+    found = {name: diffusion.mask_sound(name, 0.25, heard, rng) for name in MASKS}
     hidden = {name: one != 7 for name, one in found.items()}
     assert not hidden["none"].any()
     for name in MASKS[1:]:
@@ -164,12 +164,12 @@ def test_it_trains_with_every_mask(masking: str, data: Examples) -> None:
 
 
 def test_the_loss_by_its_equation(data: Examples) -> None:
-    from phonanim.regressors._torch_diffusion import Network, Stage, data_of, scaled
+    from phonanim.regressors._torch_diffusion import Network, Stage, diffusion_steps, scaled
 
     config = make_config(
         "facediffuser", SMALL | {"diffusion": False, "masking": "none", "delta": 0.5}, "test"
     )
-    steps = data_of(config, data)
+    steps = diffusion_steps(config, data)
     scaling = scaled(config, steps)
     network = Network(config, steps.values.shape[2], 3).eval()
     rows = np.arange(20).reshape(2, 10)
@@ -184,8 +184,8 @@ def test_the_loss_by_its_equation(data: Examples) -> None:
     model = FaceDiffuser(
         config, scaling.centre, scaling.scale, scaling.low, scaling.span, network.export(), ""
     )
-    heard = model.embedded(np.stack([model.normal(one) for one in values]))
-    found = diffusion.denoised(config, model.weights, np.zeros((2, 10, 3), np.float32), 0, heard)
+    heard = model.embed_sound(np.stack([model.normalize_features(one) for one in values]))
+    found = diffusion.denoise(config, model.weights, np.zeros((2, 10, 3), np.float32), 0, heard)
     apart = np.abs(found - (targets - scaling.low) / scaling.span)
     huber = np.where(apart < 0.5, apart**2 / 2, 0.5 * apart - 0.125)
     np.testing.assert_allclose(float(total.detach()), (huber.mean(axis=(1, 2)) * [1, 3]).mean(), rtol=1e-4)
@@ -194,10 +194,10 @@ def test_the_loss_by_its_equation(data: Examples) -> None:
 def test_seeds(model: FaceDiffuser, data: Examples, tmp_path: Path) -> None:
     """The same seed gives the same bytes, from a stored model too; another one another take."""
     times = np.arange(20) / 25
-    takes = [model.changed(seed=seed).predict(None, times, data.sounds[0]) for seed in (0, 0, 1)]
+    takes = [model.with_settings(seed=seed).predict(None, times, data.sounds[0]) for seed in (0, 0, 1)]
     assert takes[0].tobytes() == takes[1].tobytes()
     assert np.abs(takes[0] - takes[2]).max() > 1e-3
-    save(Model(model.changed(seed=1), made_up_face(np.random.default_rng(0)), {"fps": 25.0}), tmp_path)
+    save(Model(model.with_settings(seed=1), made_up_face(np.random.default_rng(0)), {"fps": 25.0}), tmp_path)
     again = load(tmp_path).regressor.predict(None, times, data.sounds[0])
     assert again.tobytes() == takes[2].tobytes()
 
@@ -205,7 +205,9 @@ def test_seeds(model: FaceDiffuser, data: Examples, tmp_path: Path) -> None:
 def test_without_diffusion_there_is_one_take(data: Examples) -> None:
     plain = trained(data, diffusion=False)
     assert not any(name.startswith(("noise", "time")) for name in plain.weights)
-    takes = [plain.changed(seed=seed).predict(None, np.arange(9) / 25, data.sounds[0]) for seed in (0, 1)]
+    takes = [
+        plain.with_settings(seed=seed).predict(None, np.arange(9) / 25, data.sounds[0]) for seed in (0, 1)
+    ]
     assert np.array_equal(*takes)
 
 
@@ -227,7 +229,7 @@ def test_styles_are_told_apart() -> None:
         data + replace(data, targets=tuple(target * 2 for target in data.targets)), styles=(0,) * 8 + (1,) * 8
     )
     model = trained(both, diffusion=False, styles=2, epochs=25, masking="none")
-    calm, lively = (model.changed(style=n).predict(None, data.times[0], data.sounds[0]) for n in (0, 1))
+    calm, lively = (model.with_settings(style=n).predict(None, data.times[0], data.sounds[0]) for n in (0, 1))
     assert lively.std() > 1.2 * calm.std()
 
 
@@ -245,10 +247,10 @@ def test_long_sounds_are_sampled_in_parts(
 
 def test_the_last_step_is_as_if_the_sound_went_on(model: FaceDiffuser, data: Examples) -> None:
     """What sees the noise looks a step ahead, and in training there was none after the last."""
-    features = model.hear(data.sounds[0])
+    features = model.encode(data.sounds[0])
     grid = step_times(data.sounds[0].duration, model.config.rate)
     longer = np.append(grid, grid[-1] + np.arange(1, 20) / model.config.rate)
-    found, expected = model.decoded(features, grid), model.decoded(features, longer)
+    found, expected = model.modes_at_steps(features, grid), model.modes_at_steps(features, longer)
     assert found.shape == (len(grid), 3)
     np.testing.assert_allclose(found, expected[: len(grid)], atol=0.01 * np.ptp(expected))
 
@@ -257,9 +259,9 @@ def test_the_sound_is_heard_once(
     model: FaceDiffuser, data: Examples, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     times: list[int] = []
-    encode = audio_input.listen
-    monkeypatch.setattr(audio_input, "listen", lambda *given: times.append(1) or encode(*given))
-    model.changed(steps=50).predict(None, np.arange(5) / 25, data.sounds[0])
+    encode = audio_input.sound_features
+    monkeypatch.setattr(audio_input, "sound_features", lambda *given: times.append(1) or encode(*given))
+    model.with_settings(steps=50).predict(None, np.arange(5) / 25, data.sounds[0])
     assert times == [1]
 
 

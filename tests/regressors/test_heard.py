@@ -18,7 +18,7 @@ from phonanim.regressors import CHECKPOINT, Examples, Model, load, make_config, 
 from phonanim.regressors import _audio_input as audio_input
 from phonanim.regressors._audio import AudioRegressor
 from phonanim.regressors._decoders import decode
-from phonanim.regressors._recurrent import gru
+from phonanim.regressors._recurrent import run_gru
 from phonanim.regressors._steps import cached_encoder, step_times
 
 torch = pytest.importorskip("torch")
@@ -48,7 +48,7 @@ def data() -> Examples:
 @pytest.mark.parametrize("decoder", DECODERS)
 @pytest.mark.parametrize("bidirectional", [False, True])
 def test_torch_and_numpy_agree(decoder: str, bidirectional: bool) -> None:
-    from phonanim.regressors._torch_decoders import Network, exported
+    from phonanim.regressors._torch_decoders import Network, export_weights
 
     config = config_of(decoder=decoder, bidirectional=bidirectional, inputs="all_enc", window=12)
     torch.manual_seed(3)
@@ -56,11 +56,11 @@ def test_torch_and_numpy_agree(decoder: str, bidirectional: bool) -> None:
     values = torch.randn(4, 12, 2, 6)
     with torch.no_grad():
         found = network(values)[1].numpy()
-    mix, weights = exported(network, np.zeros(3, np.float32), np.ones(3, np.float32))
+    mix, weights = export_weights(network, np.zeros(3, np.float32), np.ones(3, np.float32))
     model = AudioRegressor(
         config, *np.zeros((1, 2, 6), np.float32), np.ones((2, 6), np.float32), mix, weights, ""
     )
-    mine = decode(config, weights, np.stack([model.mixed(one) for one in values.numpy()]))
+    mine = decode(config, weights, np.stack([model.mix_layers(one) for one in values.numpy()]))
     np.testing.assert_allclose(mine, found, atol=1e-5)
 
 
@@ -69,7 +69,7 @@ def test_the_recurrent_unit_by_its_formula() -> None:
     forward, recurrent = rng.normal(size=(1, 3, 6)), rng.normal(size=(1, 2, 6))
     bias, recur_bias = rng.normal(size=(2, 1, 6))
     signal, state = rng.normal(size=(1, 5, 3)), np.zeros(2)
-    found = gru(*(a.astype(np.float32) for a in (signal, forward, recurrent, bias, recur_bias)))
+    found = run_gru(*(a.astype(np.float32) for a in (signal, forward, recurrent, bias, recur_bias)))
     for step, given in enumerate(signal[0]):
         a, b = given @ forward[0] + bias[0], state @ recurrent[0] + recur_bias[0]
         reset, update = (1 / (1 + np.exp(-(a[i : i + 2] + b[i : i + 2]))) for i in (0, 2))
@@ -81,11 +81,13 @@ def test_the_recurrent_unit_by_its_formula() -> None:
 @pytest.mark.parametrize("decoder", DECODERS)
 def test_what_looks_ahead(decoder: str) -> None:
     """A change of the sound at a step moves earlier steps only where the decoder may look ahead."""
-    from phonanim.regressors._torch_decoders import Network, exported
+    from phonanim.regressors._torch_decoders import Network, export_weights
 
     config = config_of(decoder=decoder, bidirectional=False, window=10)
     torch.manual_seed(0)
-    weights = exported(Network(config, 1, 4, 2).eval(), np.zeros(2, np.float32), np.ones(2, np.float32))[1]
+    weights = export_weights(
+        Network(config, 1, 4, 2).eval(), np.zeros(2, np.float32), np.ones(2, np.float32)
+    )[1]
     signal = np.random.default_rng(0).normal(size=(1, 30, 4)).astype(np.float32)
     other = signal.copy()
     other[0, 20] += 1
@@ -224,9 +226,9 @@ def test_shares_of_layers_sum_to_one(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setenv("PHONANIM_ENCODERS", str(tmp_path))
     cached_encoder.cache_clear()
     regressor = trained(data, "phisanet", encoder="whisper")
-    assert regressor.shares.shape == (3,)
-    assert regressor.shares.sum() == pytest.approx(1)
-    assert not np.allclose(regressor.shares, 1 / 3)
+    assert regressor.layer_shares.shape == (3,)
+    assert regressor.layer_shares.sum() == pytest.approx(1)
+    assert not np.allclose(regressor.layer_shares, 1 / 3)
     other = replace(regressor, identity="whisper of another kind")
     with pytest.raises(
         ModelError, match="learned from 'whisper of another kind', and 'whisper .*' is here: set"

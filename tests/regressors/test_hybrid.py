@@ -64,7 +64,7 @@ def test_both_move_the_face(regressor: Hybrid, data: Examples) -> None:
 
 def test_each_layer_has_the_phones_beside_it(regressor: Hybrid, data: Examples) -> None:
     track, sound = data.tracks[0], data.sounds[0]
-    heard = regressor.hear(sound, track)
+    heard = regressor.encode(sound, track)
     found = heard.at(np.arange(7) / 25, 0.04)
     assert found.shape == (7, 1, heard.values.shape[2] + n_features("gestures"))
     assert regressor.centre.shape == found.shape[1:]
@@ -111,7 +111,7 @@ def test_stored_and_read_back(more: dict[str, Any], data: Examples, tmp_path: Pa
 
 def test_what_never_moved_says_nothing(data: Examples) -> None:
     found = trained(replace(data, sounds=tuple(map(silent, data.sounds))), epochs=1)
-    still = found.scale[0, : found.hear(silent(data.sounds[0]), data.tracks[0]).values.shape[2]]
+    still = found.scale[0, : found.encode(silent(data.sounds[0]), data.tracks[0]).values.shape[2]]
     assert not still.all()
     assert np.abs(found.predict(data.tracks[0], data.times[0], data.sounds[0])).max() < 100
 

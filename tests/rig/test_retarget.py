@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from faces import blank_rig, head_face, head_puppet
+from faces import blank_rig, head_face, head_landmark_rig
 from speech import track_of
 
 from phonanim.errors import RigError
@@ -204,6 +204,6 @@ def test_every_pose_has_its_place() -> None:
     assert opened[jaw] > rig.mean[jaw] > pressed[jaw]
 
 
-def test_toy_puppet_is_the_shipped_head() -> None:
-    assert blank_rig(head_puppet()).controls == load_rig("arkit").controls
+def test_toy_rig_is_the_shipped_head() -> None:
+    assert blank_rig(head_landmark_rig()).controls == load_rig("arkit").controls
     assert head_face().modes.shape == (5, 478, 3)

@@ -16,12 +16,12 @@ from phonanim.face.model import INNER_LIP_PAIRS
 from phonanim.rig.character import load_character
 from phonanim.rig.geometry import face_normals
 from phonanim.rig.head import TONGUE, Head, load_head
-from phonanim.rig.inside import outer_rows
+from phonanim.rig.interior_parts import outer_rows
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
 from phonanim.rig.mesh_file import load_mesh
 from phonanim.rig.meshes import write_obj
 from phonanim.rig.transfer import Report, transfer
-from phonanim.rig.untangle import unflip
+from phonanim.rig.unflip import unflip
 
 
 def bare(head: Head) -> Head:

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.ipa import ipa_diacritics, ipa_substitutes, ipa_symbols, parse_ipa
-from phonanim.speech.looks import to_visible_phones
 from phonanim.speech.sampa import to_ipa
+from phonanim.speech.visible_phones import to_visible_phones
 
 # What every symbol becomes, to be read by a phonetician.
 GOLDEN = """

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from phonanim.dubbing.names import FORBIDDEN, RESERVED, collision_key, safe_name
+from phonanim.dubbing.output_names import FORBIDDEN, RESERVED, collision_key, safe_name
 from phonanim.errors import OptionError
 
 

@@ -56,5 +56,5 @@ class Streamed(AudioRegressor):
 
         steps' = steps - receptive_field + 1.
         """
-        signal = self.mixed(values)[None]
+        signal = self.mix_layers(values)[None]
         return output(self.weights, convolve_within(self.config, self.weights, signal))[0]

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from phonanim.face.model import MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT, FaceModel
 from phonanim.media.pixels import Image, draw_text, paste, write_png
 from phonanim.rig.head import Head
+from phonanim.rig.landmark_rig import to_face_axes
 from phonanim.rig.landmarks import MeshLandmarks
-from phonanim.rig.puppet import to_face_axes
 from phonanim.rig.render import View, render
 from phonanim.rig.rig import MEAN, POSES, Rig
 

@@ -99,10 +99,10 @@ def landmark_partners(rest: Array) -> NDArray[np.int64]:
     return np.asarray(np.linalg.norm(flipped[:, None] - rest[None], axis=2).argmin(axis=1))
 
 
-def control_partners(puppet: LandmarkRig) -> NDArray[np.int64]:
+def control_partners(landmark_rig: LandmarkRig) -> NDArray[np.int64]:
     """The control that does the same on the other side, (controls,); itself for a symmetric control."""
-    flat = puppet.shapes.reshape(len(puppet.shapes), -1)
-    flipped = mirror_faces(puppet.shapes, landmark_partners(puppet.rest)).reshape(flat.shape)
+    flat = landmark_rig.shapes.reshape(len(landmark_rig.shapes), -1)
+    flipped = mirror_faces(landmark_rig.shapes, landmark_partners(landmark_rig.rest)).reshape(flat.shape)
     apart = np.linalg.norm(flipped[:, None] - flat[None], axis=2)
     nearest = apart.argmin(axis=1)
     mutual = nearest[nearest] == np.arange(len(flat))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.face.model import INNER_LIP_PAIRS, INNER_LIPS, OUTER_LIPS, FaceModel
-from phonanim.rig.puppet import LandmarkRig, landmark_partners, mirror_faces
+from phonanim.rig.landmark_rig import LandmarkRig, landmark_partners, mirror_faces
 
 Array = NDArray[np.float64]
 
@@ -55,18 +55,18 @@ def observe_displacements(moved: Array, face: FaceModel, energy: Energy) -> Arra
 
 
 def target_observations(
-    shapes: Array, closed: Array, face: FaceModel, puppet: LandmarkRig, energy: Energy
+    shapes: Array, closed: Array, face: FaceModel, landmark_rig: LandmarkRig, energy: Energy
 ) -> Array:
-    """What a puppet should show where the face shows `shapes`, (n, landmarks, 3) -> (n, observations).
+    """What a landmark_rig should show where the face shows `shapes`, (n, landmarks, 3) -> (n, observations).
 
     Displacements from `closed`, both sides averaged; but gaps as such, for lips that touch on the face
-    must touch on a puppet whose lips rest a little apart.
+    must touch on a landmark_rig whose lips rest a little apart.
     """
     moved = shapes - closed
-    moved = (moved + mirror_faces(moved, landmark_partners(puppet.rest))) / 2
+    moved = (moved + mirror_faces(moved, landmark_partners(landmark_rig.rest))) / 2
     wanted = observe_displacements(moved, face, energy)
     opened = np.maximum(lip_gaps(moved, face) - CLOSED_GAP, 0.0)
-    wanted[:, : len(INNER_LIP_PAIRS)] = energy.gap * (opened - lip_gaps(puppet.rest[None], face))
+    wanted[:, : len(INNER_LIP_PAIRS)] = energy.gap * (opened - lip_gaps(landmark_rig.rest[None], face))
     return wanted
 
 

@@ -13,7 +13,7 @@ from phonanim.errors import RigError
 from phonanim.exporters import save
 from phonanim.rig.head import load_head
 from phonanim.rig.meshes import write_head
-from phonanim.rig.stance import orientation_warnings
+from phonanim.rig.orientation import orientation_warnings
 
 BASE = load_head()
 TURNS = {
