@@ -1,4 +1,4 @@
-"""Contacts that are kept whatever is blended: lips that close on p b m, a lower lip that meets the teeth.
+"""What is kept whatever is blended: lips close on p b m, meet the teeth on f v, teeth near in sibilants.
 
 A blend of targets leaves a closure of 30 ms between open vowels half open. Here a channel is bounded from
 above while such a gesture lasts, and the bound is released along half a cosine: lips do not jump.
@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.articulation.channels import CHANNELS
-from phonanim.speech.gestures import GESTURES
+from phonanim.speech.gestures import GESTURES, split_parts
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 
@@ -19,17 +20,20 @@ LEAST = 0.042  # seconds that the contact lasts at least: a frame of film
 RAMP = 0.06  # seconds before and after it
 RISE = 16.0  # mm, more than a channel ever exceeds its limit by, so that the bound ends with its ramp
 # Column of lexicon/gestures.csv, channel, limit in mm. Lips press on each other (Löfqvist and Gracco 1996).
-LIMITS = (("lip_closure", "lip_gap", -0.5), ("lip_to_teeth", "lower_lip_to_teeth", 0.3))
+LIMITS = (
+    ("lip_closure", "lip_gap", -0.5),
+    ("lip_to_teeth", "lower_lip_to_teeth", 0.3),
+    ("sibilant", "jaw", 1.2),
+)
 
 
-def enforce_contacts(values: Array, gestures: NDArray[np.int64], bounds: Array, times: Array) -> None:
-    """Bound channels at instants in place, (frames, channels) mm.
-
-    `gestures` (segments,) last from `bounds[i]` to `bounds[i + 1]` seconds; `times` (frames,) rise.
-    """
+def enforce_contacts(values: Array, track: PhoneTrack, times: Array) -> None:
+    """Bound channels at rising instants in place, (frames, channels) mm at (frames,) seconds."""
+    parts = split_parts(track)
+    gestures = GESTURES.part_gesture[parts.parts]
     for column, channel, limit in LIMITS:
         named = GESTURES.articulation[:, GESTURES.columns.index(column)] > 0
-        bound = _bound(np.flatnonzero(named[gestures]), bounds, times, limit)
+        bound = _bound(np.flatnonzero(named[gestures]), parts.bounds, times, limit)
         place = CHANNELS.index(channel)
         values[:, place] = np.minimum(values[:, place], bound)
 

@@ -48,8 +48,21 @@ def articulate(
         for channel in range(len(CHANNELS)):
             values[block, channel] = _blend(gestures, bounds, times[block], targets, channel)
     if contacts:
-        enforce_contacts(values, gestures, bounds, times)
+        enforce_contacts(values, track, times)
     return Articulation(values)
+
+
+def gesture_kernels(track: PhoneTrack, times: Array, sigma: float, lead: float) -> Array:
+    """K summed over the segments of each gesture, (frames, gestures): what a fit of targets needs."""
+    gestures, bounds = _gestures(track)
+    begins = bounds[:-1] - lead * ROUNDED[gestures]
+    kernels = np.zeros((len(times), len(GESTURES.names)))
+    firsts = np.searchsorted(times, begins - CUT * sigma)
+    lasts = np.searchsorted(times, bounds[1:] + CUT * sigma)
+    for gesture, begin, end, a, b in zip(gestures, begins, bounds[1:], firsts, lasts, strict=True):
+        near = times[a:b]
+        kernels[a:b, gesture] += _cumulative((near - begin) / sigma) - _cumulative((near - end) / sigma)
+    return kernels
 
 
 def reach(targets: Targets) -> float:

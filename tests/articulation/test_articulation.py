@@ -69,7 +69,7 @@ def test_rounded_vowels_narrow_and_stand_out_early() -> None:
     assert uw["lip_width"] < iy["lip_width"] - 7
     assert uw["protrusion"] > iy["protrusion"] + 4
     spread = at_middle("sil 0.3 iy 0.2 t 0.1 iy 0.2 sil 0.3", 2)
-    assert t["lip_width"] < spread["lip_width"] - 2
+    assert t["lip_width"] < spread["lip_width"] - 1
 
 
 def test_diphthongs_move() -> None:

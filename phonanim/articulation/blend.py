@@ -1,0 +1,56 @@
+"""A learned face and targets together: the face carries the timing, the targets tell phones apart.
+
+A tracker of landmarks sees no jaw and, with one camera, hardly how far lips stand out, so these come from
+phones alone, and the upper lip too. Lip gap and width are the mean of what the face does and of what the
+targets ask for; in silence the targets have it all, since a learned face that waits is not quite closed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.articulation.channels import CHANNELS, Articulation
+from phonanim.articulation.closures import enforce_contacts
+from phonanim.articulation.trajectories import articulate, gesture_kernels
+from phonanim.face.model import UPPER_LIP_INNER, FaceModel, lip_aperture, lip_protrusion, lip_width
+from phonanim.speech.gestures import GESTURES
+from phonanim.speech.phones import PhoneTrack
+
+Array = NDArray[np.float64]
+
+LEARNED = {"lip_gap": 0.45, "lip_width": 0.5}
+"""Share of the learned face in each channel; the targets have the rest, and channels not named here whole."""
+HUSH = 0.06  # seconds: the spread of silence in time
+
+
+def blend_articulation(
+    shapes: NDArray[np.floating], face: FaceModel, closed: Array, track: PhoneTrack, times: Array
+) -> Articulation:
+    """What the mouth does by a predicted face and by phones, (frames, landmarks, 3) mm -> (frames, channels).
+
+    `closed` (landmarks, 3) is the face with its lips shut, at rest; `times` (frames,) seconds rise.
+    """
+    values = articulate(track, times, contacts=False).values
+    gap = values[:, CHANNELS.index("lip_gap")].copy()
+    seen, rest = lip_channels(shapes, face), lip_channels(closed[None], face)
+    silent = gesture_kernels(track, times, HUSH, 0.0)[:, GESTURES.names.index("sil")]
+    for name, most in LEARNED.items():
+        place, share = CHANNELS.index(name), most * (1 - silent)
+        values[:, place] = share * (seen[name] - rest[name]) + (1 - share) * values[:, place]
+    change = values[:, CHANNELS.index("lip_gap")] - gap
+    teeth = CHANNELS.index("lower_lip_to_teeth")
+    values[:, teeth] = np.maximum(values[:, teeth] + change, 0)  # the lower lip goes with the gap
+    enforce_contacts(values, track, times)
+    return Articulation(values)
+
+
+def lip_channels(shapes: NDArray[np.floating], face: FaceModel) -> dict[str, Array]:
+    """The channels that landmarks show, (frames, landmarks, 3) mm -> (frames,) each, not from rest."""
+    upper = face.rows((UPPER_LIP_INNER,))[0]
+    return {
+        "lip_gap": lip_aperture(shapes, face),
+        "lip_width": lip_width(shapes, face),
+        "protrusion": lip_protrusion(shapes, face),
+        "upper_lip": np.asarray(shapes[:, upper, 1], np.float64),
+    }
