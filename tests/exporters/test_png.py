@@ -52,7 +52,11 @@ def test_the_waveform_is_drawn(tmp_path, root):
     save(silent, tmp_path / "a.png")
     save(replace(silent, audio=root / "examples" / "line.wav"), tmp_path / "b.png")
     assert picture_size(tmp_path / "b.png")[1] > picture_size(tmp_path / "a.png")[1]
-    (tmp_path / "c.wav").write_bytes(b"RIFF")
-    with pytest.raises(AudioError, match=r"c\.wav"):
-        save(replace(silent, audio=tmp_path / "c.wav"), tmp_path / "d.png")
-    assert not (tmp_path / "d.png").exists()
+
+
+def test_a_damaged_recording_leaves_no_picture(tmp_path):
+    pytest.importorskip("soundfile", reason="needs the extra audio")
+    (tmp_path / "a.wav").write_bytes(b"RIFF")
+    with pytest.raises(AudioError, match=r"a\.wav"):
+        save(replace(only(line()), audio=tmp_path / "a.wav"), tmp_path / "a.png")
+    assert not (tmp_path / "a.png").exists()
