@@ -1,5 +1,6 @@
 import ast
 import re
+import runpy
 import sys
 
 import pytest
@@ -58,3 +59,12 @@ def test_what_is_depended_on_is_imported_and_the_other_way_round(root, config):
     modules = {"sklearn": "scikit_learn", "PIL": "pillow", "pxr": "usd_core", "pythonosc": "python_osc"}
     assert core <= imported
     assert {modules.get(name, name) for name in others} <= core | extras
+
+
+def test_every_dependency_has_a_lowest_version(root, config):
+    lowest_versions = runpy.run_path(str(root / "scripts/lowest_versions.py"))["lowest_versions"]
+    declared = config["project"]["dependencies"]
+    assert [line.replace("==", ">=", 1) for line in lowest_versions(declared)] == declared
+    assert lowest_versions(['a-b>=1.2; python_version < "3.11"']) == ['a-b==1.2; python_version < "3.11"']
+    with pytest.raises(ValueError, match="'numpy' has no lowest version; write name>=version"):
+        lowest_versions(["numpy"])
