@@ -68,8 +68,8 @@ def test_a_full_disk(tmp_path):
 
 def test_one_run_at_a_time(tmp_path):
     code = (
-        "import sys; from pathlib import Path; from phonanim.dubbing.ledger import locked\n"
-        "with locked(Path(sys.argv[1])): print('in', flush=True); sys.stdin.read()"
+        "import sys; from pathlib import Path; from phonanim.dubbing.ledger import lock_folder\n"
+        "with lock_folder(Path(sys.argv[1])): print('in', flush=True); sys.stdin.read()"
     )
     other = subprocess.Popen(
         [sys.executable, "-c", code, str(tmp_path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
