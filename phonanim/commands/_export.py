@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from phonanim.commands._renamed import renamed_option
 from phonanim.errors import OptionError
 
 if TYPE_CHECKING:
@@ -19,7 +20,8 @@ SHARED_KEYS = (".glb", ".vrm")
 
 OPTIONS = {
     "character": click.option("--character", type=FILE, help="Your own GLB or VRM, to animate or to show."),
-    "keys": click.option(
+    "keys": renamed_option(
+        "--key-tolerance",
         "--keys",
         metavar="ERROR",
         type=click.FloatRange(min=0),
@@ -29,6 +31,13 @@ OPTIONS = {
         "--timecode", help="Timecode of time zero in a .csv; 01:00:00;00 counts drop-frame."
     ),
 }
+
+SPELLINGS = {"keys": "--key-tolerance", "beside": "--compare-with"}  # where they differ from the name
+
+
+def option_spelling(name: str) -> str:
+    """How the option of a format is written on the command line."""
+    return SPELLINGS.get(name, f"--{name}")
 
 
 def export_options(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -53,7 +62,9 @@ def save_outputs(animation: Animation, outputs: Sequence[Path], exports: dict[st
 
     options, idle = assign_options(exports, outputs)
     if idle:
-        raise OptionError(f"--{idle[0]} does nothing for {', '.join(map(str, outputs))}; leave it out")
+        raise OptionError(
+            f"{option_spelling(idle[0])} does nothing for {', '.join(map(str, outputs))}; leave it out"
+        )
     for path, given in zip(outputs, options, strict=True):
         save(animation, path, **given)
 

@@ -12,6 +12,7 @@ import click
 
 from phonanim.animation.option_parsing import LARGEST, parse_gains, parse_overlay, parse_smoothing
 from phonanim.animation.rates import parse_rate
+from phonanim.commands._renamed import renamed_option
 from phonanim.core.threads import use_one_thread
 from phonanim.errors import OptionError
 from phonanim.options import DEFAULTS, Options, Overlay
@@ -48,8 +49,8 @@ class Gain(click.FloatRange):
 GAIN = Gain(0, LARGEST)
 
 OPTIONS = (
-    click.option("--rig", default=DEFAULTS.rig, help="Rig, by name or TOML file."),
-    click.option("--model", default=DEFAULTS.model, help="Model, by name or folder."),
+    click.option("--rig", metavar="RIG", default=DEFAULTS.rig, help="Rig, by name or TOML file."),
+    click.option("--model", metavar="MODEL", default=DEFAULTS.model, help="Model, by name or folder."),
     click.option(
         "--fps",
         metavar="RATE",
@@ -57,22 +58,28 @@ OPTIONS = (
         default=f"{DEFAULTS.fps:g}",
         help="Frames per second: 25, 29.97, ...",
     ),
-    click.option("--language", default=DEFAULTS.language, help="Label set of the phone tier."),
     click.option(
-        "--fallback", metavar="LANGUAGE", help="What to take for a language that is not there, such as ipa."
+        "--language", metavar="LANGUAGE", default=DEFAULTS.language, help="Label set of the phone tier."
     ),
-    click.option("--tier", help="Phone tier, by name; found by name and content otherwise."),
-    click.option("--speaker", help="Who is animated, in a file of several speakers."),
+    renamed_option(
+        "--fallback-language",
+        "--fallback",
+        metavar="LANGUAGE",
+        help="Label set to use where --language names one that does not exist, such as ipa.",
+    ),
+    click.option("--tier", metavar="TIER", help="Phone tier, by name; found by name and content otherwise."),
+    click.option("--speaker", metavar="SPEAKER", help="Who is animated, in a file of several speakers."),
     click.option(
         "--lexicon",
         type=click.Path(exists=True, dir_okay=False),
         help="Pronunciation dictionary (CMU or MFA form) for a file of words alone.",
     ),
-    click.option(
+    renamed_option(
+        "--on-unknown-label",
         "--unknown",
         type=click.Choice(["error", "nearest", "silence"]),
         default=DEFAULTS.unknown,
-        help="What becomes of a label that the language lacks.",
+        help="How a label that the language lacks is handled.",
     ),
     click.option(
         "--contacts/--no-contacts",

@@ -13,6 +13,7 @@ from click.core import ParameterSource
 from phonanim.commands import Console, console_options
 from phonanim.commands._export import export_options, key_notes, save_outputs
 from phonanim.commands._options import animation_options
+from phonanim.commands._renamed import renamed_option
 
 if TYPE_CHECKING:
     from phonanim.animation.animation import Animation
@@ -32,7 +33,9 @@ HEAD_RIG = "arkit_tongue"  # all that the shipped head can do
 @click.option("--text", help="What a recording says, when ALIGNMENT is one; needs phonanim[align].")
 @click.option("--audio", type=FILE, help="The recording; found beside the alignment otherwise.")
 @click.option("--edits", type=FILE, help="An animator's changes to apply, by `phonanim edit diff`.")
-@click.option("--sheet", type=OUTPUT, help="Also draw a contact sheet of the face, as PNG.")
+@renamed_option(
+    "--contact-sheet", "--sheet", type=OUTPUT, help="Also draw a contact sheet of the face, as PNG."
+)
 @export_options
 @console_options
 def command(
@@ -55,8 +58,8 @@ def command(
     Examples:
       phonanim animate line.TextGrid
       phonanim animate line.TextGrid -o line.csv --rig arkit --fps 25
-      phonanim animate line.TextGrid -o line.glb -o line.npz --sheet line.png
-      phonanim animate line.TextGrid -o line.glb --character mine.glb --keys 0.01
+      phonanim animate line.TextGrid -o line.glb -o line.npz --contact-sheet line.png
+      phonanim animate line.TextGrid -o line.glb --character mine.glb --key-tolerance 0.01
       phonanim animate line.TextGrid -o line.glb --edits line.edits.json
       phonanim animate speech.wav --text "What is said."
       phonanim animate speech.wav --model models/phisanet

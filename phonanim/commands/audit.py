@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from phonanim.commands import Console, console_options
+from phonanim.commands._renamed import renamed_option
 
 if TYPE_CHECKING:
     from phonanim.dubbing.audit import Finding
@@ -18,11 +19,8 @@ FOUND = 1
 
 @click.command()
 @click.argument("source")
-@click.option(
-    "--delivered",
-    "folder",
-    required=True,
-    help="The folder with the outputs, by path or URL.",
+@renamed_option(
+    "--outputs", "--delivered", required=True, help="The folder with the outputs, by path or URL."
 )
 @click.option(
     "--styles",
@@ -30,7 +28,7 @@ FOUND = 1
     help="TOML with the styles that a table names; those of phonanim otherwise.",
 )
 @console_options
-def command(source: str, folder: str, styles: Path | None, console: Console) -> int:
+def command(source: str, delivered: str, styles: Path | None, console: Console) -> int:
     """Compare lines (a table, a folder, or a pattern) with what was delivered for them.
 
     Finds lines that are missing, unreadable, stale (made from something else than what is there now),
@@ -39,8 +37,8 @@ def command(source: str, folder: str, styles: Path | None, console: Console) -> 
 
     \b
     Examples:
-      phonanim audit script.csv --delivered out/
-      phonanim audit lines/ --delivered curves/ --json
+      phonanim audit script.csv --outputs out/
+      phonanim audit lines/ --outputs curves/ --json
     """
     from phonanim.dubbing.audit import audit, count_problems
     from phonanim.dubbing.lines import read_lines
@@ -49,7 +47,7 @@ def command(source: str, folder: str, styles: Path | None, console: Console) -> 
     from phonanim.dubbing.styles import read_styles
 
     lines = read_lines(source, Common(styles=read_styles(styles)))
-    findings = audit(lines, parse_place(folder))
+    findings = audit(lines, parse_place(delivered))
     totals = count_problems(findings)
     console.print_result(
         {"lines": len(lines.lines), "counts": totals, "findings": [asdict(finding) for finding in findings]},

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from phonanim.commands import Console, console_options
-from phonanim.commands._export import export_options
+from phonanim.commands._export import export_options, option_spelling
 from phonanim.commands._options import animation_options
 
 if TYPE_CHECKING:
@@ -143,7 +143,7 @@ def check_options(formats: tuple[str, ...], options: Options, exports: dict[str,
 
     _, idle = assign_options(exports, [Path(f"line.{name}") for name in formats])
     if idle:
-        raise OptionError(f"--{idle[0]} does nothing for {', '.join(formats)}; leave it out")
+        raise OptionError(f"{option_spelling(idle[0])} does nothing for {', '.join(formats)}; leave it out")
     load_model(options.model)
     load_cached_rig(options.rig)
 

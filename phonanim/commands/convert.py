@@ -10,6 +10,7 @@ import click
 
 from phonanim.commands import Console, console_options
 from phonanim.commands._export import FILE, export_options, key_notes, save_outputs
+from phonanim.commands._renamed import renamed_option
 from phonanim.commands.animate import OUTPUT, check_outputs, format_size
 
 if TYPE_CHECKING:
@@ -26,8 +27,12 @@ if TYPE_CHECKING:
 @click.option("--alignment", type=FILE, help="Phones and words, for timelines and cues.")
 @click.option("--audio", type=FILE, help="The recording.")
 @click.option("--rig", help="Name of the rig that the channels belong to, where the file does not say.")
-@click.option("--beside", type=FILE, help="A second take, shown next to the first in a .html.")
-@click.option("--sheet", type=OUTPUT, help="Also draw a contact sheet of the face, as PNG.")
+@renamed_option(
+    "--compare-with", "--beside", type=FILE, help="A second take, shown next to the first in a .html."
+)
+@renamed_option(
+    "--contact-sheet", "--sheet", type=OUTPUT, help="Also draw a contact sheet of the face, as PNG."
+)
 @export_options
 @console_options
 def command(
@@ -50,15 +55,15 @@ def command(
     \b
     Examples:
       phonanim convert capture.csv -o capture.npz
-      phonanim convert take.glb -o take.anim --keys 0.01
+      phonanim convert take.glb -o take.anim --key-tolerance 0.01
       phonanim convert capture.csv -o capture.html --alignment line.TextGrid --audio line.wav
-      phonanim convert take1.npz -o takes.html --beside take2.npz
+      phonanim convert take1.npz -o takes.html --compare-with take2.npz
       phonanim convert take.npz -o take.csv --fps 29.97 --timecode "01:00:00;00"
     """
     from phonanim.exporters import find_exporter, load
 
     if not outputs and not sheet:
-        raise click.UsageError("nothing to write: name a file with -o, or a picture with --sheet")
+        raise click.UsageError("nothing to write: name a file with -o, or a picture with --contact-sheet")
     check_outputs([*outputs, *filter(None, [sheet])], [source, *filter(None, [alignment, audio, beside])])
     for path in outputs:
         find_exporter(path)

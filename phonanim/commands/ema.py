@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from phonanim.commands import Console, console_options
+from phonanim.commands._renamed import renamed_option
 
 if TYPE_CHECKING:
     from phonanim.ema.posture import Posture
@@ -35,12 +36,20 @@ def command() -> None:
 @click.option("--axes", default="forward,left,up", help="Where x, y and z of the files point.")
 @click.option("--names", help="Sensors of the channels in their order, with commas; - leaves one out.")
 @click.option("--reference", help="Sensors on the skull, with commas: hold the head still by them.")
-@click.option("--bite", type=FILE, help="A recording with a plate between the teeth: turn to its plane.")
+@renamed_option(
+    "--bite-plate", "--bite", type=FILE, help="A recording with a plate between the teeth: turn to its plane."
+)
 @click.option("--plate", default="front,left,right", help="Sensors of the plate, with commas.")
 @click.option("--origin", default="", help="Sensor of the plate's recording that becomes zero.")
 @click.option("--rate", type=click.FloatRange(10, 2000), help="Bring all to this rate, in hertz.")
 @click.option("--language", default="auto", help="Label set of the alignments.")
-@click.option("--least", type=click.IntRange(1), default=1, help="Examples that a pair of phones must have.")
+@renamed_option(
+    "--min-examples",
+    "--least",
+    type=click.IntRange(1),
+    default=1,
+    help="Examples that a pair of phones must have.",
+)
 @click.option("--plots/--no-plots", default=True, help="Draw pictures, too.")
 @console_options
 def report(
@@ -122,7 +131,9 @@ def _posture(
 
     if not references:
         if bite:
-            raise click.UsageError("--bite needs --reference: sensors on the skull that both recordings have")
+            raise click.UsageError(
+                "--bite-plate needs --reference: sensors on the skull that both recordings have"
+            )
         return None
     raw = read_articulation(bite) if bite else find_spoken(folder)[0].sensors()
     named = rename_sensors(raw, names) if names else raw

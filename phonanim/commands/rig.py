@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from phonanim.commands import Console, console_options
+from phonanim.commands._renamed import renamed_option
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 PLACE = click.Path(path_type=Path)
@@ -71,7 +72,9 @@ def new_command(folder: Path, head: Path | None, model: str, console: Console) -
 
 @command.command("check")
 @click.argument("rig", type=FILE)
-@click.option("--sheet", type=PLACE, help="Draw the character in all poses, as PNG; needs its head.")
+@renamed_option(
+    "--contact-sheet", "--sheet", type=PLACE, help="Draw the character in all poses, as PNG; needs its head."
+)
 @click.option("--model", default="default", help="The model whose face the rig is for.")
 @console_options
 def check_command(rig: Path, sheet: Path | None, model: str, console: Console) -> int:
@@ -80,7 +83,7 @@ def check_command(rig: Path, sheet: Path | None, model: str, console: Console) -
     \b
     Examples:
       phonanim rig check hero/hero.toml
-      phonanim rig check hero.toml --sheet hero.png
+      phonanim rig check hero.toml --contact-sheet hero.png
     """
     from phonanim.rig import load_rig
     from phonanim.rig.read import read_document, rig_problems, rig_warnings
@@ -122,7 +125,7 @@ def draw(path: Path, sheet: Path, model: str) -> None:
 @click.argument("head", type=FILE)
 @click.option("-o", "--output", type=PLACE, help="The rig's file; HEAD with .toml when left out.")
 @click.option("--landmarks", type=FILE, help="Where the face's landmarks lie on it; suggested when left out.")
-@click.option("--sheet", type=PLACE, help="Draw the character in all poses, as PNG.")
+@renamed_option("--contact-sheet", "--sheet", type=PLACE, help="Draw the character in all poses, as PNG.")
 @click.option("--model", default="default", help="The model whose face the rig is for.")
 @console_options
 def fit_command(
@@ -135,7 +138,7 @@ def fit_command(
     \b
     Examples:
       phonanim rig fit hero.glb
-      phonanim rig fit hero.vrm -o rigs/hero.toml --sheet hero.png
+      phonanim rig fit hero.vrm -o rigs/hero.toml --contact-sheet hero.png
       phonanim rig fit hero.glb --landmarks hero.landmarks.csv
     """
     from dataclasses import replace

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from phonanim.commands import Console, console_options
+from phonanim.commands._renamed import renamed_option
 from phonanim.errors import StudyError
 
 if TYPE_CHECKING:
@@ -104,7 +105,13 @@ def make(
 @command.command()
 @click.argument("results", nargs=-1, required=True, type=click.Path(exists=True, path_type=Path))
 @click.option("--ours", metavar="SYSTEM", help="Stands first in its pairs.")
-@click.option("--allow", type=click.IntRange(0), default=0, help="Controls that a participant may fail.")
+@renamed_option(
+    "--max-failed-controls",
+    "--allow",
+    type=click.IntRange(0),
+    default=0,
+    help="Controls that a participant may fail.",
+)
 @click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="Markdown file.")
 @console_options
 def analyse(

@@ -127,7 +127,7 @@ def load_language(name: str) -> Language:
     from difflib import get_close_matches
 
     near = ", ".join(get_close_matches(name.lower(), language_names(), cutoff=0.0))
-    mend = f"nearest: {near}, or auto, or --fallback ipa where the labels are IPA"
+    mend = f"nearest: {near}, or auto, or --fallback-language ipa where the labels are IPA"
     raise LabelError(f'there is no language "{quote_label(name)}"; {mend}')
 
 

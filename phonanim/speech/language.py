@@ -91,7 +91,7 @@ def _replaced(interval: Interval, language: Language, unknown: Unknown, notes: _
         tier, time = quote_label(notes.alignment.tier), interval.start + notes.alignment.offset
         place = f'{notes.alignment.source}: tier "{tier}", {time:.3f} s'
         near = ", ".join(language.nearest(interval.label)) or "none"
-        mend = "choose another --language, or --unknown nearest or silence"
+        mend = "choose another --language, or --on-unknown-label nearest or silence"
         what = f'no phone "{quote_label(interval.label)}" in language {language.name} (nearest: {near})'
         raise LabelError(f"{place}: {what}; {mend}")
     if unknown == "silence":

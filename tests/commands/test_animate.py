@@ -72,7 +72,7 @@ def test_live_link_at_25(line, capsys):
 
 
 def test_several_outputs_and_a_sheet(line):
-    assert run(["animate", "a.TextGrid", "-o", "a.glb", "-o", "a.npz", "--sheet", "a.png", "-q"]) == 0
+    assert run(["animate", "a.TextGrid", "-o", "a.glb", "-o", "a.npz", "--contact-sheet", "a.png", "-q"]) == 0
     assert files(line) == ["a.TextGrid", "a.glb", "a.npz", "a.png", "a.wav"]
     assert (line / "a.png").read_bytes().startswith(b"\x89PNG")
 
@@ -181,7 +181,7 @@ def test_labels_nobody_knows(line, capsys):
     assert "QQQ" in said
     assert "0.5" in said
     assert files(line) == ["a.TextGrid", "a.wav", "b.TextGrid"]
-    assert run(["animate", "b.TextGrid", "--language", "english", "--unknown", "silence"]) == 0
+    assert run(["animate", "b.TextGrid", "--language", "english", "--on-unknown-label", "silence"]) == 0
     assert "QQQ" in capsys.readouterr().err
 
 
@@ -275,7 +275,7 @@ def test_a_disk_that_fills_up(suffix, line):
         "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096)); "
         "from phonanim.__main__ import run; sys.exit(run(sys.argv[1:]))"
     )
-    where = ["-o", "b.csv", "--sheet", "b.png"] if suffix == "png" else ["-o", f"b.{suffix}"]
+    where = ["-o", "b.csv", "--contact-sheet", "b.png"] if suffix == "png" else ["-o", f"b.{suffix}"]
     command = [sys.executable, "-c", code, "animate", "a.TextGrid", *where]
     done = subprocess.run(command, cwd=line, capture_output=True, text=True)
     assert done.returncode == 2

@@ -285,7 +285,7 @@ def audited(*arguments, capsys):
 def test_audit(lines, tmp_path, capsys):
     (lines / "bad.TextGrid").unlink()
     batch("lines", "-o", "out", "-q", *FAST)
-    assert audited("lines", "--delivered", "out", capsys=capsys) == (0, set())
+    assert audited("lines", "--outputs", "out", capsys=capsys) == (0, set())
 
     out = tmp_path / "out"
     (out / "a.csv").unlink()
@@ -294,7 +294,7 @@ def test_audit(lines, tmp_path, capsys):
     freeze(out / "c.csv")
     (out / "sub/d.csv").write_text("\n".join((out / "sub/d.csv").read_text().splitlines()[:-12]) + "\n")
     (out / "sub/e.csv").write_bytes(b"\x00\x01")
-    code, found = audited("lines", "--delivered", "out", capsys=capsys)
+    code, found = audited("lines", "--outputs", "out", capsys=capsys)
     assert code == 1
     assert found == {
         ("missing", "a"),
@@ -313,10 +313,10 @@ def test_audit_without_a_ledger_goes_by_times(lines, tmp_path, capsys):
     (lines / "bad.TextGrid").unlink()
     batch("lines", "-o", "out", "-q", *FAST)
     (tmp_path / "out" / NAME).unlink()
-    assert audited("lines", "--delivered", "out", capsys=capsys) == (0, set())
+    assert audited("lines", "--outputs", "out", capsys=capsys) == (0, set())
     later = time.time() + 10
     os.utime(lines / "a.TextGrid", (later, later))
-    assert audited("lines", "--delivered", "out", capsys=capsys) == (1, {("stale", "a")})
+    assert audited("lines", "--outputs", "out", capsys=capsys) == (1, {("stale", "a")})
 
 
 def test_the_ledger_remembers_the_lines_of_other_sources(lines, tmp_path):

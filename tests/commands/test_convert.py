@@ -24,7 +24,7 @@ def take(tmp_path, monkeypatch):
 def test_one_take_to_several_formats(take, capsys):
     outputs = ("take.csv", "take.glb", "take.html", "take.anim", "take.tsv")
     arguments = [part for name in outputs for part in ("-o", name)]
-    assert run(["convert", "take.npz", *arguments, "--sheet", "take.png", "--json"]) == 0
+    assert run(["convert", "take.npz", *arguments, "--contact-sheet", "take.png", "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert (facts["frames"], facts["fps"], facts["channels"]) == (61, 60.0, 52)
     assert [output["path"] for output in facts["outputs"]] == [*outputs, "take.png"]
@@ -52,7 +52,7 @@ def test_labels_for_a_capture(take, root):
 
 
 def test_keys_are_reported(take, capsys):
-    assert run(["convert", "take.npz", "-o", "a.glb", "-o", "a.anim", "--keys", "0.05"]) == 0
+    assert run(["convert", "take.npz", "-o", "a.glb", "-o", "a.anim", "--key-tolerance", "0.05"]) == 0
     said = capsys.readouterr().err.splitlines()
     assert said[0] == "read take.npz: 61 frames at 60 fps, 52 channels"
     assert said[2].startswith("a.glb: ")
@@ -68,7 +68,7 @@ def test_a_character_of_ones_own(take):
 
 def test_two_takes_on_one_page(take):
     save(only(line(), jawOpen=0.5), take / "second.npz")
-    assert run(["convert", "take.npz", "-o", "a.html", "--beside", "second.npz", "-q"]) == 0
+    assert run(["convert", "take.npz", "-o", "a.html", "--compare-with", "second.npz", "-q"]) == 0
     page = (take / "a.html").read_text("utf-8")
     assert page.count('"targets":') == 2
 
@@ -76,13 +76,19 @@ def test_two_takes_on_one_page(take):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["take.npz"], "nothing to write: name a file with -o, or a picture with --sheet"),
+        (["take.npz"], "nothing to write: name a file with -o, or a picture with --contact-sheet"),
         (["take.npz", "-o", "take.npz"], "take.npz: is named twice, as input or output"),
         (["take.npz", "-o", "a.xyz"], "a.xyz: no format has this suffix"),
-        (["take.npz", "-o", "a.csv", "--keys", "0.1"], "--keys does nothing for a.csv; leave it out"),
-        (["take.npz", "-o", "b.npz", "--beside", "b.npz"], "b.npz: is named twice, as input or output"),
-        (["take.npz", "-o", "a.csv", "--beside", "b.npz"], "--beside does nothing for a.csv; leave it out"),
-        (["take.npz", "-o", "a.glb", "--keys", "-1"], "-1"),
+        (
+            ["take.npz", "-o", "a.csv", "--key-tolerance", "0.1"],
+            "--key-tolerance does nothing for a.csv; leave it out",
+        ),
+        (["take.npz", "-o", "b.npz", "--compare-with", "b.npz"], "b.npz: is named twice, as input or output"),
+        (
+            ["take.npz", "-o", "a.csv", "--compare-with", "b.npz"],
+            "--compare-with does nothing for a.csv; leave it out",
+        ),
+        (["take.npz", "-o", "a.glb", "--key-tolerance", "-1"], "-1"),
         (["take.npz", "-o", "a.csv", "--timecode", "1h"], "'1h' is no timecode of 60 frames per second"),
         (["take.npz", "-o", "a.csv", "--fps", "0"], "frames per second"),
         (["none.npz", "-o", "a.csv"], "none.npz"),
@@ -105,7 +111,10 @@ def test_what_cannot_be_converted(take, capsys, arguments, message):
 
 def test_animate_takes_the_options_of_formats(take, root):
     grid = str(root / "examples" / "line.TextGrid")
-    assert run(["animate", grid, "-o", "a.glb", "--character", str(SHIPPED), "--keys", "0.02", "-q"]) == 0
+    assert (
+        run(["animate", grid, "-o", "a.glb", "--character", str(SHIPPED), "--key-tolerance", "0.02", "-q"])
+        == 0
+    )
     keyed = load(take / "a.glb")
     assert run(["animate", grid, "-o", "b.glb", "-q"]) == 0
     np.testing.assert_allclose(keyed.values, load(take / "b.glb").values, atol=0.02 + 1e-5)

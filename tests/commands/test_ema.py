@@ -94,7 +94,7 @@ def test_the_plane_of_the_bite(tmp_path: Path) -> None:
     plate[:, :3], plate[:, 3:6], plate[:, 6:] = REST[:3], [(70, 0, 5), (40, 20, 5), (40, -20, 5)], (1, 2, 3)
     samples.pos(folder / "bite.pos", plate)
     words = ["ema", "report", str(folder), "-o", str(tmp_path / "out"), "--no-plots", "--language", "english"]
-    words += ["--names", NAMES, "--bite", str(folder / "bite.pos"), "--plate", "TT,TB,BL"]
+    words += ["--names", NAMES, "--bite-plate", str(folder / "bite.pos"), "--plate", "TT,TB,BL"]
     assert run([*words, "--reference", "NA,EL,ER"]) == 0
     facts = json.loads((tmp_path / "out" / "report.json").read_text())
     assert [one["name"] for one in facts["recordings"]] == ["1", "2"]
@@ -104,9 +104,12 @@ def test_the_plane_of_the_bite(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--bite", "1.pos"], "--bite needs --reference: sensors on the skull that both recordings have"),
         (
-            ["--bite", "1.pos", "--reference", "1,2,3", "--plate", "4,5"],
+            ["--bite-plate", "1.pos"],
+            "--bite-plate needs --reference: sensors on the skull that both recordings have",
+        ),
+        (
+            ["--bite-plate", "1.pos", "--reference", "1,2,3", "--plate", "4,5"],
             "--plate names 2 sensors; give front, left and right",
         ),
         (["--axes", "up"], "'up': say where x, y and z point, as left,back,up or forward,left,up"),

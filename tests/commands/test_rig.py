@@ -194,7 +194,7 @@ def test_scipy_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_fit_check_and_animate(vrm_file: Path, root: Path, capsys: pytest.CaptureFixture[str]) -> None:
     toml, sheet = vrm_file.with_suffix(".toml"), vrm_file.with_suffix(".png")
-    assert run(["rig", "fit", str(vrm_file), "--sheet", str(sheet), "--json"]) == 0
+    assert run(["rig", "fit", str(vrm_file), "--contact-sheet", str(sheet), "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert facts["rig"] == str(toml)
     assert facts["r"]["aperture"] > 0.95
@@ -261,7 +261,7 @@ def test_a_rig_without_a_head_cannot_be_drawn(tmp_path: Path, capsys: pytest.Cap
         ),
         encoding="utf-8",
     )
-    assert run(["rig", "check", str(path), "--sheet", str(tmp_path / "a.png")]) == 2
+    assert run(["rig", "check", str(path), "--contact-sheet", str(tmp_path / "a.png")]) == 2
     assert "names no head and landmarks to draw" in capsys.readouterr().err
 
 

@@ -96,16 +96,16 @@ def test_cells_of_no_use(folder, columns, cells, message):
 
 def test_a_character_speaks(folder, capsys):
     source = table(folder, "id,alignment,character\nx,a.TextGrid,hero.glb\ny,b.TextGrid,\n")
-    assert batch(source, "-o", "out", "--format", "glb", "--keys", "0.01", "-q") == 0
-    options = ["--fps", "25", "--character", "hero.glb", "--keys", "0.01", "-q"]
+    assert batch(source, "-o", "out", "--format", "glb", "--key-tolerance", "0.01", "-q") == 0
+    options = ["--fps", "25", "--character", "hero.glb", "--key-tolerance", "0.01", "-q"]
     assert run(["animate", "a.TextGrid", "-o", "x.glb", *options]) == 0
     assert (folder / "out/x.glb").read_bytes() == (folder / "x.glb").read_bytes()
 
-    assert batch(source, "-o", "out", "--format", "glb", "--keys", "0.01", "--json") == 0
+    assert batch(source, "-o", "out", "--format", "glb", "--key-tolerance", "0.01", "--json") == 0
     assert statuses(capsys) == ["kept", "kept"]
     glb = read_glb(folder / "hero.glb")
     (folder / "hero.glb").write_bytes(remade(glb))
-    assert batch(source, "-o", "out", "--format", "glb", "--keys", "0.01", "--json") == 0
+    assert batch(source, "-o", "out", "--format", "glb", "--key-tolerance", "0.01", "--json") == 0
     assert sorted(statuses(capsys)) == ["kept", "made"]  # another character of the same name
 
 
@@ -187,7 +187,7 @@ def test_a_language_that_nobody_wrote(folder):
     (line, _) = json.loads((folder / "out/report.json").read_text())["lines"]
     assert (line["id"], line["place"]) == ("y", "t.csv row 3")
     assert 'there is no language "hausa"; nearest: ' in line["error"]
-    assert batch(source, "-o", "out", "-q", "--fallback", "ipa") == 0
+    assert batch(source, "-o", "out", "-q", "--fallback-language", "ipa") == 0
     (line, _) = json.loads((folder / "out/report.json").read_text())["lines"]
     assert line["facts"]["flags"][0]["text"] == 'there is no language "hausa", so its labels were read as ipa'
 
@@ -218,4 +218,4 @@ def test_rigs_and_models_of_ones_own(folder, tmp_path):
     ]
     assert run(["animate", "show/a.TextGrid", "-o", "a.npz", *options]) == 0
     assert (folder / "out/a.npz").read_bytes() == (folder / "a.npz").read_bytes()
-    assert run(["audit", "show/t.csv", "--delivered", "out", "-q"]) == 0
+    assert run(["audit", "show/t.csv", "--outputs", "out", "-q"]) == 0

@@ -45,7 +45,7 @@ def test_it_is_aligned_once_and_again_when_the_text_changes(folder: Path) -> Non
     grid, curves = folder / "out/sub/x.aligned.TextGrid", folder / "out/sub/x.csv"
     first = grid.read_bytes(), curves.read_bytes()
     assert b"father" in first[0]
-    assert run(["audit", source, "--delivered", "out"]) == 0
+    assert run(["audit", source, "--outputs", "out"]) == 0
     times = grid.stat().st_mtime_ns
     assert batch(source) == 0
     assert grid.stat().st_mtime_ns == times
@@ -53,7 +53,7 @@ def test_it_is_aligned_once_and_again_when_the_text_changes(folder: Path) -> Non
     assert batch(source) == 0
     assert (grid.read_bytes(), curves.read_bytes()) == first
     table(folder, ("sub/x", "", "a.wav", TEXT.replace("a cheap", "the cheap"), ""))
-    assert run(["audit", source, "--delivered", "out"]) == 1
+    assert run(["audit", source, "--outputs", "out"]) == 1
     assert batch(source) == 0
     assert grid.read_bytes() != first[0]
 

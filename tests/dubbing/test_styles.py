@@ -91,5 +91,5 @@ def test_a_line_is_made_again_when_its_style_changes(
         assert run(batch) == 0
         made.append((tmp_path / "out/x.csv").read_bytes())
     assert made[0] != made[1] == made[2]
-    assert run(["audit", source, "--delivered", "out", "--styles", "styles.toml"]) == 0
-    assert run(["audit", source, "--delivered", "out"]) == 1
+    assert run(["audit", source, "--outputs", "out", "--styles", "styles.toml"]) == 0
+    assert run(["audit", source, "--outputs", "out"]) == 1

@@ -151,7 +151,7 @@ def test_an_unknown_language_suggests_the_nearest() -> None:
 
 
 def test_ipa_stands_for_a_language_that_is_not_there_by_consent() -> None:
-    with pytest.raises(LabelError, match="or --fallback ipa where the labels are IPA"):
+    with pytest.raises(LabelError, match="or --fallback-language ipa where the labels are IPA"):
         to_phones(alignment("ɓ a"), "hausa")
     track, notes = to_phones(alignment("ɓ a"), "hausa", fallback="ipa")
     assert track.codes.tolist() == to_phones(alignment("ɓ a"), "ipa")[0].codes.tolist()
