@@ -238,3 +238,16 @@ def test_another_file_is_named(text, message, tmp_path):
     path.write_text('{"format": "phonanim animation 1"}')
     with pytest.raises(OptionError, match="its format is 'phonanim animation 1', not 'phonanim edits 1'"):
         read_edits(path)
+
+
+@pytest.mark.parametrize(
+    ("label", "span", "fade"), [("L", (0.3, 0.68), (0.14, 0.0)), ("OW", (0.1, 0.5), (0.0, 0.15))]
+)
+def test_a_phone_under_a_fade_may_change(rig, base, label, span, fade):
+    found = diff_animations(base, bump(base, "jawOpen", 0.55, 0.3))
+    other = replace(base, phones=tuple(replace(p, label="M") if p.label == label else p for p in base.phones))
+    for used, told in ((fade, False), ((0.0, 0.0), True)):
+        edit = replace(found.edits[0], start=span[0], end=span[1], times=np.array(span), fade=used)
+        edit = replace(edit, values=np.full(2, 0.1))
+        notes = apply_edits(other, replace(found, edits=(edit,)), rig)[1]
+        assert any(note.endswith(f"{label} is no longer said there") for note in notes) is told

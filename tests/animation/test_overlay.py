@@ -233,3 +233,16 @@ def test_json_poses_are_poses_too(tmp_path, line, plain):
     (tmp_path / "a.json").write_text(json.dumps({"browInnerUp": 0.5}))
     added = animate(line, Options(overlays=(Overlay(str(tmp_path / "a.json")),))).channel("browInnerUp")
     np.testing.assert_allclose(added, 0.5)
+
+
+def test_an_overlay_that_takes_away_ends_at_the_least_value(line, tmp_path):
+    """A pose below a control's least value is laid no lower."""
+    rig = load_rig("arkit")
+    plain = animate(line, Options())
+    path = tmp_path / "below.csv"
+    values = np.zeros_like(plain.values[:2])
+    values[:, rig.controls.index("browInnerUp")] = -3.0
+    save(plain.with_values(values), path)
+    laid = animate(line, Options(overlays=(Overlay(str(path)),)))
+    assert laid.values.min() >= rig.minimum.min()
+    assert (laid.values >= rig.minimum).all()

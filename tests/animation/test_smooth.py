@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from speech import made_up_face, track_of
 
 from phonanim.animation.smooth import CLOSED, closure_mask, smooth_controls, width_for_cutoff
 from phonanim.face.contacts import lip_functionals
@@ -126,3 +127,15 @@ def test_the_rig_behind_is_smoothed_too(root):
     ).animation.values
     loud = animate_detailed(root / "examples" / "line.TextGrid", Options(rig="metahuman")).animation.values
     assert np.abs(np.diff(quiet, axis=0)).mean() < np.abs(np.diff(loud, axis=0)).mean()
+
+
+def test_the_core_of_a_closing_phone_is_left_alone_though_the_lips_are_open():
+    face = made_up_face(np.random.default_rng(0))
+    track = track_of("sil 0.4 aa 0.2 f 0.1 aa 0.2 sil 0.4")
+    times = np.arange(0, track.duration, 0.005)
+    opened = np.tile(face.std * [3, 0, 0], (len(times), 1))
+    found = closure_mask(opened, track, face, times)
+    assert (found[np.abs(times - 0.65) < 0.014] == 1).all()
+    assert not found[np.abs(times - 0.65) > 0.08].any()
+    without = track_of("sil 0.4 aa 0.5 sil 0.4")
+    assert not closure_mask(opened, without, face, times).any()

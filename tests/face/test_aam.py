@@ -94,3 +94,24 @@ def test_the_first_guess_is_near() -> None:
     scale, corner = first_guesses(scene, template, np.ones_like(template))[0]
     assert scale == pytest.approx(1.5, rel=0.15)
     assert np.abs(corner - [60, 50]).max() < 8
+
+
+def test_a_turned_head_moves_near_landmarks_more_than_far_ones(fitter: Fitter) -> None:
+    """The search and the landmarks agree on a nod: the points of the mesh are those of the face."""
+    n_modes = len(fitter.model.face.std)
+    for turn in range(2):
+        shape = fitter.start.copy()
+        shape[n_modes + turn] = 1.0
+        pose = Pose(np.array([1.0, 0.0, 70.0, 55.0]), shape)
+        mesh, whole = fitter.points(pose), fitter.landmarks(pose)[fitter.model.rows, :2]
+        np.testing.assert_allclose(mesh, whole, atol=0.05)
+
+
+def test_a_picture_without_contrast_shows_nothing(fitter: Fitter) -> None:
+    pose = a_pose(fitter)
+    picture = photograph(fitter, pose)
+    assert fitter.likeness(picture, pose) > 0.9
+    faint = picture.mean() + 0.05 * (picture - picture.mean())
+    assert fitter.likeness(faint, pose) == 0.0
+    pale = picture.mean() + 0.3 * (picture - picture.mean())
+    assert fitter.likeness(pale, pose) > 0.9

@@ -12,6 +12,7 @@ from pictured import pictured_face
 from phonanim.corpus.pictures import pixel_mse
 from phonanim.errors import ModelError
 from phonanim.face.appearance import (
+    BACKDROP,
     LUMA,
     AppearanceModel,
     inner_mouth,
@@ -128,3 +129,16 @@ def test_shapes_that_do_not_agree(model: AppearanceModel, tmp_path: Path) -> Non
     save_appearance(replace(model, basis=model.basis[:, :-1]), tmp_path, {})
     with pytest.raises(ModelError, match="is no appearance model .*shapes do not agree"):
         load_appearance(tmp_path)
+
+
+def test_a_larger_picture_shows_the_same_mouth(model: AppearanceModel) -> None:
+    """The mouth lies in the middle of the picture, at any scale."""
+    joint = np.zeros((1, some_joint(model, 1).shape[1]))
+    middles = []
+    for scale in (1.0, 2.0, 3.0):
+        (picture,) = model.render(joint, scale)
+        drawn = np.argwhere((picture != BACKDROP).any(axis=2))
+        middles.append(drawn.mean(axis=0) / scale)
+        assert len(drawn) / scale**2 == pytest.approx(len(model.mesh.pixels), rel=0.1)
+        assert np.abs(drawn.mean(axis=0) / picture.shape[:2] - 0.5).max() < 0.1
+    assert np.ptp(middles, axis=0).max() < 1.5

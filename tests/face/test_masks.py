@@ -13,6 +13,7 @@ from phonanim.face.masks import (
     landmark_numbers,
     parse_masks,
     read_mask,
+    read_masks,
 )
 from phonanim.face.model import INNER_LIPS, OUTER_LIPS
 from phonanim.rig.head import load_head
@@ -106,3 +107,10 @@ def test_a_mask_needs_a_region(tmp_path):
 def test_a_mask_of_another_mesh():
     with pytest.raises(EvaluationError, match="mask lips names vertex 7, the mesh ends at 4; take another"):
         check_masks({"lips": np.array([3, 7])}, 5)
+
+
+def test_a_region_that_is_no_list_of_numbers_is_named(tmp_path):
+    path = tmp_path / "masks.json"
+    path.write_text('{"source": "by hand", "lips": [1, 2], "jaw": "wide"}')
+    with pytest.raises(EvaluationError, match=r"masks\.json, jaw: "):
+        read_masks(path)

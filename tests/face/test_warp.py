@@ -62,8 +62,8 @@ def test_a_triangle_that_is_turned_over_is_not_drawn(mesh: Mesh) -> None:
 
 def test_sampling_between_and_beyond_pixels() -> None:
     image = np.array([[[0.0], [10.0]], [[20.0], [30.0]]])
-    places = np.array([[0, 0], [0.5, 0.5], [1, 1], [-4, 9]])
-    assert sample_bilinear(image, places)[:, 0].tolist() == [0.0, 15.0, 30.0, 20.0]
+    places = np.array([[0, 0], [0.5, 0.5], [1, 1], [-4, 9], [7, -2]])
+    assert sample_bilinear(image, places)[:, 0].tolist() == [0.0, 15.0, 30.0, 20.0, 10.0]
 
 
 def test_without_scipy(monkeypatch: pytest.MonkeyPatch) -> None:

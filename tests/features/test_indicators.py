@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from speech import random_track
+from speech import random_track, track_of
 
 from phonanim.features.indicators import GROUPS, N_FEATURES, OFFSETS, indicators, raw_indicators
 from phonanim.features.inputs import NO_CLUSTERS, frame_codes
@@ -104,3 +104,14 @@ def test_raw_indicators() -> None:
 def test_windows_of_another_width_are_refused() -> None:
     with pytest.raises(ValueError, match=r"expected windows \(frames, 11\) of phone codes, got \(1, 3\)"):
         indicators(window("sil sil m"), NO_CLUSTERS)
+
+
+def test_the_frames_around_an_instant_are_centred_on_it() -> None:
+    """Eleven frames of 40 ms: five before, the one at hand, five after; an instant lies where it begins."""
+    names = INVENTORY.phones[1:14]
+    track = track_of(" ".join(f"{name} 0.04" for name in names))
+    assert frame_codes(track, np.array([0.24]))[0].tolist() == INVENTORY.codes(names[1:12]).tolist()
+    assert frame_codes(track, np.array([0.24]), 3)[0].tolist() == INVENTORY.codes(names[5:8]).tolist()
+    first, last = INVENTORY.codes((names[0], names[-1])).tolist()
+    assert frame_codes(track, np.array([0.0]))[0, :6].tolist() == [first] * 6
+    assert frame_codes(track, np.array([0.5]))[0, 5:].tolist() == [last] * 6

@@ -91,3 +91,7 @@ def test_film_that_outlasts_the_alignment_holds_its_end(width: int) -> None:
 def test_no_frames() -> None:
     empty = predict_at(np.zeros(0), 1.0, 0.04, 5, lambda t: np.zeros((len(t), 5, 2), np.float32))
     assert empty.shape == (0, 2)
+
+
+def test_blending_keeps_the_type() -> None:
+    assert overlap_mean(np.ones((4, 3, 2), np.float32)).dtype == np.float32
