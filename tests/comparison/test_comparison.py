@@ -110,6 +110,7 @@ def report(house: Path) -> str:
     return (house / "out" / "benchmark.md").read_text()
 
 
+@pytest.mark.slow
 def test_the_report_holds_every_table_and_figure(house: Path, report: str) -> None:
     for heading in ("Test clips", "Words that were never heard", "Phones that", "Amount of data", "Speed"):
         assert f"## {heading}" in report
@@ -123,6 +124,7 @@ def test_the_report_holds_every_table_and_figure(house: Path, report: str) -> No
     assert "**" in report
 
 
+@pytest.mark.slow
 def test_a_second_run_trains_nothing_and_says_the_same(house: Path, report: str) -> None:
     models = {p: p.stat().st_mtime_ns for p in (house / "out/models").rglob("*.safetensors")}
     assert models

@@ -18,20 +18,21 @@ torch = pytest.importorskip("torch")
 SMALL = Config(hidden=(8,), dropout=0.0, optimizer="sgd", rate=0.1, batch=16, epochs=1, patience=99)
 
 
-def made_up_rows(weight: float = 1.0, sign: float = 1.0) -> Any:
-    """64 rows of 5 inputs; the 3 targets are `sign` times a fixed linear map of them."""
+def made_up_rows(weight: float = 1.0, sign: float = 1.0, size: float = 1.0) -> Any:
+    """64 rows of 5 inputs, times `size`; the 3 targets are `sign` times a fixed linear map of them."""
     from phonanim.regressors._torch_dnn import Rows
 
     rng = np.random.default_rng(0)
     inputs, weights = rng.normal(size=(64, 5)), np.full(64, weight, np.float32)
     targets = sign * inputs @ rng.normal(size=(5, 3))
-    return Rows(inputs.astype(np.float32), targets.astype(np.float32), weights)
+    return Rows((size * inputs).astype(np.float32), targets.astype(np.float32), weights)
 
 
 def trained(
     config: Config,
     weight: float = 1.0,
     held_out_sign: float = 1.0,
+    size: float = 1.0,
     progress: Progress = lambda done: None,
 ) -> np.ndarray:
     """All weights and biases after training on the made-up rows from the same start, end to end."""
@@ -39,7 +40,7 @@ def trained(
     from phonanim.regressors._torch_dnn import fit_network
 
     generator = seeded_generator(np.random.default_rng(1))
-    train, held_out = made_up_rows(weight), made_up_rows(sign=held_out_sign)
+    train, held_out = made_up_rows(weight, size=size), made_up_rows(sign=held_out_sign, size=size)
     layers = fit_network(config, train, held_out, generator, progress)
     return np.concatenate([part.ravel() for layer in layers for part in layer])
 
@@ -80,3 +81,12 @@ def test_the_published_network_is_trained_with_sgd_and_dropout(root: Path) -> No
     settings = read_recipe(root / "benchmarks" / "configs" / "taylor2017.toml").settings
     assert settings is not None
     assert (settings["optimizer"], settings["dropout"], settings["batch"]) == ("sgd", 0.5, 100)
+
+
+def test_the_size_of_the_inputs_does_not_matter() -> None:
+    """Inputs are standardized: a hundred times larger ones have a hundred times smaller weights."""
+    config = replace(SMALL, epochs=3)
+    plain, large = trained(config), trained(config, size=100.0)
+    first = 5 * 8
+    np.testing.assert_allclose(100 * large[:first], plain[:first], rtol=0.02, atol=0.01)
+    np.testing.assert_allclose(large[first:], plain[first:], rtol=0.02, atol=0.05)
