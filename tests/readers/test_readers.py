@@ -175,7 +175,7 @@ def test_a_folder_and_an_absent_file(tmp_path: Path) -> None:
         read_alignment(tmp_path)
     with pytest.raises(AlignmentError, match=r"x.TextGrid: cannot be read: No such file"):
         read_alignment(tmp_path / "x.TextGrid")
-    with pytest.raises(AlignmentError, match=r"cannot be read: embedded null"):
+    with pytest.raises(AlignmentError, match=r"cannot be read: .*embedded null"):
         read_alignment(Path("\0"))
 
 
