@@ -67,7 +67,8 @@ def main() -> None:
     chosen = options.parse_args()
     rig = load_rig(chosen.rig)
     clips = gather(load_corpus(chosen.corpus), chosen.model)
-    landmark_rig = make_landmark_rig(load_head(rig.head), read_landmarks(rig.landmarks), clips.face)
+    spots = read_landmarks(rig.landmarks)
+    landmark_rig = make_landmark_rig(load_head(rig.head), spots, clips.face).take(rig.controls)
     rows = [
         {"motion": source, "map": name, **measure(clips, source, landmark_rig, controls(clips.modes[source]))}
         for source in clips.modes

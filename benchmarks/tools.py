@@ -117,7 +117,11 @@ def set_up(model: str) -> Stage:
     rows = [head.targets.index(control) for control in rig.controls]
     head = replace(head, targets=rig.controls, deltas=head.deltas[rows])
     return Stage(
-        face, rig, make_landmark_rig(head, spots, face), to_face_axes(head, spots, face), head_masks()["lips"]
+        face,
+        rig,
+        make_landmark_rig(head, spots, face).take(rig.controls),
+        to_face_axes(head, spots, face),
+        head_masks()["lips"],
     )
 
 

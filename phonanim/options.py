@@ -27,13 +27,26 @@ class Overlay:
 
 
 @dataclass(frozen=True, slots=True)
+class Emotion:
+    """An emotion of lexicon/emotions and how much of it, from `span[0]` to `span[1]` seconds or all along."""
+
+    name: str
+    weight: float = 1.0
+    span: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Options:
     """How a line is animated; the defaults suit speech of any aligner on the shipped head.
 
     `model` and `rig` are names or paths, `fps` is in hertz, `tier` is found when it is None,
     `speaker` is needed where several people speak, `lexicon` (a dictionary's path) where a file has
     words alone, `fallback` is the language to take where `language` is one that nobody wrote.
-    `gains` are of single controls, by name; `smooth` is seconds; `blinks` is the seed of a layer of blinks.
+    `gains` are of single controls, by name; `smooth` is seconds.
+    `life` is how much there is of what the face does besides speaking: 0 is the mouth alone, a table has a
+    number by behaviour (blinks, gaze, head, brows, breath), 1 where none is named. `life_seed` is its seed,
+    that of the line's name when it is None, and `blinks` that of the blinks alone. `look_at` is where the
+    listener's eyes are, in metres to the left, up and ahead of the speaker's.
     60 frames per second show a closure of 30 ms, which 24 or 30 may miss.
 
     Examples:
@@ -61,6 +74,10 @@ class Options:
     smooth: float = 0.0
     overlays: tuple[Overlay, ...] = ()
     blinks: int | None = None
+    life: float | Mapping[str, float] = 1.0
+    life_seed: int | None = None
+    look_at: tuple[float, float, float] | None = None
+    emotions: tuple[Emotion, ...] = ()
 
     def plain(self) -> dict[str, Any]:
         """The options as JSON reads them back, files by their names, which are the same on every machine."""

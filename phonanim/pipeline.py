@@ -24,7 +24,9 @@ from phonanim.core.version import __version__
 from phonanim.exporters import load
 from phonanim.face import contacts
 from phonanim.face.model import FaceModel
+from phonanim.inputs.prosody import find_prosody
 from phonanim.inputs.speech_input import SpeechInput, read_speech_input
+from phonanim.life import add_life, idle_life, life_of, mouth_freedom
 from phonanim.media.audio import Sound
 from phonanim.options import DEFAULTS, Options, make_options
 from phonanim.rig import Rig, load_rig
@@ -78,10 +80,15 @@ def animate_detailed(path: Path, options: Options = DEFAULTS, audio: Path | None
     modes, values = predict_controls(track, model, rig, options, frames, sound=source.sound)
     times = np.arange(len(modes)) / options.fps
     if options.smooth and not is_stepped_rig(rig):
-        values = smooth_controls(
-            values, options.smooth, options.fps, closure_mask(modes, track, model.face, times)
-        )
-    values, remarks = apply_overlays(values, rig, options.overlays, options.blinks, track, times, load)
+        closed = closure_mask(modes, track, model.face, times)
+        values = smooth_controls(values, options.smooth, options.fps, closed)
+    values, laid = apply_overlays(values, rig, options.overlays, track, times, load)
+    remarks = (*unused_option_warnings(options, rig), *idle_life(options, rig), *laid)
+    life = life_of(options, path.stem)
+    if life.moves(rig):
+        prosody = find_prosody(source, model.regressor)
+        free = mouth_freedom(prosody, track, times)
+        values = add_life(values, rig, life, prosody, times, free)
     animation = Animation(
         values=values,
         channels=rig.controls,
@@ -90,10 +97,7 @@ def animate_detailed(path: Path, options: Options = DEFAULTS, audio: Path | None
         phones=source.alignment.intervals,
         words=source.alignment.words,
         audio=source.audio,
-        provenance=_provenance(
-            path, options, (*source.notes, *unused_option_warnings(options, rig), *remarks)
-        )
-        | _heard(source),
+        provenance=_provenance(path, options, (*source.notes, *remarks)) | _heard(source),
     )
     return AnimationResult(animation, track, source.notes, modes, model.face)
 

@@ -61,6 +61,11 @@ LIT, DARK = 0.010, 0.034  # metres from the tip of the tongue, or from between t
 
 RIM = 0.5295  # metres: the height of the rim of the neck
 
+# The head turns about the upper neck, (x, y, z) metres; skin moves along from LOW to HIGH, metres up and, for
+# the chin lies below where the neck begins, LEAN times as many ahead.
+PIVOT = (0.0, 0.675, 0.030)
+LOW, HIGH, LEAN = 0.585, 0.680, 0.55
+
 # An eyebrow in metres: its reach from the middle, its height along that, its half thickness at both ends.
 BROW_START, BROW_END, BROW_FRONT = 0.011, 0.056, 0.08
 BROW_ARC = ((0.0, 0.55, 1.0), (0.7500, 0.7560, 0.7515))
@@ -298,6 +303,13 @@ def normals(points: Array, triangles: Array) -> Array:
     return sums / np.linalg.norm(sums, axis=-1, keepdims=True)
 
 
+def turning(points: Array) -> Array:
+    """How far points follow the head as it turns, (n,) 0 to 1."""
+    height = points[:, 1] + LEAN * (points[:, 2] - PIVOT[2])
+    share = np.clip((height - LOW) / (HIGH - LOW), 0, 1)
+    return share**2 * (3 - 2 * share)
+
+
 class Buffer:
     """The binary chunk as it grows: its buffer views, and the accessors into them."""
 
@@ -307,6 +319,7 @@ class Buffer:
         "indices": {"target": 34963},
         "places": {},
         "moves": {},
+        "matrices": {},
     }
 
     def __init__(self) -> None:
@@ -339,6 +352,25 @@ class Buffer:
         place = self.put("colors", rgba)
         return self.accessor(**place, componentType=5121, normalized=True, count=len(rgba), type="VEC4")
 
+    def joints(self, count: int) -> int:
+        """Every vertex is bound to neck and head."""
+        bound = np.tile(np.array([0, 1, 0, 0], "<u1"), (count, 1))
+        return self.accessor(**self.put("colors", bound), componentType=5121, count=count, type="VEC4")
+
+    def weights(self, share: Array) -> int:
+        """How far vertices follow the head, (n,); the rest is the neck's."""
+        whole = np.rint(share * 255)
+        shares = np.stack([255 - whole, whole, 0 * whole, 0 * whole], axis=1).astype("<u1")
+        place = self.put("colors", shares)
+        return self.accessor(**place, componentType=5121, normalized=True, count=len(shares), type="VEC4")
+
+    def matrices(self, values: Array) -> int:
+        """Matrices, (n, 4, 4)."""
+        columns = np.swapaxes(values, 1, 2).astype("<f4")
+        return self.accessor(
+            **self.put("matrices", columns), componentType=5126, count=len(values), type="MAT4"
+        )
+
     def triangles(self, values: Array) -> int:
         """Indices, (t, 3)."""
         flat = values.astype("<u2").ravel()
@@ -368,12 +400,14 @@ class Buffer:
             offset += len(data)
 
 
-def primitive(buffer: Buffer, part: Part, material: int) -> dict[str, Any]:
+def primitive(buffer: Buffer, name: str, part: Part, material: int) -> dict[str, Any]:
     """One part as a glTF primitive with its morph targets."""
     rest = normals(part.points, part.triangles)
     attributes = {"POSITION": buffer.vectors(part.points, True), "NORMAL": buffer.vectors(rest, False)}
     if not np.all(part.colors == 1):
         attributes["COLOR_0"] = buffer.colors(part.colors)
+    share = turning(part.points) if name == "skin" else np.ones(len(part.points))
+    attributes |= {"JOINTS_0": buffer.joints(len(share)), "WEIGHTS_0": buffer.weights(share)}
     targets = []
     for delta in part.deltas:
         turned = normals(part.points + delta, part.triangles) - rest
@@ -387,12 +421,19 @@ def primitive(buffer: Buffer, part: Part, material: int) -> dict[str, Any]:
 def assemble(parts: dict[str, Part], names: tuple[str, ...]) -> bytes:
     """The GLB file."""
     buffer = Buffer()
-    primitives = [primitive(buffer, part, i) for i, part in enumerate(parts.values())]
+    primitives = [primitive(buffer, name, part, i) for i, (name, part) in enumerate(parts.items())]
+    inverse = np.tile(np.eye(4), (2, 1, 1))
+    inverse[1, :3, 3] = -np.array(PIVOT)
     tree = {
         "asset": {"version": "2.0", "generator": "phonanim scripts/build_head.py", "copyright": COPYRIGHT},
         "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"name": "head", "mesh": 0}],
+        "scenes": [{"nodes": [0, 1]}],
+        "nodes": [
+            {"name": "head", "mesh": 0, "skin": 0},
+            {"name": "Neck", "children": [2]},
+            {"name": "Head", "translation": list(PIVOT)},
+        ],
+        "skins": [{"joints": [1, 2], "skeleton": 1, "inverseBindMatrices": buffer.matrices(inverse)}],
         "meshes": [
             {
                 "name": "head",

@@ -33,12 +33,14 @@ from phonanim.rig.head import load_head
 from phonanim.rig.landmark_rig import LandmarkRig, make_landmark_rig
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.motion import SHIPPED, closed_face, sample_motion, write_motion
+from phonanim.rig.neck import TURNS
 from phonanim.rig.tables import VRM, read_viseme_shapes, write_shapes
 from phonanim.rig.write import write_rig
 
 RIGS = LEXICON / "rigs"
 FRAMES = 1000  # more change no figure in its second digit
 # Sideways jaw and mouth are no speech; cheeks, nose and tongue do not show in the landmarks.
+FARTHEST = {"headPitch": 60.0, "headYaw": 80.0, "headRoll": 45.0}  # degrees
 STILL = ("jawLeft", "jawRight", "mouthLeft", "mouthRight")
 FITTED = (
     "bounded least squares of the shipped head's motion (MakeHuman, CC0) against speaker s1 of the GRID "
@@ -85,8 +87,13 @@ def blank(name: str, title: str, source: str, controls: tuple[str, ...]) -> Rig:
 def arkit(controls: tuple[str, ...]) -> Rig:
     """The ARKit controls, not yet fitted."""
     source = f"Control names: Apple ARKit, ARFaceAnchor.BlendShapeLocation. Poses and direct map: {FITTED}"
+    title = "Apple ARKit, 52 blendshapes and the turns of the head"
+    rig = blank("arkit", title, source, (*controls, *TURNS))
+    farthest = np.array([FARTHEST[name] for name in TURNS])
     return replace(
-        blank("arkit", "Apple ARKit, 52 blendshapes", source, controls),
+        rig,
+        minimum=np.append(rig.minimum[: -len(TURNS)], -farthest),
+        maximum=np.append(rig.maximum[: -len(TURNS)], farthest),
         speech=tuple(name for name in controls if name.startswith(("jaw", "mouth")) and name not in STILL),
         at_most=((controls.index("mouthClose"), controls.index("jawOpen")),),
         head=RIGS / "head.glb",

@@ -107,7 +107,7 @@ def test_settings_override_options(line: Path) -> None:
 def test_paths_stand_for_names(root: Path, line: Path) -> None:
     rig = root / "lexicon/rigs/arkit.toml"
     model = root / "phonanim/models/default"
-    named = phonanim.animate("a.TextGrid", fps=30)
+    named = phonanim.animate("a.TextGrid", audio="a.wav", fps=30)
     found = phonanim.animate(line / "a.TextGrid", rig=rig, model=model, audio="a.wav", fps=30)
     assert (found.values == named.values).all()
     assert found.audio == Path("a.wav")

@@ -1,4 +1,4 @@
-"""Overlays: expressions and blinks added to the speech, which keep away from what the lips say.
+"""Overlays: expressions added to the speech, which keep away from what the lips say.
 
 Three things hold. While p b m f v sh zh ch jh are spoken, the mouth is that of the speech alone. While
 anything else is said, the mouth takes half of an overlay. Brows, eyes and cheeks take all of it.
@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
-from phonanim.animation.blinks import blink_curve, eyelid_controls
 from phonanim.animation.style import is_stepped_rig
 from phonanim.core.files import content_hash
 from phonanim.core.lexicon import find_tables
@@ -48,33 +47,24 @@ def apply_overlays(
     values: NDArray[np.float32],
     rig: Rig,
     overlays: Sequence[Overlay],
-    blinks: int | None,
     track: PhoneTrack,
     times: Array,
     load: Callable[[Path], Animation],
 ) -> tuple[NDArray[np.float32], tuple[str, ...]]:
-    """Add overlays and blinks to speech, (frames, controls) -> the same shape within limits, and remarks.
+    """Add overlays to speech, (frames, controls) -> the same shape within limits, and remarks.
 
     Offsets from rest are added; `load` reads an overlay that is an animation. Raises OptionError when an
     overlay cannot be read or does not fit the rig, and what `load` raises.
     """
-    if is_stepped_rig(rig) or not (overlays or blinks is not None):
+    if is_stepped_rig(rig) or not overlays:
         return values, ()
     offsets, notes = np.zeros(values.shape), []
     for overlay in overlays:
         added, left = _offsets(overlay, rig, times, load)
         offsets += added
         notes += left
-    mouth = _mouth(values, rig)
-    offsets[:, mouth] *= overlay_weight(track, times)[:, None]
-    if blinks is not None:
-        offsets[:, eyelid_controls(rig.controls)] += blink_curve(blinks, times)[:, None]
-        notes += (
-            []
-            if eyelid_controls(rig.controls)
-            else [f"{rig.name} has no control that blinks, so it does not"]
-        )
-    return _limited(values, offsets, rig), tuple(notes)
+    offsets[:, mouth_controls(values, rig)] *= overlay_weight(track, times)[:, None]
+    return limited(values, offsets, rig), tuple(notes)
 
 
 def overlay_weight(track: PhoneTrack, times: Array) -> Array:
@@ -107,7 +97,7 @@ def find_overlay(source: str) -> Path:
     raise OptionError(f"overlay {source}: there is no such file or pose; {hint}")
 
 
-def _mouth(values: NDArray[np.float32], rig: Rig) -> NDArray[np.bool_]:
+def mouth_controls(values: NDArray[np.float32], rig: Rig) -> NDArray[np.bool_]:
     """Which controls are the mouth's: by their names, or because the speech moves them."""
     named = np.array([MOUTH.search(name) is not None for name in rig.controls])
     return np.asarray(named | (np.ptp(values, axis=0) > MOVES))
@@ -133,7 +123,7 @@ def _offsets(
         notes.append(
             f"overlay {path}: shows nothing in a line of {times[-1]:.2f} s; give it another span or gain"
         )
-    own = still if base is rig else still @ _table(rig)
+    own = still if base is rig else still @ own_table(rig)
     return weight[:, None] * own, notes
 
 
@@ -194,9 +184,10 @@ def _base(names: Sequence[str] | dict[str, Any], rig: Rig) -> Rig:
     return rig if any(name in rig.controls for name in names) else behind
 
 
-def _table(rig: Rig) -> Array:
+def own_table(rig: Rig) -> Array:
     """How controls of the rig behind move this one's; shares of its motion are none of an overlay's."""
-    assert rig.through is not None
+    if rig.through is None:
+        return np.eye(len(rig.controls))
     table = rig.through.table.copy()
     table[:, [share for share, _, _ in rig.through.shares]] = 0.0
     return table
@@ -215,8 +206,8 @@ def _eased(share: Array) -> Array:
     return np.asarray(share**2 * (3 - 2 * share))
 
 
-def _limited(values: NDArray[np.float32], offsets: Array, rig: Rig) -> NDArray[np.float32]:
-    """Speech and overlays within the limits; what speech alone did stays as it was, to the bit."""
+def limited(values: NDArray[np.float32], offsets: Array, rig: Rig) -> NDArray[np.float32]:
+    """Controls with offsets within the limits; what has no offset stays as it was, to the bit."""
     moved = offsets.any(axis=0)
     result = values.copy()
     laid = np.clip(values[:, moved] + offsets[:, moved], rig.minimum[moved], rig.maximum[moved])

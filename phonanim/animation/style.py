@@ -16,7 +16,11 @@ from phonanim.rig import Rig
 # mouthClose undoes jawOpen at the lips, so it belongs to the jaw: scaled alike, closed lips stay closed.
 JAW = re.compile(r"jaw|mouthClose|lips_?together", re.IGNORECASE)
 LIPS = re.compile(r"mouth|lip", re.IGNORECASE)
-BLENDING = ("intensity", "jaw", "lips", "gains", "smooth", "overlays", "blinks")  # options that scale or add
+# Options that scale or add.
+BLENDING = (
+    *("intensity", "jaw", "lips", "gains", "smooth", "overlays"),
+    *("blinks", "life", "life_seed", "look_at", "emotions"),
+)
 
 
 def scale_controls(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from functools import wraps
 from typing import Any
@@ -15,7 +15,7 @@ from phonanim.animation.rates import parse_rate
 from phonanim.commands._renamed import renamed_option
 from phonanim.core.threads import use_one_thread
 from phonanim.errors import OptionError
-from phonanim.options import DEFAULTS, Options, Overlay
+from phonanim.options import DEFAULTS, Emotion, Options, Overlay
 
 
 def option_callback(parse: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
@@ -33,6 +33,27 @@ def option_callback(parse: Callable[[Any], Any]) -> Callable[[click.Context, cli
 def parse_overlays(values: tuple[str, ...]) -> tuple[Overlay, ...]:
     """Several overlays."""
     return tuple(map(parse_overlay, values))
+
+
+def read_life(text: str) -> float | Mapping[str, float]:
+    """How much of each behaviour."""
+    from phonanim.life.parsing import parse_life
+
+    return parse_life(text)
+
+
+def read_look_at(text: str | None) -> tuple[float, float, float] | None:
+    """Where the listener's eyes are, if that is said."""
+    from phonanim.life.parsing import parse_look_at
+
+    return parse_look_at(text) if text else None
+
+
+def read_emotions(texts: tuple[str, ...]) -> tuple[Emotion, ...]:
+    """Several emotions."""
+    from phonanim.life.parsing import parse_emotions
+
+    return parse_emotions(texts)
 
 
 class Gain(click.FloatRange):
@@ -118,7 +139,35 @@ OPTIONS = (
         callback=option_callback(parse_overlays),
         help="Lay a pose or an animation over the speech; more than one is fine.",
     ),
-    click.option("--blinks", type=click.IntRange(min=0), metavar="SEED", help="Blink, by this seed."),
+    click.option(
+        "--life",
+        metavar="GAIN|NAME=GAIN,...",
+        callback=option_callback(read_life),
+        default="1",
+        help="What the face does besides speaking: 0 is the mouth alone; blinks, gaze, head, brows, breath.",
+    ),
+    click.option(
+        "--life-seed",
+        type=click.IntRange(min=0),
+        metavar="SEED",
+        help="Seed of what the face does besides speaking; by default that of the line's name.",
+        show_default=False,
+    ),
+    click.option("--blinks", type=click.IntRange(min=0), metavar="SEED", help="Blink by a seed of its own."),
+    click.option(
+        "--look-at",
+        metavar="X,Y,Z",
+        callback=option_callback(read_look_at),
+        help="The listener's eyes, in metres to the speaker's left, up and ahead.",
+    ),
+    click.option(
+        "--emotion",
+        "emotions",
+        metavar="NAME[=WEIGHT][@START-END]|FILE.csv",
+        multiple=True,
+        callback=option_callback(read_emotions),
+        help="Show an emotion: joy, sadness, anger, fear, disgust, surprise; more than one is fine.",
+    ),
 )
 
 

@@ -15,6 +15,7 @@ from phonanim.commands._options import animation_options
 
 if TYPE_CHECKING:
     from phonanim.options import Options
+    from phonanim.speech.alignment import Interval
     from phonanim.stream.events import Event
     from phonanim.stream.play import Engine, Player
 
@@ -123,6 +124,8 @@ def open_engine(
     from phonanim.stream.engine import PhoneStream
     from phonanim.stream.sound import SoundStream
 
+    line = "stream" if microphone or source == "-" else Path(source).stem
+    words: tuple[Interval, ...] = ()
     if load_model(options.model).regressor.input_modality == "audio":
         if microphone:
             heard = inputs.microphone(None if source == "-" else source, rate)
@@ -130,7 +133,7 @@ def open_engine(
             heard = inputs.raw_samples(STDIN, channels)
         else:
             rate, heard = inputs.recording(Path(source))
-        engine = SoundStream(options, rate)
+        engine = SoundStream(options, rate, line)
         return engine, heard, engine.look_ahead + SLACK
     events: Iterator[Event]
     if microphone or is_recording(Path(source)):
@@ -141,9 +144,9 @@ def open_engine(
     elif inputs.is_lines(Path(source)):
         events = inputs.json_lines(os.open(source, os.O_RDONLY))
     else:
-        language, events = inputs.alignment_file(Path(source), options)
+        language, words, events = inputs.alignment_file(Path(source), options)
         options = replace(options, language=language)
-    return PhoneStream(options, look_ahead), events, look_ahead
+    return PhoneStream(options, look_ahead, line, words), events, look_ahead
 
 
 def check_options(realtime: bool, look_ahead: float | None, delay: float | None) -> None:

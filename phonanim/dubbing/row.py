@@ -17,6 +17,7 @@ from phonanim.dubbing.storage import Place, parse_place
 from phonanim.dubbing.styles import DIALS, Styles, find_style, read_styles
 from phonanim.dubbing.table import Row
 from phonanim.errors import OptionError
+from phonanim.life.parsing import parse_emotions, parse_life, parse_look_at, parse_seed
 from phonanim.media.audio import SUFFIXES as RECORDINGS
 from phonanim.options import DEFAULTS, Options, Overlay
 
@@ -29,6 +30,9 @@ PARSED: dict[str, tuple[str, Callable[[str], Any]]] = {
     "fps": ("fps", parse_rate),
     "smooth": ("smooth", parse_smoothing),
     "gain": ("gains", lambda cell: parse_gains(cell.split(";"))),
+    "life": ("life", lambda cell: parse_life(cell.replace(";", ","))),
+    "life_seed": ("life_seed", parse_seed),
+    "look_at": ("look_at", lambda cell: parse_look_at(cell.replace(";", ","))),
 }
 
 
@@ -121,6 +125,8 @@ def _overrides(cells: Mapping[str, str], root: Place, styles: Styles) -> dict[st
     chosen |= {field: parse(cells[name]) for name, (field, parse) in PARSED.items() if name in cells}
     if "lexicon" in cells:
         chosen["lexicon"] = str(_found(cells["lexicon"], root))
+    if "emotion" in cells:
+        chosen["emotions"] = parse_emotions(_emotion(text, root) for text in cells["emotion"].split(";"))
     if "overlay" in cells:
         chosen["overlays"] = tuple(_overlay(text, root) for text in cells["overlay"].split(";"))
     return chosen
@@ -134,6 +140,11 @@ def _rig(cells: Mapping[str, str]) -> dict[str, str]:
     if "rig" in cells:
         raise OptionError(f"character = {name!r} and rig = {cells['rig']!r} both name a rig; give one")
     return {"rig": name}
+
+
+def _emotion(text: str, root: Place) -> str:
+    """An emotion whose file of spans, if it names one, is relative to the table."""
+    return str(_found(text.strip(), root)) if text.strip().lower().endswith(".csv") else text
 
 
 def _overlay(text: str, root: Place) -> Overlay:

@@ -17,6 +17,7 @@ from phonanim.errors import EvaluationError
 from phonanim.evaluation.measures import control_measures, lip_measures, vertex_measures
 from phonanim.evaluation.predictions import Motion, resample_motion
 from phonanim.evaluation.surfaces import Settings, Surface, make_surface
+from phonanim.evaluation.upper_face import upper_face_measures
 from phonanim.metrics import (
     PhoneError,
     by_class,
@@ -26,6 +27,7 @@ from phonanim.metrics import (
     squared_error,
 )
 from phonanim.rig.morphs import plain_name
+from phonanim.rig.neck import TURNS
 
 Array = NDArray[np.float64]
 FEWEST = 4  # frames: less has no spectrum and no jerk
@@ -54,8 +56,10 @@ def score(predicted: Motion, captured: Motion, settings: Settings) -> Scores:
     measures: dict[str, float] = {}
     errors: dict[str, Array] = {}
     if isinstance(predicted, Animation) and isinstance(captured, Animation):
-        predicted, captured, remarks = match_channels(predicted, captured)
-        measures |= control_measures(predicted, captured)
+        upper = upper_face_measures(predicted)
+        upper |= {f"captured_{name}": value for name, value in upper_face_measures(captured).items()}
+        predicted, captured, remarks = match_channels(without_turns(predicted), without_turns(captured))
+        measures |= control_measures(predicted, captured) | upper
         errors["control_mse"] = squared_error(predicted.values, captured.values)
         notes += remarks
     surfaces = match_surfaces(predicted, captured, settings)
@@ -101,6 +105,14 @@ def match_instants(predicted: Motion, captured: Motion) -> tuple[Motion, Motion,
             f"{ends[1]:.3f} s: scored from {kept[0]:.3f} to {kept[-1]:.3f} s"
         )
     return resample_motion(predicted, kept), resample_motion(captured, kept), notes
+
+
+def without_turns(animation: Animation) -> Animation:
+    """The animation without the turns of its head, which are degrees and no weights."""
+    turns = set(map(plain_name, TURNS))
+    kept = [i for i, name in enumerate(animation.channels) if plain_name(name) not in turns]
+    channels = tuple(animation.channels[i] for i in kept)
+    return replace(animation, values=animation.values[:, kept], channels=channels)
 
 
 def match_channels(predicted: Animation, captured: Animation) -> tuple[Animation, Animation, list[str]]:

@@ -14,12 +14,14 @@ from phonanim.animation.keys import reduce_curves
 from phonanim.core.files import atomic_path
 from phonanim.errors import OutputError, RigError
 from phonanim.exporters._curves import estimate_rate, merge_target_curves
-from phonanim.media.glb import Glb, glb_bytes, read_glb
+from phonanim.media.glb import WIDTHS, Glb, glb_bytes, read_glb
 from phonanim.rig.head import TONGUE
 from phonanim.rig.morphs import Morphs, find_morphs, moving_morphs
+from phonanim.rig.neck import TURNS, find_bone, turns_of
 from phonanim.speech.alignment import pack_intervals, unpack_intervals
 
 FLOAT = 5126
+TURN_KEYS = 10.0  # degrees of the head that may be missed for each unit of weight that others may miss
 SPAN = 0.02  # seconds by which tracks of one animation may end apart
 ROUNDING = 1e-6  # seconds: a key that is stored as float32 may lie this far after its frame
 
@@ -52,21 +54,30 @@ def add_animation(glb: Glb, animation: Animation, name: str, keys: float | None 
         "audio": animation.audio.name if animation.audio else None,
         "provenance": animation.provenance,
     }
+    turns, bone = turns_of(animation.values, animation.channels), find_bone(glb)
+    if turns is not None and bone is not None:
+        channels.append({"sampler": len(samplers), "target": {"node": bone.node, "path": "rotation"}})
+        near = None if keys is None else np.radians(TURN_KEYS * keys) / 2
+        samplers.append(_sampler(binary, animation, bone.rotations(turns), near, "VEC4"))
     added = {"name": name, "samplers": samplers, "channels": channels, "extras": extras}
     return binary.file({"animations": [*glb.tree.get("animations", []), added]})
 
 
 def _sampler(
-    binary: Appended, animation: Animation, weights: NDArray[np.float64], keys: float | None
+    binary: Appended,
+    animation: Animation,
+    weights: NDArray[np.float64],
+    keys: float | None,
+    kind: str = "SCALAR",
 ) -> dict[str, Any]:
-    """A track of weights, (frames, targets): every frame, or few keys."""
+    """A track of weights, (frames, targets), or rotations, (frames, 4): every frame, or few keys."""
     times = animation.times - min(0.0, animation.start)  # glTF has no time before zero
     if keys is not None:
         reduced = reduce_curves(weights, keys)
         times, weights = times[reduced.frames], reduced.values
     return {
         "input": binary.accessor(times.astype("<f4"), bounds=True),
-        "output": binary.accessor(weights.astype("<f4").ravel()),
+        "output": binary.accessor(weights.astype("<f4").ravel(), kind=kind),
         "interpolation": "LINEAR",
     }
 
@@ -80,14 +91,15 @@ class Appended:
         self.views: list[dict[str, Any]] = []
         self.accessors: list[dict[str, Any]] = []
 
-    def accessor(self, values: NDArray[np.float32], bounds: bool = False) -> int:
-        """Append scalars, (n,), and return the number of their accessor."""
+    def accessor(self, values: NDArray[np.float32], bounds: bool = False, kind: str = "SCALAR") -> int:
+        """Append scalars, (n,), or what they are the parts of, and return the number of their accessor."""
         offset = sum(map(len, self.pieces))
         self.pieces.append(values.tobytes())
         view = len(self.glb.tree.get("bufferViews", [])) + len(self.views)
         self.views.append({"buffer": 0, "byteOffset": offset, "byteLength": values.nbytes})
         limits = {"min": [float(values.min())], "max": [float(values.max())]} if bounds else {}
-        spec = {"bufferView": view, "componentType": FLOAT, "count": len(values), "type": "SCALAR", **limits}
+        count = len(values) // WIDTHS[kind]
+        spec = {"bufferView": view, "componentType": FLOAT, "count": count, "type": kind, **limits}
         self.accessors.append(spec)
         return len(self.glb.tree.get("accessors", [])) + len(self.accessors) - 1
 
@@ -169,6 +181,7 @@ def _animation(glb: Glb, tracks: list[_Track], morphs: dict[int, Morphs], path: 
         curves[name].any() for name in TONGUE if name in curves
     ):  # the shipped head's, moved by few rigs
         curves = {name: curve for name, curve in curves.items() if name not in TONGUE}
+    curves |= _head_turns(glb, grid)
     return Animation(
         values=np.stack(list(curves.values()), axis=1).astype(np.float32),
         channels=tuple(curves),
@@ -180,6 +193,24 @@ def _animation(glb: Glb, tracks: list[_Track], morphs: dict[int, Morphs], path: 
         audio=path.parent / extras["audio"] if extras.get("audio") else None,
         provenance=dict(extras.get("provenance", {})),
     )
+
+
+def _head_turns(glb: Glb, grid: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+    """Degrees of the head at instants, by channel, from the last animation that rotates its bone."""
+    bone = find_bone(glb)
+    for entry in reversed(glb.tree.get("animations", []) if bone else []):
+        for channel in entry["channels"]:
+            if (
+                bone
+                and channel["target"].get("node") == bone.node
+                and channel["target"]["path"] == "rotation"
+            ):
+                sampler = entry["samplers"][channel["sampler"]]
+                clock = glb.accessor(sampler["input"])[:, 0].astype(float)
+                rotations = _sampled(glb, _Track(bone.node, sampler, clock, {}), 4, grid)
+                turns = bone.turns(rotations.T / np.linalg.norm(rotations.T, axis=1, keepdims=True))
+                return dict(zip(TURNS, turns.T, strict=True))
+    return {}
 
 
 def _sampled(glb: Glb, track: _Track, count: int, grid: NDArray[np.float64]) -> NDArray[np.float64]:

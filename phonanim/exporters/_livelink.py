@@ -6,7 +6,7 @@ from functools import cache
 
 from phonanim.core.lexicon import LEXICON
 
-N_ARKIT = 52  # the first columns; head and eye turns follow
+N_ARKIT = 52  # the first columns; head and eye turns follow, in radians there and in degrees here
 
 
 @cache
@@ -14,3 +14,9 @@ def columns() -> tuple[str, ...]:
     """Control names in the order of the file, in Apple's spelling."""
     lines = (LEXICON / "formats" / "livelink.txt").read_text(encoding="utf-8").split("\n")
     return tuple(line[:1].lower() + line[1:] for line in lines if line and not line.startswith("#"))
+
+
+@cache
+def turns() -> tuple[str, ...]:
+    """The controls that are turns of head and eyes."""
+    return columns()[N_ARKIT:]

@@ -12,7 +12,7 @@ from phonanim.animation.timecode import Timecode, timecode_for_label
 from phonanim.core.files import write_text
 from phonanim.errors import OptionError, OutputError
 from phonanim.exporters._curves import estimate_rate
-from phonanim.exporters._livelink import N_ARKIT, columns
+from phonanim.exporters._livelink import N_ARKIT, columns, turns
 
 SUMMARY = "Live Link Face: a row per frame, ARKit controls by name (rigs with ARKit controls)"
 NOMINAL = 60  # the app's timecode counts 60 frames per second, whatever the rate of the rows
@@ -21,6 +21,7 @@ NOMINAL = 60  # the app's timecode counts 60 frames per second, whatever the rat
 def write(animation: Animation, path: Path, timecode: str | None = None) -> None:
     """Write one row per frame; controls that the rig lacks are zero, controls that ARKit lacks are left out.
 
+    Turns of head and eyes are degrees in the animation and radians in the file, as the app writes them.
     `timecode` is that of time zero; else the one that the animation was read with, or 00:00:00:00. With `;`
     before its frames it counts drop-frame.
     Raises OutputError when the rig has no ARKit control or the destination cannot be written, OptionError
@@ -34,7 +35,8 @@ def write(animation: Animation, path: Path, timecode: str | None = None) -> None
     values = np.zeros((len(animation.values), len(names)))
     for column, name in enumerate(names):
         if name in animation.channels:
-            values[:, column] = animation.channel(name)
+            curve = animation.channel(name).astype(np.float64)
+            values[:, column] = np.radians(curve) if name in turns() else curve
     first = timecode or str(animation.provenance.get("timecode", "00:00:00:00"))
     clock = timecode_for_label(first, NOMINAL)
     origin = clock.parse(first)
@@ -59,6 +61,8 @@ def read(path: Path) -> Animation:
         [_numbers(path, line, row, len(names), clock) for line, row in enumerate(rows[1:], start=2)]
     )
     times, values = table[:, 0], table[:, 1:]
+    turned = [name in turns() for name in names]
+    values[:, turned] = np.degrees(values[:, turned])
     falls = np.flatnonzero(np.diff(times) <= 0)
     if len(falls):
         raise OutputError(f"{path}, row {falls[0] + 3}: its timecode does not rise; remove the row")

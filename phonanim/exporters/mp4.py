@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.core.files import atomic_path
@@ -17,6 +18,7 @@ from phonanim.exporters._head import load_drawable_head
 from phonanim.media.pixels import Image, draw_text
 from phonanim.media.video import H264
 from phonanim.rig.head import SHIPPED, Head
+from phonanim.rig.neck import turned, turns_of
 from phonanim.rig.render import render, whole_head
 from phonanim.speech.alignment import Interval
 from phonanim.speech.labels import is_silent
@@ -77,12 +79,19 @@ def _pictures(
     last = float(animation.times[-1])
     times = np.arange(int(last * rate + 1e-6) + 1) / float(rate)
     weights = head.weights(animation.values, animation.channels)
+    turns = turns_of(animation.values, animation.channels)
     view = replace(whole_head(head, size, size, yaw), samples=samples)
     for time in times:
-        now = np.array([np.interp(time, animation.times, curve) for curve in weights.T])
-        picture = render(head.shape(now), head, view)
+        now = _between(time, animation, weights)
+        turn = None if turns is None else _between(time, animation, turns)
+        picture = render(turned(head.shape(now), head.neck, turn), head, view)
         _caption(picture, animation, float(time))
         yield picture
+
+
+def _between(time: float, animation: Animation, curves: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The values of curves at an instant, (frames, n) -> (n,)."""
+    return np.array([np.interp(time, animation.times, curve) for curve in curves.T])
 
 
 def _caption(picture: Image, animation: Animation, time: float) -> None:

@@ -49,7 +49,7 @@ def read_speech_input(
         audio = audio or find_audio(path)
         if audio is None:
             raise AudioError(f"{path}: has no recording beside it for this model to hear; give --audio")
-        sound = _from(read_sound(audio), alignment.offset)
+        sound = sound_from(read_sound(audio), alignment.offset)
         notes = (*notes, *audio_notes(sound), *truncation_note(audio))
         if modality == "both":
             notes = (*notes, *_apart(audio, sound.duration, track.duration))
@@ -82,6 +82,6 @@ def _apart(audio: Path, heard: float, read: float) -> tuple[str, ...]:
     return (f"{lasts}; after its end, {shorter} counts as silent",)
 
 
-def _from(sound: Sound, offset: float) -> Sound:
+def sound_from(sound: Sound, offset: float) -> Sound:
     """A sound from some second on: that of an alignment which was cut out of a longer one."""
     return Sound(sound.samples[round(offset * sound.rate) :], sound.rate) if offset > 0 else sound

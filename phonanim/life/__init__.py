@@ -4,7 +4,30 @@ Each behaviour is a function of a seed, of the line's prosody and of time; nothi
 `BACK` seconds around a frame decides it, so a stream gives what the whole line gives.
 """
 
-from phonanim.life.layer import BACK, BEHAVIOURS, HEAD, Life, add_life, life_curves
+from phonanim.life.layer import (
+    BACK,
+    BEHAVIOURS,
+    Life,
+    add_life,
+    idle_life,
+    life_curves,
+    life_of,
+    life_offsets,
+    lively,
+    mouth_freedom,
+)
 from phonanim.speech.prosody import AHEAD
 
-__all__ = ["AHEAD", "BACK", "BEHAVIOURS", "HEAD", "Life", "add_life", "life_curves"]
+__all__ = [
+    "AHEAD",
+    "BACK",
+    "BEHAVIOURS",
+    "Life",
+    "add_life",
+    "idle_life",
+    "life_curves",
+    "life_of",
+    "life_offsets",
+    "lively",
+    "mouth_freedom",
+]

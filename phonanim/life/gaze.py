@@ -95,7 +95,7 @@ def looks_away(seed: int, prosody: Prosody, start: float, end: float) -> tuple[A
     turned = _turned(seed, prosody)
     begins = np.concatenate([begins[kept], turned])
     own = 0.4 + lognormal(seed, "turned lasts", number_of(turned), TALK_AWAY, 0.4)
-    lasts = np.minimum(np.concatenate([lasts[kept], own]), LONGEST)
+    lasts = np.clip(np.concatenate([lasts[kept], own]), LEAST, LONGEST)
     order = np.argsort(begins, kind="stable")
     return _apart(begins[order], begins[order] + lasts[order], prosody)
 
@@ -114,11 +114,12 @@ def _turned(seed: int, prosody: Prosody) -> Array:
 
 
 def _apart(begins: Array, ends: Array, prosody: Prosody) -> tuple[Array, Array]:
-    """Looks away that do not overlap, and are over when a phrase ends."""
+    """Looks away that do not overlap, and are over soon when a phrase ends."""
     over = np.append(prosody.ends_from, np.inf)
-    ends = np.minimum(ends, over[np.searchsorted(prosody.ends_from, begins, side="right")])
+    over = np.maximum(over[np.searchsorted(prosody.ends_from, begins, side="right")], begins + LEAST)
+    ends = np.minimum(ends, over)
     before = np.append(-np.inf, np.maximum.accumulate(ends)[:-1]) if len(ends) else ends
-    kept = (ends - begins >= LEAST) & (begins > before + LEAST)
+    kept = begins > before + LEAST
     return begins[kept], ends[kept]
 
 

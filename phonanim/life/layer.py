@@ -3,32 +3,41 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from difflib import get_close_matches
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.animation.overlay import MOUTH, SHARE, limited, overlay_weight, own_table
+from phonanim.animation.style import is_stepped_rig
+from phonanim.errors import OptionError
 from phonanim.life import blinks, breath, brows, gaze, head
+from phonanim.life.chance import seed_of
+from phonanim.life.emotion import emotion_names, emotion_offsets, emotion_pose
 from phonanim.life.shapes import fade
+from phonanim.options import Emotion, Options
 from phonanim.rig.morphs import plain_name
-from phonanim.rig.rig import Rig, Through
+from phonanim.rig.neck import TURNS
+from phonanim.rig.rig import Rig
+from phonanim.speech.phones import PhoneTrack
 from phonanim.speech.prosody import Prosody
 
 Array = NDArray[np.float64]
 
 BEHAVIOURS = ("blinks", "gaze", "head", "brows", "breath")
-HEAD = ("headPitch", "headYaw", "headRoll")  # controls in degrees
 BACK = 6.0  # seconds of the past that it looks at
 ACROSS, RISE, SINK = 25.0, 20.0, 25.0  # degrees that the eyes turn at full weight of a control
-LIDS = 0.35  # of the way down at which the upper lid follows eyes that look fully down
+LIDS = 0.12  # how far the lids close for eyes that look fully down, besides what looking down does to them
+LOWERED = 0.3  # of the way to shut that lids have gone when the eyes look fully down
 WIDE = 0.25  # how far the lids open for eyes that look fully up
 OUTER = 0.8  # of the inner brow's height that the outer brow takes
 SIDES = ("Left", "Right")
 OURS = re.compile(
     r"eye(blink|look|wide|squint)|brow(inner|outer|down)|head(yaw|pitch|roll)|blink|look(up|down|left|right)$"
 )
-MOUTH = ("jawOpen", "noseSneerLeft", "noseSneerRight")  # what moves lips as well
 # Controls of other names, as they read, and the ones of ARKit that they are the mean of.
 ALIASES = {
     "blink": ("eyeBlinkLeft", "eyeBlinkRight"),
@@ -49,14 +58,20 @@ class Life:
     gains: Mapping[str, float] = field(default_factory=dict)
     look_at: tuple[float, float, float] | None = None
     blink_seed: int | None = None
+    emotions: tuple[Emotion, ...] = ()
 
     def gain(self, name: str) -> float:
         """The gain of a behaviour."""
         return self.gains.get(name, 1.0)
 
+    def moves(self, rig: Rig) -> bool:
+        """Whether there is anything of it on a rig."""
+        alive = bool(self.emotions) or any(self.gain(name) > 0 for name in BEHAVIOURS)
+        return alive and lively(rig)
+
 
 def life_curves(life: Life, prosody: Prosody, times: Array, turns_head: bool = True) -> dict[str, Array]:
-    """Curves of ARKit's controls, offsets from rest by name, (frames,) each; those of HEAD in degrees.
+    """Curves of ARKit's controls, offsets from rest by name, (frames,) each; those of TURNS in degrees.
 
     Where the head turns, the eyes turn back, so that they stay where they look.
     """
@@ -76,7 +91,7 @@ def life_curves(life: Life, prosody: Prosody, times: Array, turns_head: bool = T
     inhale, chest = inhale * life.gain("breath"), chest * life.gain("breath")
     pitch = turned.pitch - breath.LIFT * inhale * turns_head
     return {
-        **dict(zip(HEAD, (pitch, turned.yaw, turned.roll), strict=True)),
+        **dict(zip(TURNS, (pitch, turned.yaw, turned.roll), strict=True)),
         **_eyes(eyes_left, eyes_up, shut),
         **_brows(life, prosody, times, soft, shut),
         "noseSneerLeft": breath.NOSTRILS * inhale,
@@ -90,7 +105,7 @@ def _eyes(left: Array, up: Array, shut: Array) -> dict[str, Array]:
     """Eyes and lids, from degrees to the left and up and how far the lids are shut."""
     outer, inner = np.clip(left / ACROSS, 0, 1), np.clip(-left / ACROSS, 0, 1)
     high, low = np.clip(up / RISE, 0, 1), np.clip(-up / SINK, 0, 1)
-    lids = shut + (1 - shut) * LIDS * low
+    lids = shut * (1 - LOWERED * low) + (1 - shut) * LIDS * low
     curves = {
         "eyeLookOutLeft": outer,
         "eyeLookInRight": outer,
@@ -114,56 +129,87 @@ def _brows(life: Life, prosody: Prosody, times: Array, soft: Array, shut: Array)
     return {"browInnerUp": up, **outer, **{f"browDown{side}": down for side in SIDES}}
 
 
+def life_of(options: Options, line: str) -> Life:
+    """The life that options ask for, of a line by this name.
+
+    Raises OptionError for a behaviour or an emotion that is not there.
+    """
+    given = options.life if isinstance(options.life, Mapping) else dict.fromkeys(BEHAVIOURS, options.life)
+    for kind, names, known in (
+        ("behaviour", given, BEHAVIOURS),
+        ("emotion", [emotion.name for emotion in options.emotions], emotion_names()),
+    ):
+        for name in names:
+            check_name(kind, name, known)
+    gains = dict(given)
+    if options.blinks is not None and not gains.get("blinks", 1.0):
+        gains["blinks"] = 1.0
+    seed = seed_of(line) if options.life_seed is None else options.life_seed
+    return Life(seed, gains, options.look_at, options.blinks, options.emotions)
+
+
+def check_name(kind: str, name: str, known: Sequence[str], place: str = "") -> None:
+    """Raises OptionError, with the nearest, for a name that is none of those that are known."""
+    if name not in known:
+        near = get_close_matches(name, known, n=1)
+        hint = f"did you mean {near[0]}?" if near else f"choose {', '.join(known)}"
+        raise OptionError(f"{place}there is no {kind} {name!r}; {hint}")
+
+
 def add_life(
-    values: NDArray[np.float32],
-    rig: Rig,
-    life: Life,
-    prosody: Prosody,
-    times: Array,
-    freedom: Array | None = None,
+    values: NDArray[np.float32], rig: Rig, life: Life, prosody: Prosody, times: Array, free: Array
 ) -> NDArray[np.float32]:
     """Add the layer to controls, (frames, controls) -> the same shape within the rig's limits.
 
-    `freedom` (frames,), 0 to 1, is how much the mouth is free to move; without it, breath leaves it alone.
-    Rigs of mouth shapes, and controls that the rig lacks, are left as they are.
+    `free` (frames,), 0 to 1, is how much the mouth is free to move. Rigs of mouth shapes stay as they are.
     """
     if not len(times) or not lively(rig):
         return values
+    return limited(values, life_offsets(rig, life, prosody, times, free), rig)
+
+
+def life_offsets(rig: Rig, life: Life, prosody: Prosody, times: Array, free: Array) -> Array:
+    """What the layer adds to a rig's controls, (frames, controls)."""
     base = rig.through.rig if rig.through else rig
-    columns = {plain_name(name): column for column, name in enumerate(base.controls)}
-    curves = life_curves(
-        life, prosody, times, turns_head=plain_name(HEAD[0]) in map(plain_name, rig.controls)
-    )
-    offsets = np.zeros((len(times), len(base.controls)))
-    for name, curve in curves.items():
-        if plain_name(name) in columns:
-            free = (0.0 if freedom is None else freedom) if name in MOUTH else 1.0
-            offsets[:, columns[plain_name(name)]] = curve * free
-    for name, sources in ALIASES.items():
-        if name in columns:
-            offsets[:, columns[name]] = np.mean([curves[source] for source in sources], axis=0)
-    return limited(values, offsets if rig.through is None else offsets @ own_table(rig.through), rig)
+    columns = plain_names(base.controls)
+    offsets = emotion_offsets(life.emotions, base, times)
+    if any(life.gain(name) > 0 for name in BEHAVIOURS):
+        curves = life_curves(life, prosody, times, plain_name(TURNS[0]) in plain_names(rig.controls))
+        curves |= {name: np.mean([curves[x] for x in parts], axis=0) for name, parts in ALIASES.items()}
+        for name, curve in curves.items():
+            if name.lower() in columns:
+                offsets[:, columns[name.lower()]] += curve
+    offsets[:, [MOUTH.search(name) is not None for name in base.controls]] *= free[:, None]
+    return offsets if rig.through is None else offsets @ own_table(rig)
+
+
+@lru_cache(maxsize=32)
+def plain_names(controls: tuple[str, ...]) -> dict[str, int]:
+    """The column of each control by its name as it reads."""
+    return {plain_name(name): column for column, name in enumerate(controls)}
+
+
+def mouth_freedom(prosody: Prosody, track: PhoneTrack, times: Array) -> Array:
+    """How much the mouth is free to move, (frames,) 0 to 1: by the phones, or by the sound where none is."""
+    if len(track.codes) > 1:
+        return overlay_weight(track, times)
+    return np.asarray(1 - (1 - SHARE) * prosody.speaking(times))
 
 
 def lively(rig: Rig) -> bool:
     """Whether a rig has a control that life moves; rigs of mouth shapes have none."""
     base = rig.through.rig if rig.through else rig
-    return rig.visemes is None and any(OURS.match(plain_name(name)) for name in base.controls)
+    return rig.visemes is None and any(OURS.match(name) for name in plain_names(base.controls))
 
 
-def own_table(through: Through) -> Array:
-    """How controls of the rig behind move a rig's own, but for shares, which are of the speech alone."""
-    table = through.table.copy()
-    table[:, [share for share, _, _ in through.shares]] = 0.0
-    return table
-
-
-def limited(values: NDArray[np.float32], offsets: Array, rig: Rig) -> NDArray[np.float32]:
-    """Controls with offsets within the limits; what has no offset stays as it was, to the bit."""
-    moved = offsets.any(axis=0)
-    result = values.copy()
-    added = np.clip(values[:, moved] + offsets[:, moved], rig.minimum[moved], rig.maximum[moved])
-    result[:, moved] = np.where(offsets[:, moved] == 0, values[:, moved], added)
-    for low, high in rig.at_most:
-        result[:, low] = np.minimum(result[:, low], result[:, high])
-    return result
+def idle_life(options: Options, rig: Rig) -> tuple[str, ...]:
+    """Remarks on what was asked for by name and a rig has no control for."""
+    names = plain_names((rig.through.rig if rig.through else rig).controls)
+    missing = []
+    if options.blinks is not None and not any("blink" in name for name in names):
+        missing.append("control that blinks, so it does not")
+    if options.look_at is not None and not any("look" in name for name in names):
+        missing.append("eyes that turn, so it looks nowhere")
+    if options.emotions and not any(set(emotion_pose(one.name)) & names.keys() for one in options.emotions):
+        missing.append("control for any of the emotions, so it shows none")
+    return () if is_stepped_rig(rig) else tuple(f"{rig.name} has no {what}" for what in missing)

@@ -76,12 +76,15 @@ class Voice:
         louder = 1 - (loudest[rows] - level[rows]) / CLOSE
         higher = np.clip(self.melody()[rows] / STRONG, 0.0, 1.0)
         times = self.start + rows / FRAMES
-        return times, np.clip(0.5 * louder + 0.6 * higher, 0.0, 1.0), times + NEAR + HALF + 2 / FRAMES
+        return times, np.clip(0.5 * louder + 0.6 * higher, 0.0, 1.0), times + NEAR + self.settled + 2 / FRAMES
 
 
-def hear_voice(samples: Floats, rate: int, first: int = 0, count: int | None = None) -> Voice:
+def hear_voice(
+    samples: Floats, rate: int, first: int = 0, count: int | None = None, dropped: int = 0
+) -> Voice:
     """Level and pitch of mono samples in -1..1, (samples,), at `rate` hertz: `count` frames from `first` on.
 
+    `dropped` samples came before those that are given.
     Pitch is the best repetition of 40 ms by their autocorrelation over that of their window (Boersma 1993,
     Proceedings of the Institute of Phonetic Sciences 17), at every other frame; without his path over frames,
     so that a frame needs nothing but its own 40 ms.
@@ -90,7 +93,7 @@ def hear_voice(samples: Floats, rate: int, first: int = 0, count: int | None = N
     levels, pitches = [np.zeros(0)], [np.zeros(0)]
     for begin in range(first - first % 2, total, CHUNK):
         numbers = np.arange(begin, min(begin + CHUNK, total))
-        cut = _around(samples, np.rint(numbers * rate / FRAMES).astype(np.int64), rate)
+        cut = _around(samples, np.rint(numbers * rate / FRAMES).astype(np.int64) - dropped, rate)
         level = 10 * np.log10((cut**2).mean(axis=1) + 1e-10)
         pitch = np.full(len(level[::2]), np.nan)
         loud = level[::2] > FLOOR

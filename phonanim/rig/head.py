@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from phonanim.core.lexicon import LEXICON
 from phonanim.errors import RigError
-from phonanim.media.glb import Glb, read_glb
+from phonanim.media.glb import Glb, read_glb, world_transform
 from phonanim.rig.morphs import plain_name
+from phonanim.rig.neck import Neck, find_bone
 
 SHIPPED = LEXICON / "rigs" / "head.glb"
 PARTS = ("skin", "tongue", "teeth_u", "teeth_l", "eye_l", "eye_r")
@@ -29,7 +30,7 @@ class Head:
 
     `vertices` is (n, 3) metres, x to the character's left, y up, z forward; `triangles` (t, 3) indices;
     `parts` the rows of each part; `targets` the control names; `deltas` (targets, n, 3) metres;
-    `colors` (n, 3) linear light reflected, 0 to 1.
+    `colors` (n, 3) linear light reflected, 0 to 1; `neck` is where it turns, if that is known.
     """
 
     vertices: NDArray[np.float64]
@@ -38,6 +39,7 @@ class Head:
     targets: tuple[str, ...]
     deltas: NDArray[np.float64]
     colors: NDArray[np.float64]
+    neck: Neck | None = None
 
     def shape(self, weights: NDArray[Any]) -> NDArray[np.float64]:
         """Vertices under control weights, (..., targets) -> (..., n, 3) metres."""
@@ -98,7 +100,22 @@ def _head(glb: Glb) -> Head:
         targets=_target_names(glb, meshes[0]),
         deltas=_deltas(glb, primitives, spans),
         colors=np.concatenate([vertex_colors(glb, *item) for item in zip(primitives, points, strict=True)]),
+        neck=_neck(glb, primitives),
     )
+
+
+def _neck(glb: Glb, primitives: list[dict[str, Any]]) -> Neck | None:
+    """Where the head turns, from the one skin of a file that is made like the shipped head."""
+    bone = find_bone(glb)
+    if bone is None or not all("WEIGHTS_0" in primitive["attributes"] for primitive in primitives):
+        return None
+    joint = glb.tree["skins"][0]["joints"].index(bone.node)
+    shares = []
+    for primitive in primitives:
+        joints = glb.accessor(primitive["attributes"]["JOINTS_0"])
+        weights = glb.accessor(primitive["attributes"]["WEIGHTS_0"])
+        shares.append(np.where(joints == joint, weights, 0.0).sum(axis=1))
+    return Neck(world_transform(glb.tree, bone.node)[:3, 3], np.concatenate(shares).astype(float))
 
 
 def _target_names(glb: Glb, mesh: dict[str, Any]) -> tuple[str, ...]:

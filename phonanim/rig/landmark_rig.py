@@ -11,6 +11,7 @@ from phonanim.errors import RigError
 from phonanim.face.model import FaceModel
 from phonanim.rig.head import TONGUE, Head
 from phonanim.rig.landmarks import MeshLandmarks
+from phonanim.rig.neck import TURNS
 
 Array = NDArray[np.float64]
 EYES = ((33, 133), (362, 263))  # the corners of the right and of the left eye
@@ -36,9 +37,10 @@ class LandmarkRig:
         return self.rest + flat.reshape(-1, *self.rest.shape)
 
     def take(self, controls: tuple[str, ...]) -> LandmarkRig:
-        """These controls alone."""
-        rows = [self.controls.index(control) for control in controls]
-        return replace(self, controls=controls, shapes=self.shapes[rows])
+        """These controls alone; turns of the head predict_controls nothing of a face that is held still."""
+        rows = [-1 if control in TURNS else self.controls.index(control) for control in controls]
+        still = np.append(self.shapes, np.zeros_like(self.shapes[:1]), axis=0)
+        return replace(self, controls=controls, shapes=still[rows])
 
 
 def make_landmark_rig(head: Head, landmarks: MeshLandmarks, face: FaceModel) -> LandmarkRig:

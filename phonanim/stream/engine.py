@@ -11,13 +11,17 @@ from numpy.typing import NDArray
 
 from phonanim.errors import OptionError, StreamError
 from phonanim.features.context import EDGES
+from phonanim.life import AHEAD, life_of
 from phonanim.options import Options
 from phonanim.pipeline import load_cached_rig, load_model, predict_controls
 from phonanim.regressors import NEEDS
 from phonanim.speech.alignment import ROUNDING, Alignment, Interval
 from phonanim.speech.labels import is_silent
 from phonanim.speech.language import to_phones
+from phonanim.speech.phones import PhoneTrack
+from phonanim.speech.prosody import Prosody
 from phonanim.stream.events import Event, Phone, Tick
+from phonanim.stream.life import HeardPhones, StreamedLife
 
 REACH = float(EDGES[-1])  # seconds to either side that the features look at
 BEYOND = 3  # segments that their timing looks at beyond the one at an instant, a closure's release among them
@@ -35,10 +39,13 @@ class PhoneStream:
     can change it: phones known for 0.8 s ahead and three segments beyond its own. A number of seconds
     bounds the wait instead: a frame is then given out when phones are known, or time has passed, for so
     long beyond it, and what is not yet known counts as silence. Memory stays flat: the past is forgotten.
+    `line` is the name that the seed of life comes from, `words` are the line's where they are known before.
     """
 
     options: Options
     look_ahead: float | None = None
+    line: str = "stream"
+    words: tuple[Interval, ...] = ()
     emitted: int = 0
     ended: bool = False
     now: float = 0.0
@@ -57,6 +64,11 @@ class PhoneStream:
             raise OptionError(
                 f"model {self.options.model} needs {NEEDS[modality]}, and cannot be streamed; choose another"
             )
+        life = life_of(self.options, self.line)
+        ahead = AHEAD if self.look_ahead is None else min(self.look_ahead, AHEAD)
+        self.felt = HeardPhones(self.options, self.words, ahead)
+        streamed = StreamedLife(life, self.rig, self.options.fps, self._prosody)
+        self.life = streamed if life.moves(self.rig) else None
         if modality == "audio":
             raise OptionError(f"model {self.options.model} hears; stream audio to it instead of phones")
 
@@ -111,6 +123,8 @@ class PhoneStream:
         one = Alignment((Interval(label, 0.0, end - start),), end - start, "stream", "the stream")
         to_phones(replace(one, offset=start), self.options.language, self.options.unknown)
         self.known.append(Interval(label, max(start, last.end), end))
+        if self.life is not None:
+            self.felt.intervals.append(self.known[-1])
 
     def tick(self, now: float) -> None:
         """The source's clock. Raises StreamError when it goes back, or far ahead, and leaves it as it was."""
@@ -138,16 +152,22 @@ class PhoneStream:
 
     def frames(self, most: int | None = None) -> NDArray[np.float32]:
         """Frames that have fallen due since the last call, all or the first `most`, (frames, controls)."""
-        count = self.ready if most is None else min(self.ready, most)
+        ready = self.ready
+        count = ready if most is None else min(ready, most)
         if count <= 0:
             return np.empty((0, len(self.rig.controls)), np.float32)
         alignment, origin = self._window(self.emitted, self.emitted + count)
         track, _ = to_phones(alignment, self.options.language, self.options.unknown)
         start = self.emitted / self.options.fps - origin
         _, values = predict_controls(track, self.model, self.rig, self.options, count, start)
+        if self.life is not None:
+            values = self.life.add(values, self.emitted, self.emitted + ready)
         self.emitted += count
         self._forget()
         return values
+
+    def _prosody(self, time: float) -> tuple[Prosody, PhoneTrack]:
+        return self.felt.prosody(time, max(self.known_until, time), self.ended)
 
     def _due(self) -> int:
         """How many frames, from the first of all, may be given out."""
@@ -193,7 +213,6 @@ def reject_whole_line_layers(options: Options) -> None:
         "--smooth": bool(options.smooth),
         "--retarget solve": options.retarget == "solve",
         "--overlay": bool(options.overlays),
-        "--blinks": options.blinks is not None,
     }
     for name, asked in wholes.items():
         if asked:

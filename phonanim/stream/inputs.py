@@ -12,6 +12,7 @@ from phonanim.errors import AudioError, MissingExtraError, StreamError
 from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import open_audio, to_mono, truncation_note
 from phonanim.options import Options
+from phonanim.speech.alignment import Interval
 from phonanim.speech.language import choose_language
 from phonanim.stream.events import End, Event, Phone, Problem, Samples, Tick, parse_event
 
@@ -55,8 +56,8 @@ def _lines(source: int) -> Iterator[bytes | None]:
         yield rest
 
 
-def alignment_file(path: Path, options: Options) -> tuple[str, Iterator[Event]]:
-    """The language of an alignment's labels, and its phones. Raises AlignmentError."""
+def alignment_file(path: Path, options: Options) -> tuple[str, tuple[Interval, ...], Iterator[Event]]:
+    """The language of an alignment's labels, its words, and its phones. Raises AlignmentError."""
     alignment = read_alignment(path, options.tier, options.speaker, options.lexicon)
     language = options.language
     if language == "auto":
@@ -69,7 +70,7 @@ def alignment_file(path: Path, options: Options) -> tuple[str, Iterator[Event]]:
         yield Tick(alignment.duration)
         yield End()
 
-    return language, events()
+    return language, alignment.words, events()
 
 
 def recording(path: Path) -> tuple[int, Iterator[Event]]:

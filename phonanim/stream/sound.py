@@ -14,14 +14,19 @@ from phonanim.animation.style import scale_controls
 from phonanim.encoders import HOP, RATE, STEPS
 from phonanim.encoders._cepstra import Cepstra
 from phonanim.errors import MissingExtraError, OptionError, StreamError
+from phonanim.inputs.prosody import life_ahead
+from phonanim.life import life_of
 from phonanim.media.audio import Level
 from phonanim.options import Options
 from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.regressors._steps import step_times
 from phonanim.regressors._streaming import Streamed
 from phonanim.rig.retarget import retarget
+from phonanim.speech.phones import PhoneTrack
+from phonanim.speech.prosody import Prosody
 from phonanim.stream.engine import ABREAST, reject_whole_line_layers
 from phonanim.stream.events import Event, Samples
+from phonanim.stream.life import HeardVoice, StreamedLife
 
 Floats = NDArray[np.float32]
 
@@ -32,12 +37,13 @@ class SoundStream:
 
     Frame n stands at n / fps and needs `look_ahead` seconds of sound beyond. There is no warm-up in which
     the mouth stays still: before the first sample the first step holds, as in training, so that frames
-    come from the start, and are exact from the start. Memory stays flat.
-    Raises OptionError when the model cannot be streamed, or a layer looks at a whole line.
+    come from the start, and are exact from the start. Memory stays flat. `line` is the name that the seed of
+    life comes from. Raises OptionError when the model cannot be streamed, or a layer looks at a whole line.
     """
 
     options: Options
     rate: int = RATE
+    line: str = "stream"
     emitted: int = 0
     ended: bool = False
     level: Level = field(default_factory=Level)
@@ -55,6 +61,10 @@ class SoundStream:
         self.resampler = Resampler(self.rate)
         self.steps = Steps(self.regressor.encoder)
         self.context: Floats = np.empty((0, 1, self.regressor.encoder.dims), np.float32)
+        life = life_of(self.options, self.line)
+        self.voice = HeardVoice(self.rate, life_ahead(self.regressor))
+        streamed = StreamedLife(life, self.rig, self.options.fps, self._prosody)
+        self.life = streamed if life.moves(self.rig) else None
         self.modes = np.empty((0, len(self.model.face.std)), np.float32)
 
     @property
@@ -94,6 +104,8 @@ class SoundStream:
             raise StreamError("the model hears, and has no use for phones; send it sound")
         samples = np.nan_to_num(event.values, nan=0.0, posinf=0.0, neginf=0.0)
         self.level.add(samples)
+        if self.life is not None:
+            self.voice.push(samples)
         self._hear(self.steps.push(self.resampler.push(samples)))
         lost = int((~np.isfinite(event.values)).sum())
         if lost:
@@ -118,16 +130,23 @@ class SoundStream:
 
     def frames(self, most: int | None = None) -> Floats:
         """Frames that are decided since the last call, all or the first `most`, (frames, controls)."""
-        count = self.ready if most is None else min(self.ready, most)
+        ready = self.ready
+        count = ready if most is None else min(ready, most)
         if count <= 0:
             return np.empty((0, len(self.rig.controls)), np.float32)
         times = np.arange(self.emitted, self.emitted + count) / self.options.fps
         modes = self._at(times)
         values = retarget(modes, self.model.face, self.rig, self.options.retarget)
+        options = self.options
+        values = scale_controls(values, self.rig, options.intensity, options.jaw, options.lips, options.gains)
+        if self.life is not None:
+            values = self.life.add(values, self.emitted, self.emitted + ready)
         self.emitted += count
         self._forget()
-        options = self.options
-        return scale_controls(values, self.rig, options.intensity, options.jaw, options.lips, options.gains)
+        return values
+
+    def _prosody(self, time: float) -> tuple[Prosody, PhoneTrack]:
+        return self.voice.prosody(time, self.ended)
 
     def _hear(self, features: Floats) -> None:
         """Take features of the next steps, (steps, 1, dims), and predict the steps that they decide."""

@@ -45,7 +45,7 @@ class Stage {
       part.castShadow = part.receiveShadow = Boolean(part.isMesh);
       if (part.morphTargetDictionary) morphs.push(...binds(part, take));
     });
-    return { scene, take, morphs };
+    return { scene, take, morphs, neck: neck(model, take) };
   }
 
   shade(light, size) {
@@ -79,13 +79,35 @@ class Stage {
     const share = width / this.heads.length;
     this.camera.aspect = share / height;
     this.camera.updateProjectionMatrix();
-    this.heads.forEach(({ scene, take, morphs }, number) => {
+    this.heads.forEach(({ scene, take, morphs, neck }, number) => {
+      if (neck) neck(time);
       for (const { part, target, channel } of morphs) part.morphTargetInfluences[target] = take.at(channel, time);
       this.renderer.setViewport(number * share, 0, share, height);
       this.renderer.setScissor(number * share, 0, share, height);
       this.renderer.render(scene, this.camera);
     });
   }
+}
+
+// How the bone of a model's head turns with a take, in degrees about x, y and z of the world; none without either.
+function neck(model, take) {
+  const channels = ["headPitch", "headYaw", "headRoll"].map((name) => take.channels.indexOf(name));
+  let bone;
+  model.traverse((part) => {
+    if (!bone && part.isBone && /(^|[:_.\s])head$/i.test(part.name)) bone = part;
+  });
+  if (!bone || channels.every((channel) => channel < 0)) return undefined;
+  model.updateMatrixWorld(true);
+  const parent = bone.parent.getWorldQuaternion(bone.quaternion.clone());
+  const rest = bone.quaternion.clone();
+  const back = parent.clone().invert();
+  const angles = bone.rotation.clone();
+  const turn = bone.quaternion.clone();
+  return (time) => {
+    const [x, y, z] = channels.map((channel) => (channel < 0 ? 0 : (take.at(channel, time) * Math.PI) / 180));
+    turn.setFromEuler(angles.set(x, y, z, "YXZ"));
+    bone.quaternion.copy(back).multiply(turn).multiply(parent).multiply(rest);
+  };
 }
 
 // Which target of a part follows which channel of a take, by the pairs that were found when the page was made.

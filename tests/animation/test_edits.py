@@ -177,10 +177,10 @@ def test_two_lines_are_not_compared(base):
 
 
 def test_a_channel_that_one_format_adds_at_nought_is_no_difference(base):
-    more = replace(base, channels=(*base.channels, "headYaw"))
+    more = replace(base, channels=(*base.channels, "leftEyeYaw"))
     nought = np.zeros((len(base.values), 1), np.float32)
     assert diff_animations(base, more.with_values(np.hstack([base.values, nought]))).edits == ()
-    with pytest.raises(OptionError, match="only one of the two animations has headYaw"):
+    with pytest.raises(OptionError, match="only one of the two animations has leftEyeYaw"):
         diff_animations(base, more.with_values(np.hstack([base.values, nought + 1])))
 
 

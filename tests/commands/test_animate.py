@@ -46,7 +46,7 @@ def test_nothing_but_an_alignment(line, capsys):
     told = err.splitlines()
     assert len(told) == 3
     assert told[0] == "read a.TextGrid: 39 phones in 4.52 s with a.wav"
-    assert told[1] == "moved arkit_tongue by default: 272 frames at 60 fps, 56 channels"
+    assert told[1] == "moved arkit_tongue by default: 272 frames at 60 fps, 59 channels"
     assert told[2].startswith("wrote a.glb (")
 
 
@@ -153,7 +153,7 @@ def test_frame_rates_agree_at_shared_instants(line, rate):
 
 def test_dials(line):
     for name, options in {"one": [], "still": ["--intensity", "0"], "loud": ["--jaw", "1.5"]}.items():
-        assert run(["animate", "a.TextGrid", "-o", f"{name}.npz", "-q", *options]) == 0
+        assert run(["animate", "a.TextGrid", "-o", f"{name}.npz", "-q", "--life", "0", *options]) == 0
     one, still, loud = (np.load(f"{name}.npz")["values"] for name in ("one", "still", "loud"))
     channels = list(np.load("one.npz")["channels"])
     assert np.ptp(still, axis=0).max() == 0

@@ -103,7 +103,6 @@ def test_problems_without_end_are_counted(tmp_path: Path, capfd: pytest.CaptureF
         (["--delay", "0.1"], "--delay is of frames that fall due by the clock; add --realtime"),
         (["--look-ahead", "soon"], "'soon' is no number of seconds, nor exact"),
         (["--look-ahead", "nan"], "nan does not lie in 0 to 10 seconds"),
-        (["--blinks", "1"], "--blinks looks at a whole line and cannot be streamed"),
         (["--model", "nix"], "there is no model 'nix'"),
     ],
 )

@@ -85,7 +85,7 @@ def test_a_browser_draws_the_time_it_is_asked_for(tmp_path):
     save(line(), tmp_path / "a.html")
     document = opened(tmp_path / "a.html", "#t=0.55", "--dump-dom")
     assert 'data-drawn="0.550"' in document
-    assert document.count('class="curve"') == 52
+    assert document.count('class="curve"') == 55
 
 
 @browser

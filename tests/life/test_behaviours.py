@@ -75,7 +75,7 @@ def test_speakers_look_away_as_utterances_begin_and_back_as_they_end():
     begins, ends = gaze.looks_away(1, PROSODY, 0.0, SECONDS)
     long = PROSODY.starts[PROSODY.pauses() >= gaze.BEFORE]
     away = [((begins <= start + 0.3) & (ends > start + 0.3)).any() for start in long]
-    back = [not ((begins < end) & (ends > end + 1e-6)).any() for end in PROSODY.ends]
+    back = [not ((begins < end) & (ends > end + gaze.LEAST)).any() for end in PROSODY.ends]
     assert np.mean(away) > 0.4
     assert all(back)
 

@@ -12,6 +12,7 @@ from phonanim.core.lexicon import LEXICON
 from phonanim.errors import RigError
 from phonanim.face.model import FaceModel
 from phonanim.rig import load_rig, rig_names
+from phonanim.rig.neck import TURNS
 from phonanim.rig.retarget import retarget
 from phonanim.rig.tables import read_visemes
 from phonanim.rig.visemes import URGENT, spoken_shapes, vowel_shapes
@@ -241,4 +242,4 @@ def test_metahuman_weights_are_those_of_its_table() -> None:
     with (LEXICON / "rigs" / "metahuman.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == np.count_nonzero(rig.through.table)
-    assert {row["from"] for row in rows} == set(rig.through.rig.controls) - {"mouthClose"}
+    assert {row["from"] for row in rows} == set(rig.through.rig.controls) - {"mouthClose", *TURNS}

@@ -17,7 +17,7 @@ from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.language import to_phones
 from phonanim.stream.engine import PhoneStream
 
-ENGLISH = Options(language="english")
+ENGLISH = Options(life=0, language="english")
 
 
 def spoken(seed: int, segments: int = 60) -> list[Interval]:
@@ -52,7 +52,7 @@ def whole(intervals: list[Interval], options: Options) -> np.ndarray:
 @pytest.mark.parametrize("fps", [60.0, 24.0])
 @pytest.mark.parametrize("rig", ["arkit", "arkit_tongue", "metahuman", "rhubarb"])
 def test_a_stream_gives_what_the_whole_line_gives(rig: str, fps: float) -> None:
-    options = Options(language="english", rig=rig, fps=fps, jaw=1.2)
+    options = Options(life=0, language="english", rig=rig, fps=fps, jaw=1.2)
     intervals = spoken(3)
     found = streamed(intervals, options, None).made  # type: ignore[attr-defined]
     assert np.allclose(found, whole(intervals, options), atol=2e-6)
@@ -97,7 +97,7 @@ def test_memory_stays_flat() -> None:
 def test_an_empty_stream_has_no_frames() -> None:
     stream = PhoneStream(ENGLISH)
     stream.end()
-    assert stream.frames().shape == (0, 52)
+    assert stream.frames().shape == (0, 55)
     assert stream.notes == ("no phone came",)
 
 
@@ -134,7 +134,6 @@ def test_a_phone_that_comes_too_late() -> None:
         (Options(smooth=0.1), "--smooth"),
         (Options(retarget="solve"), "--retarget solve"),
         (Options(overlays=(Overlay("smile.toml"),)), "--overlay"),
-        (Options(blinks=1), "--blinks"),
     ],
 )
 def test_layers_that_look_at_a_whole_line(options: Options, name: str) -> None:

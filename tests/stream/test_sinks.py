@@ -18,6 +18,7 @@ import pytest
 
 from phonanim.errors import MissingExtraError, OptionError, OutputError
 from phonanim.pipeline import load_cached_rig
+from phonanim.rig.neck import TURNS
 from phonanim.stream.sinks import Stage, find_sink, open_named, parse_address, sink_names
 
 ARKIT = Stage("arkit", load_cached_rig("arkit").controls, 60.0)
@@ -80,6 +81,7 @@ def test_live_link_packets(receiver: socket.socket, shared_data: Path) -> None:
         i, j = order.index(second), order.index(first)
         order[i], order[j] = first, second
     sent = dict(zip(ARKIT.controls, VALUES, strict=True))
+    sent |= {name: np.radians(sent[name]) for name in TURNS}
     assert values == pytest.approx([sent.get(name, 0.0) for name in order])
     assert (order.index("jawLeft"), order.index("jawOpen"), order.index("tongueOut")) == (15, 17, 51)
 

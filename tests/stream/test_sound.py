@@ -23,7 +23,7 @@ from phonanim.stream.sound import SoundStream
 @pytest.fixture(scope="module", params=["cnn", "tcn"])
 def options(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Options:
     folder = made_up_model(tmp_path_factory.mktemp("models") / request.param, request.param)
-    return Options(model=str(folder), jaw=1.2)
+    return Options(life=0, model=str(folder), jaw=1.2)
 
 
 def whole(samples: np.ndarray, options: Options, rate: int = RATE) -> np.ndarray:
@@ -57,7 +57,7 @@ def test_a_stream_gives_what_the_whole_recording_gives(seconds: float, block: in
 
 @pytest.mark.parametrize("fps", [25.0, 50.0, 29.97])
 def test_at_any_rate_of_frames(fps: float, options: Options) -> None:
-    other, samples = Options(model=options.model, fps=fps), speech(1.23)
+    other, samples = Options(life=0, model=options.model, fps=fps), speech(1.23)
     np.testing.assert_allclose(streamed(samples, other, 160), whole(samples, other), atol=2e-3)
 
 
@@ -90,7 +90,7 @@ def test_odd_sounds(sound: str, options: Options) -> None:
     stream.take(Samples(samples.astype(np.float32)))
     said = {"silent": "the sound was silent; is it", "clipped": "the sound is clipped: 100 % of its samples"}
     assert said[sound] in " ".join(stream.notes)
-    assert found.shape == (31, 52)
+    assert found.shape == (31, 55)
     assert np.isfinite(found).all()
 
 
@@ -122,7 +122,7 @@ def test_an_empty_stream_has_no_frames(options: Options) -> None:
     stream = SoundStream(options)
     stream.end()
     stream.end()
-    assert stream.frames().shape == (0, 52)
+    assert stream.frames().shape == (0, 55)
 
 
 def test_models_that_cannot_take_sound(options: Options, tmp_path: Path) -> None:
@@ -130,9 +130,9 @@ def test_models_that_cannot_take_sound(options: Options, tmp_path: Path) -> None
         SoundStream(Options())
     slow = made_up_model(tmp_path / "slow", "cnn", rate=25.0)
     with pytest.raises(OptionError, match="predicts 25 times a second, not 50"):
-        SoundStream(Options(model=str(slow)))
+        SoundStream(Options(life=0, model=str(slow)))
     with pytest.raises(OptionError, match="rig rhubarb shows phones, and sound has none; choose another"):
-        SoundStream(Options(model=options.model, rig="rhubarb"))
+        SoundStream(Options(life=0, model=options.model, rig="rhubarb"))
 
 
 def test_another_rate_needs_an_extra(options: Options, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import OptionError
-from phonanim.exporters._livelink import N_ARKIT, columns
+from phonanim.exporters._livelink import N_ARKIT, columns, turns
 from phonanim.stream.sinks import Address, Datagrams, Stage, datagrams
 
 SUMMARY = "Live Link Face over UDP, as the app sends it (rigs with ARKit controls)"
@@ -36,12 +36,13 @@ def open_sink(stage: Stage, address: Address) -> Datagrams:
         raise OptionError(f"rig {stage.rig} has no ARKit control for livelink; choose --rig arkit")
     places = np.array([order.index(name) for name in stage.controls if name in order])
     taken = np.array([column for column, name in enumerate(stage.controls) if name in order])
+    units = np.array([np.pi / 180 if name in turns() else 1.0 for name in stage.controls if name in order])
     rate = Fraction(stage.fps).limit_denominator(1001)
     head = struct.pack("<I", VERSION) + DEVICE.encode() + struct.pack("!i", len(SUBJECT)) + SUBJECT.encode()
 
     def pack(number: int, time: float, values: NDArray[np.float32]) -> bytes:
         sent = np.zeros(len(order), ">f4")
-        sent[places] = values[taken]
+        sent[places] = values[taken] * units
         clock = struct.pack("!ifii", number % LARGEST, 0.0, rate.numerator, rate.denominator)
         return head + clock + bytes([len(order)]) + sent.tobytes()
 

@@ -1,0 +1,35 @@
+"""The prosody of what a line is made from: of its phones, of its recording, or of both."""
+
+from __future__ import annotations
+
+from phonanim.errors import AudioError, MissingExtraError
+from phonanim.inputs.speech_input import SpeechInput, sound_from
+from phonanim.media.audio import read_sound
+from phonanim.media.voice import Voice, hear_voice
+from phonanim.speech.prosody import AHEAD, Prosody, hear_prosody, read_prosody
+
+SPARE = 0.02  # seconds of a model's look-ahead that are lost to rounding
+
+
+def find_prosody(source: SpeechInput, regressor: object) -> Prosody:
+    """The prosody of a line; without phones, no frame looks farther ahead than the model itself does."""
+    voice = _voice(source)
+    if voice is not None and not source.alignment.intervals:
+        return hear_prosody(voice, life_ahead(regressor))
+    return read_prosody(source.track, source.alignment.words, voice=voice)
+
+
+def life_ahead(regressor: object) -> float:
+    """Seconds of sound beyond a frame that may decide its life: as many as a streamed model waits for."""
+    return max(min(getattr(regressor, "look_ahead", AHEAD), AHEAD) - SPARE, 0.0)
+
+
+def _voice(source: SpeechInput) -> Voice | None:
+    """Level and pitch of the recording, None without one that can be read."""
+    sound = source.sound
+    if sound is None and source.audio is not None:
+        try:
+            sound = sound_from(read_sound(source.audio), source.alignment.offset)
+        except (AudioError, MissingExtraError):
+            return None
+    return None if sound is None else hear_voice(sound.samples, sound.rate)

@@ -1,0 +1,95 @@
+"""Life and emotions as people write them, on a command line, in a cell of a table or in a CSV file."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from phonanim.animation.option_parsing import parse_gain, parse_overlay
+from phonanim.errors import OptionError
+from phonanim.life.emotion import emotion_names
+from phonanim.life.layer import BEHAVIOURS, check_name
+from phonanim.options import Emotion
+
+COLUMNS = ("emotion", "weight", "start", "end")
+FARTHEST = 1000.0  # metres
+
+
+def parse_life(text: str) -> float | Mapping[str, float]:
+    """How much of each behaviour, from a number for all, or from BEHAVIOUR=NUMBER with commas between.
+
+    Raises OptionError.
+    """
+    if "=" not in text:
+        return parse_gain("life", text.strip())
+    found: dict[str, float] = {}
+    for part in text.split(","):
+        name, _, number = (piece.strip() for piece in part.partition("="))
+        check_name("behaviour", name, BEHAVIOURS, "life: ")
+        found[name] = parse_gain(f"life {name}", number)
+    return found
+
+
+def parse_seed(text: str) -> int:
+    """A seed, a whole number from 0. Raises OptionError."""
+    if not text.strip().isdecimal():
+        raise OptionError(f"seed {text!r}; give a whole number from 0")
+    return int(text)
+
+
+def parse_look_at(text: str) -> tuple[float, float, float]:
+    """Where the listener's eyes are, from X,Y,Z in metres to the speaker's left, up and ahead.
+
+    Raises OptionError.
+    """
+    try:
+        left, up, ahead = (float(part) for part in text.split(","))
+    except ValueError:
+        left = up = ahead = math.nan
+    if not (max(abs(left), abs(up), ahead) <= FARTHEST and ahead > 0):
+        raise OptionError(
+            f"{text!r} is not X,Y,Z in metres to the speaker's left, up and ahead, such as 0,0,1"
+        )
+    return left, up, ahead
+
+
+def parse_emotions(texts: Iterable[str]) -> tuple[Emotion, ...]:
+    """Emotions, from NAME[=WEIGHT][@START-END] or CSV files of spans. Raises OptionError."""
+    return tuple(emotion for text in texts for emotion in _emotions(text.strip()))
+
+
+def _emotions(text: str) -> Iterable[Emotion]:
+    if text.lower().endswith(".csv"):
+        return read_emotions(Path(text))
+    parsed = parse_overlay(text)
+    check_name("emotion", parsed.source, emotion_names())
+    return (Emotion(parsed.source, parsed.gain, parsed.span),)
+
+
+def read_emotions(path: Path) -> tuple[Emotion, ...]:
+    """Spans of a CSV file with the columns emotion, weight, start, end. Raises OptionError naming the row."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = [row for row in csv.reader(file) if row]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise OptionError(f"{path}: cannot be read: {error}") from error
+    if not rows or tuple(cell.strip().lower() for cell in rows[0]) != COLUMNS:
+        raise OptionError(f"{path}: its first row must be {','.join(COLUMNS)}")
+    return tuple(_span(path, number, row) for number, row in enumerate(rows[1:], start=2))
+
+
+def _span(path: Path, number: int, row: list[str]) -> Emotion:
+    place = f"{path}, row {number}"
+    if len(row) != len(COLUMNS):
+        raise OptionError(f"{place}: has {len(row)} cells; give {', '.join(COLUMNS)}")
+    name, weight, start, end = (cell.strip() for cell in row)
+    check_name("emotion", name, emotion_names(), f"{place}: ")
+    try:
+        span = float(start), float(end)
+    except ValueError:
+        span = math.nan, math.nan
+    if not 0 <= span[0] < span[1] < math.inf:
+        raise OptionError(f"{place}: start {start!r} and end {end!r} must be seconds, and rise")
+    return Emotion(name, parse_gain(f"{place}: weight", weight), span)

@@ -1,0 +1,152 @@
+"""The turn of a head: by the bone of a character's file, or by shares of vertices.
+
+Turns are degrees, (frames, 3): pitch down, yaw to the character's left, roll to its right shoulder, about x
+(left), y (up) and z (ahead) of glTF; roll is done first and yaw last.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.media.glb import Glb, world_transform
+from phonanim.rig.morphs import plain_name
+
+Array = NDArray[np.float64]
+
+TURNS = ("headPitch", "headYaw", "headRoll")
+"""The controls that turn a head, in degrees."""
+
+BONE = re.compile(r"(^|[:_.\s])head$", re.IGNORECASE)
+STILL = 1e-9  # degrees
+
+
+@dataclass(frozen=True)
+class Neck:
+    """Where a head turns: about `pivot` (3,) metres, and `share` (n,) of the turn that each vertex takes."""
+
+    pivot: Array
+    share: Array
+
+
+@dataclass(frozen=True)
+class Bone:
+    """The node that turns a head, its rotation at rest and its parent's in the world, (4,) xyzw each."""
+
+    node: int
+    rest: Array
+    parent: Array
+
+    def rotations(self, turns: Array) -> Array:
+        """The node's own rotations for turns in the world, (frames, 3) degrees -> (frames, 4) xyzw."""
+        back = self.parent * [-1, -1, -1, 1]
+        return multiplied(multiplied(multiplied(back, quaternions(turns)), self.parent), self.rest)
+
+    def turns(self, rotations: Array) -> Array:
+        """The inverse of `rotations`, (frames, 4) -> (frames, 3) degrees."""
+        back = self.parent * [-1, -1, -1, 1]
+        undone = multiplied(multiplied(self.parent, rotations), self.rest * [-1, -1, -1, 1])
+        return angles(multiplied(undone, back))
+
+
+def turns_of(values: NDArray[Any], channels: tuple[str, ...]) -> Array | None:
+    """The turns among curves, (frames, channels) -> (frames, 3) degrees; None where the head keeps still."""
+    names = [plain_name(name) for name in channels]
+    turns = np.zeros((len(values), len(TURNS)))
+    for column, name in enumerate(TURNS):
+        if plain_name(name) in names:
+            turns[:, column] = values[:, names.index(plain_name(name))]
+    return turns if np.abs(turns).max(initial=0.0) > STILL else None
+
+
+def turned(vertices: Array, neck: Neck | None, turn: Array | None) -> Array:
+    """Vertices of a head that turns, (n, 3) metres, by one turn (3,) degrees; as they are without either."""
+    if neck is None or turn is None:
+        return vertices
+    moved = (vertices - neck.pivot) @ matrix(turn).T + neck.pivot
+    return np.asarray(vertices + neck.share[:, None] * (moved - vertices))
+
+
+def matrix(turn: Array) -> Array:
+    """The rotation of one turn, (3,) degrees -> (3, 3)."""
+    x, y, z, w = quaternions(turn[None])[0]
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def quaternions(turns: Array) -> Array:
+    """Turns as quaternions, (frames, 3) degrees -> (frames, 4) xyzw."""
+    half = np.radians(turns) / 2
+    axes = []
+    for axis in range(3):
+        one = np.zeros((len(turns), 4))
+        one[:, axis], one[:, 3] = np.sin(half[:, axis]), np.cos(half[:, axis])
+        axes.append(one)
+    return multiplied(multiplied(axes[1], axes[0]), axes[2])
+
+
+def angles(rotations: Array) -> Array:
+    """Quaternions as turns, (frames, 4) xyzw -> (frames, 3) degrees."""
+    x, y, z, w = rotations.T
+    pitch = np.arcsin(np.clip(2 * (x * w - y * z), -1, 1))
+    yaw = np.arctan2(2 * (x * z + y * w), 1 - 2 * (x * x + y * y))
+    roll = np.arctan2(2 * (x * y + z * w), 1 - 2 * (x * x + z * z))
+    return np.degrees(np.stack([pitch, yaw, roll], axis=1))
+
+
+def multiplied(first: Array, second: Array) -> Array:
+    """Products of quaternions, (..., 4) xyzw each."""
+    a, b = first[..., :3], second[..., :3]
+    vector = first[..., 3:] * b + second[..., 3:] * a + np.cross(a, b)
+    real = first[..., 3:] * second[..., 3:] - (a * b).sum(axis=-1, keepdims=True)
+    return np.concatenate([vector, real], axis=-1)
+
+
+def find_bone(glb: Glb) -> Bone | None:
+    """The bone that turns a character's head: the humanoid one of VRM, or a joint of a skin named so."""
+    tree = glb.tree
+    joints = sorted({joint for skin in tree.get("skins", ()) for joint in skin.get("joints", ())})
+    named = [joint for joint in joints if BONE.search(tree["nodes"][joint].get("name", ""))]
+    node = _humanoid_head(tree)
+    if node is None and not named:
+        return None
+    node = named[0] if node is None else node
+    above = [number for number, entry in enumerate(tree["nodes"]) if node in entry.get("children", ())]
+    rotation = world_transform(tree, above[0])[:3, :3] if above else np.eye(3)
+    if "VRM" in tree.get("extensions", {}):
+        rotation = np.diag([-1.0, 1.0, -1.0]) @ rotation  # characters of VRM 0.x look backwards
+    rest = np.array(tree["nodes"][node].get("rotation", (0.0, 0.0, 0.0, 1.0)))
+    return Bone(node, rest, _quaternion(rotation / np.linalg.norm(rotation, axis=0)))
+
+
+def _humanoid_head(tree: dict[str, Any]) -> int | None:
+    extensions = tree.get("extensions", {})
+    bones = extensions.get("VRMC_vrm", {}).get("humanoid", {}).get("humanBones", {})
+    if "head" in bones:
+        return int(bones["head"]["node"])
+    listed = extensions.get("VRM", {}).get("humanoid", {}).get("humanBones", [])
+    return next((int(bone["node"]) for bone in listed if bone.get("bone") == "head"), None)
+
+
+def _quaternion(rotation: Array) -> Array:
+    """A rotation matrix as (4,) xyzw (Bar-Itzhack 2000): the largest eigenvector of a symmetric matrix."""
+    (a, b, c), (d, e, f), (g, h, i) = rotation
+    form = np.array(
+        [
+            [a - e - i, b + d, c + g, h - f],
+            [b + d, e - a - i, f + h, c - g],
+            [c + g, f + h, i - a - e, d - b],
+            [h - f, c - g, d - b, a + e + i],
+        ]
+    )
+    found = np.linalg.eigh(form)[1][:, -1]
+    return np.asarray(found * (1 if found[3] >= 0 else -1))
