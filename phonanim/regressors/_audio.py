@@ -13,6 +13,7 @@ from phonanim.regressors import Examples, Progress, Tensors
 from phonanim.regressors._audio_input import check_sounds, fitting, identity_in
 from phonanim.regressors._audio_model import AudioModel
 from phonanim.regressors._decoders import decoder_shapes
+from phonanim.regressors._torch_extra import require_torch
 
 Self = TypeVar("Self", bound="AudioRegressor")
 
@@ -53,6 +54,7 @@ class AudioRegressor(AudioModel):
         With a folder as `journal`, the state after each epoch is kept there, and training goes on from
         it; loss.csv beside it has the errors. Raises ModelError when the examples have no sounds.
         """
+        require_torch()
         from phonanim.regressors._torch_audio import fit_audio
 
         check_sounds(train)

@@ -24,6 +24,7 @@ from phonanim.regressors import Examples, Progress, Tensors
 from phonanim.regressors._audio_input import check_sounds, fitting, identity_in
 from phonanim.regressors._denoiser import Denoiser
 from phonanim.regressors._diffusion import weight_shapes
+from phonanim.regressors._torch_extra import require_torch
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -66,6 +67,7 @@ class FaceDiffuser(Denoiser):
         it; loss.csv beside it has the errors. Raises ModelError when the examples have no sounds, or a
         style that the configuration does not have.
         """
+        require_torch()
         from phonanim.regressors._torch_diffusion import fit_diffusion
 
         check_sounds(train)

@@ -282,6 +282,8 @@ def test_tables_of_other_units() -> None:
         ("hmm", "scipy.interpolate", "models of kind hmm need SciPy"),
         ("dynamic_visemes", "sklearn.cluster", "clustered with scikit-learn"),
         ("lstm", "torch", "training needs PyTorch"),
+        ("phisanet", "torch", "training needs PyTorch"),
+        ("facediffuser", "torch", "training needs PyTorch"),
     ],
 )
 def test_what_training_needs(kind: str, library: str, message: str, monkeypatch: pytest.MonkeyPatch) -> None:
