@@ -7,14 +7,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DecodeError
 from phonanim.errors import OutputError
 
 DIFFERENT = 1e-3  # of full weight
 
 
 def merge_target_curves(
-    known: NDArray[np.float64] | None, curve: NDArray[np.float64], name: str, path: Path
-) -> NDArray[np.float64]:
+    known: NDArray[np.floating] | None, curve: NDArray[np.floating], name: str, path: Path
+) -> NDArray[np.floating]:
     """The curve of a target that several meshes have: one for all that move it. Raises OutputError."""
     if known is None or not known.any():
         return curve
@@ -31,7 +32,10 @@ RATE_TOLERANCE = 5e-4  # timecodes are written to a thousandth of a frame
 
 
 def estimate_rate(times: NDArray[np.float64]) -> float:
-    """Frames per second of rising times, as the usual rate if one is near."""
-    rate = 1 / float(np.median(np.diff(times)))
+    """Frames per second of rising times, as the usual rate if one is near. Raises DecodeError."""
+    step = float(np.median(np.diff(times)))
+    if not step > 0:
+        raise DecodeError("its keys lie at one instant")
+    rate = 1 / step
     nearest = min(USUAL_RATES, key=lambda usual: abs(usual - rate))
     return nearest if abs(nearest - rate) < RATE_TOLERANCE * rate else rate

@@ -6,10 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
+from phonanim.core.decode import DAMAGE, DecodeError, decode_list, decode_table
 from phonanim.errors import OutputError
-from phonanim.speech.alignment import pack_intervals, unpack_intervals
+from phonanim.exporters._take import build_take, check_size
+from phonanim.speech.alignment import pack_intervals
 
 FORMAT = "phonanim animation 1"
 DIGITS = 6  # a millionth of full weight; finer than float32 at 1 is not seen by any rig
@@ -33,21 +36,38 @@ def document(animation: Animation) -> dict[str, Any]:
 
 
 def from_document(tree: Any, path: Path) -> Animation:
-    """The inverse of `document`; the audio is looked for beside `path`."""
+    """The inverse of `document`; the audio is looked for beside `path`. Raises OutputError."""
     try:
-        if tree["format"] != FORMAT:
-            raise ValueError(f"its format is {tree['format']!r}, not {FORMAT!r}")
-        curves = [np.asarray(curve, np.float32) for curve in tree["curves"].values()]
-        return Animation(
-            values=np.stack(curves, axis=1) if curves else np.zeros((tree["frames"], 0), np.float32),
-            channels=tuple(tree["curves"]),
-            fps=float(tree["fps"]),
-            rig=str(tree["rig"]),
-            start=float(tree["start"]),
-            phones=unpack_intervals(tree["phones"]),
-            words=unpack_intervals(tree["words"]),
-            audio=path.parent / tree["audio"] if tree["audio"] else None,
-            provenance=dict(tree["provenance"]),
-        )
-    except (KeyError, TypeError, ValueError) as error:
-        raise OutputError(f"{path}: is no animation written by phonanim: {error}") from error
+        curves = decode_table(tree["curves"], "curves")
+        return from_values(tree, _columns(curves, path), list(curves), path)
+    except DAMAGE as error:
+        raise not_ours(path, error) from error
+
+
+def from_values(tree: Any, values: NDArray[Any], channels: list[str], path: Path) -> Animation:
+    """The animation of (frames, channels) values and of what stands beside them. Raises DecodeError."""
+    if tree["format"] != FORMAT:
+        raise DecodeError(f"its format is {tree['format']!r}, not {FORMAT!r}")
+    return build_take(values, channels, tree["fps"], tree["start"], tree, path)
+
+
+def not_ours(path: Path, error: BaseException) -> OutputError:
+    """The error of a file that cannot be read back."""
+    reason = f"it lacks {error}" if isinstance(error, KeyError) else " ".join(str(error).split())
+    return OutputError(f"{path}: is no animation written by phonanim: {reason}")
+
+
+def _columns(curves: dict[str, Any], path: Path) -> NDArray[np.float32]:
+    """Lists of equal length as columns, (frames, channels)."""
+    lengths = {len(decode_list(curve, name)) for name, curve in curves.items()}
+    if len(lengths) != 1:
+        raise DecodeError(f"its {len(curves)} curves have {len(lengths)} lengths")
+    frames = lengths.pop()
+    check_size(frames, len(curves), path)
+    values = np.empty((frames, len(curves)), np.float32)
+    for column, (name, curve) in enumerate(curves.items()):
+        numbers = np.asarray(curve, np.float64)
+        if numbers.shape != (frames,):
+            raise DecodeError(f"{name} is no list of numbers")
+        values[:, column] = numbers
+    return values

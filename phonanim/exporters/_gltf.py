@@ -11,14 +11,17 @@ from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.animation.keys import reduce_curves
+from phonanim.core.decode import DAMAGE
 from phonanim.core.files import atomic_path
 from phonanim.errors import OutputError, RigError
 from phonanim.exporters._curves import estimate_rate, merge_target_curves
-from phonanim.media.glb import WIDTHS, Glb, glb_bytes, read_glb
+from phonanim.exporters._take import build_take, check_times, sample_curves, take_grid
+from phonanim.media.glb import Glb, glb_bytes, read_glb
+from phonanim.media.gltf import WIDTHS
 from phonanim.rig.head import TONGUE
 from phonanim.rig.morphs import Morphs, find_morphs, moving_morphs
 from phonanim.rig.neck import TURNS, find_bone, turns_of
-from phonanim.speech.alignment import pack_intervals, unpack_intervals
+from phonanim.speech.alignment import pack_intervals
 
 FLOAT = 5126
 TURN_KEYS = 10.0  # degrees of the head that may be missed for each unit of weight that others may miss
@@ -127,12 +130,13 @@ def read(path: Path) -> Animation:
     """
     glb = read_glb(path)
     morphs = {found.node: found for found in find_morphs(glb)}
-    tracks = _tracks(glb, morphs)
-    if not tracks:
-        raise OutputError(
-            f"{path}: has no animation of morph targets with names; export it with its shape keys"
-        )
-    return _animation(glb, tracks, morphs, path)
+    try:
+        tracks = _tracks(glb, morphs)
+        if tracks:
+            return _animation(glb, tracks, morphs, path)
+    except DAMAGE as error:
+        raise OutputError(f"{path}: its animation is damaged: {error}; export it again") from error
+    raise OutputError(f"{path}: has no animation of morph targets with names; export it with its shape keys")
 
 
 @dataclass(frozen=True)
@@ -156,6 +160,7 @@ def _tracks(glb: Glb, morphs: dict[int, Morphs]) -> list[_Track]:
                 continue
             sampler = entry["samplers"][channel["sampler"]]
             track = _Track(node, sampler, glb.accessor(sampler["input"])[:, 0].astype(float), extras)
+            check_times(track.clock, f"the animation of node {node}")
             if all(_as_long(track, other) for other in found.values()):
                 found[node] = track
     return list(found.values())
@@ -169,9 +174,10 @@ def _animation(glb: Glb, tracks: list[_Track], morphs: dict[int, Morphs], path: 
     extras, clock = tracks[0].extras, max((track.clock for track in tracks), key=len)
     if len(clock) < 2 and "fps" not in extras:
         raise OutputError(f"{path}: its animation has one key alone, so there is no motion to read")
-    fps = float(extras["fps"]) if "fps" in extras else estimate_rate(clock)
-    grid = clock[0] + np.arange(round((clock[-1] - clock[0]) * fps) + 1) / fps
-    curves: dict[str, NDArray[np.float64]] = {}
+    fps = extras["fps"] if "fps" in extras else estimate_rate(clock)
+    width = sum(len(morphs[track.node].names) for track in tracks)
+    grid = take_grid(clock[0], clock[-1], fps, width, path)
+    curves: dict[str, NDArray[np.floating]] = {}
     for track in tracks:
         names = morphs[track.node].names
         sampled = _sampled(glb, track, len(names), grid)
@@ -182,20 +188,13 @@ def _animation(glb: Glb, tracks: list[_Track], morphs: dict[int, Morphs], path: 
     ):  # the shipped head's, moved by few rigs
         curves = {name: curve for name, curve in curves.items() if name not in TONGUE}
     curves |= _head_turns(glb, grid)
-    return Animation(
-        values=np.stack(list(curves.values()), axis=1).astype(np.float32),
-        channels=tuple(curves),
-        fps=fps,
-        rig=str(extras.get("rig", "arkit")),
-        start=float(extras.get("start", clock[0])),
-        phones=unpack_intervals(extras.get("phones", [])),
-        words=unpack_intervals(extras.get("words", [])),
-        audio=path.parent / extras["audio"] if extras.get("audio") else None,
-        provenance=dict(extras.get("provenance", {})),
-    )
+    values = np.empty((len(grid), len(curves)), np.float32)
+    for column, curve in enumerate(curves.values()):
+        values[:, column] = curve
+    return build_take(values, list(curves), fps, extras.get("start", clock[0]), extras, path)
 
 
-def _head_turns(glb: Glb, grid: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+def _head_turns(glb: Glb, grid: NDArray[np.float64]) -> dict[str, NDArray[np.floating]]:
     """Degrees of the head at instants, by channel, from the last animation that rotates its bone."""
     bone = find_bone(glb)
     for entry in reversed(glb.tree.get("animations", []) if bone else []):
@@ -213,7 +212,7 @@ def _head_turns(glb: Glb, grid: NDArray[np.float64]) -> dict[str, NDArray[np.flo
     return {}
 
 
-def _sampled(glb: Glb, track: _Track, count: int, grid: NDArray[np.float64]) -> NDArray[np.float64]:
+def _sampled(glb: Glb, track: _Track, count: int, grid: NDArray[np.float64]) -> NDArray[np.floating]:
     """(targets, frames): keys on a grid of seconds, by the sampler's own interpolation."""
     sampler, keys = track.sampler, track.clock
     values = glb.accessor(sampler["output"]).astype(float).reshape(len(keys), -1, count)
@@ -224,7 +223,7 @@ def _sampled(glb: Glb, track: _Track, count: int, grid: NDArray[np.float64]) -> 
     if interpolation == "STEP":
         return np.asarray(values[first, 0].T)
     if interpolation == "LINEAR":
-        return np.array([np.interp(grid, keys, curve) for curve in values[:, 0].T])
+        return sample_curves(grid, [(keys, curve) for curve in values[:, 0].T]).T
     after = np.minimum(first + 1, len(keys) - 1)
     return _cubic(grid - keys[first], keys[after] - keys[first], values[first], values[after]).T
 

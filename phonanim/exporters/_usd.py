@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import tempfile
 from pathlib import Path
@@ -12,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
+from phonanim.core.decode import DAMAGE, decode_rate, decode_table, parse_json
 from phonanim.core.files import atomic_path
 from phonanim.errors import MissingExtraError, OutputError
 from phonanim.exporters._curves import merge_target_curves
-from phonanim.speech.alignment import unpack_intervals
+from phonanim.exporters._take import build_take, check_times, take_grid
 
 Weights = tuple[NDArray[np.float64], tuple[str, ...], float, float, dict[str, Any]]
 
@@ -56,7 +56,10 @@ def read_weights(path: Path) -> Weights:
     for prim in stage.Traverse():
         animation = pxr.UsdSkel.Animation(prim)
         if animation and animation.GetBlendShapeWeightsAttr().GetNumTimeSamples():
-            return _sampled(stage, animation, path)
+            try:
+                return _sampled(stage, animation, path)
+            except DAMAGE as error:
+                raise OutputError(f"{path}: its animation is damaged: {error}; export it again") from error
     raise OutputError(f"{path}: has no SkelAnimation of blend shape weights; export it with its shape keys")
 
 
@@ -65,16 +68,18 @@ def _sampled(stage: Any, animation: Any, path: Path) -> Weights:
     known = _shape_names(stage)
     names = tuple(known.get(str(name), str(name)) for name in animation.GetBlendShapesAttr().Get() or ())
     attribute = animation.GetBlendShapeWeightsAttr()
-    times = attribute.GetTimeSamples()
-    codes = np.arange(round(times[-1] - times[0]) + 1) + times[0]
+    rate = decode_rate(float(stage.GetTimeCodesPerSecond()), "timeCodesPerSecond")
+    times = np.array(attribute.GetTimeSamples(), float)
+    check_times(times / rate, "its animation")
+    codes = take_grid(times[0] / rate, times[-1] / rate, rate, len(names), path) * rate
     values = np.array([attribute.Get(code) for code in codes], float)
     if values.shape != (len(codes), len(names)):
         raise OutputError(
             f"{path}: {len(names)} blend shapes have {values.shape[-1]} weights; export it again"
         )
-    rate = float(stage.GetTimeCodesPerSecond())
     note = animation.GetPrim().GetCustomDataByKey("phonanim")
-    return values, names, float(codes[0]) / rate, rate, json.loads(note) if note else {}
+    about = decode_table(parse_json(str(note)), "what phonanim left there") if note else {}
+    return values, names, float(times[0]) / rate, rate, about
 
 
 def _shape_names(stage: Any) -> dict[str, str]:
@@ -97,16 +102,12 @@ def read(path: Path) -> Animation:
     Needs the extra `usd`. Raises OutputError when there is none or two meshes disagree, MissingExtraError.
     """
     weights, names, start, fps, about = read_weights(path)
-    curves: dict[str, NDArray[np.float64]] = {}
+    curves: dict[str, NDArray[np.floating]] = {}
     for name, curve in zip(names, weights.T, strict=True):
         curves[name] = merge_target_curves(curves.get(name), curve, name, path)
-    return Animation(
-        values=np.stack(list(curves.values()), axis=1).astype(np.float32),
-        channels=tuple(curves),
-        fps=fps,
-        rig=str(about.get("rig", "arkit")),
-        start=start,
-        phones=unpack_intervals(about.get("phones", [])),
-        words=unpack_intervals(about.get("words", [])),
-        provenance=dict(about.get("provenance", {"input": path.name})),
-    )
+    values = np.stack(list(curves.values()), axis=1)
+    about = {"provenance": {"input": path.name}, **about, "audio": None}
+    try:
+        return build_take(values, list(curves), fps, start, about, path)
+    except DAMAGE as error:
+        raise OutputError(f"{path}: what phonanim left there is damaged: {error}; export it again") from error

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import csv
+import math
+from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.animation.timecode import Timecode, timecode_for_label
-from phonanim.core.files import write_text
+from phonanim.core.decode import DecodeError, check_plain_file
+from phonanim.core.files import atomic_path
 from phonanim.errors import OptionError, OutputError
 from phonanim.exporters._curves import estimate_rate
 from phonanim.exporters._livelink import N_ARKIT, columns, turns
+from phonanim.exporters._take import build_take, check_size, sample_curves, take_grid
 
 SUMMARY = "Live Link Face: a row per frame, ARKit controls by name (rigs with ARKit controls)"
+LEAD = ("Timecode", "BlendShapeCount")
+ZERO = f"{0:.10f}"  # as every control is written that the rig lacks
+PIECE = 4096  # rows that are held as text at a time
 NOMINAL = 60  # the app's timecode counts 60 frames per second, whatever the rate of the rows
 
 
@@ -32,19 +41,31 @@ def write(animation: Animation, path: Path, timecode: str | None = None) -> None
         raise OutputError(
             f"{path}: the rig {animation.rig} has no ARKit control; choose --rig arkit or another suffix"
         )
-    values = np.zeros((len(animation.values), len(names)))
-    for column, name in enumerate(names):
-        if name in animation.channels:
-            curve = animation.channel(name).astype(np.float64)
-            values[:, column] = np.radians(curve) if name in turns() else curve
     first = timecode or str(animation.provenance.get("timecode", "00:00:00:00"))
     clock = timecode_for_label(first, NOMINAL)
     origin = clock.parse(first)
-    codes = [clock.format(origin + time) for time in animation.times]
-    row = ",".join(["%s", str(len(names)), *["%.10f"] * len(names)])
-    lines = [",".join((*LEAD, *map(_capital, names)))]
-    lines += [row % (code, *line) for code, line in zip(codes, values.tolist(), strict=True)]
-    write_text(path, "\n".join(lines) + "\n")
+    header = ",".join((*LEAD, *map(_capital, names)))
+    with atomic_path(path) as partial, partial.open("w", encoding="utf-8", newline="\n") as file:
+        file.write(f"{header}\n")
+        for text in _pieces(animation, names, clock, origin):
+            file.write(text)
+
+
+def _pieces(animation: Animation, names: tuple[str, ...], clock: Timecode, origin: float) -> Iterator[str]:
+    """The rows as text, some at a time; controls that never move are not formatted again in every row."""
+    shown = {name: animation.channel(name) for name in names if name in animation.channels}
+    moving = {name: curve for name, curve in shown.items() if curve.any() or np.signbit(curve).any()}
+    row = ",".join(["%s", str(len(names)), *("%.10f" if name in moving else ZERO for name in names)]) + "\n"
+    curves = np.zeros((len(animation.values), len(moving)), np.float32)
+    for column, name in enumerate(name for name in names if name in moving):
+        curves[:, column] = moving[name]
+    turned = [name in turns() for name in names if name in moving]
+    times = animation.times
+    for begin in range(0, len(times), PIECE):
+        codes = [clock.format(origin + time) for time in times[begin : begin + PIECE].tolist()]
+        block = curves[begin : begin + PIECE].astype(np.float64)
+        block[:, turned] = np.radians(block[:, turned])
+        yield "".join([row % (code, *line) for code, line in zip(codes, block.tolist(), strict=True)])
 
 
 def read(path: Path) -> Animation:
@@ -52,43 +73,70 @@ def read(path: Path) -> Animation:
 
     Raises OutputError naming the file and the row.
     """
-    rows = _rows(path)
-    names = tuple(name[:1].lower() + name[1:] for name in rows[0][len(LEAD) :])
-    if len(rows) < 3:
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            check_plain_file(file)
+            return _read(path, (row for row in csv.reader(file) if row))
+    except DecodeError as error:
+        raise OutputError(f"{path}: is no recording: {error}") from error
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise OutputError(f"{path}: cannot be read: {error}") from error
+
+
+def _read(path: Path, rows: Iterator[list[str]]) -> Animation:
+    header = next(rows, [])
+    if tuple(header[: len(LEAD)]) != LEAD:
+        raise OutputError(
+            f"{path}: is no Live Link Face recording; its header must begin with {','.join(LEAD)}"
+        )
+    names = [name[:1].lower() + name[1:] for name in header[len(LEAD) :]]
+    first = next(rows, None)
+    if first is None:
         raise OutputError(f"{path}: has fewer than two frames; record it again")
-    clock = timecode_for_label(rows[1][0], NOMINAL)
-    table = np.array(
-        [_numbers(path, line, row, len(names), clock) for line, row in enumerate(rows[1:], start=2)]
-    )
-    times, values = table[:, 0], table[:, 1:]
-    turned = [name in turns() for name in names]
-    values[:, turned] = np.degrees(values[:, turned])
+    times, values = _table(path, first, rows, names)
+    if len(times) < 2:
+        raise OutputError(f"{path}: has fewer than two frames; record it again")
     falls = np.flatnonzero(np.diff(times) <= 0)
     if len(falls):
         raise OutputError(f"{path}, row {falls[0] + 3}: its timecode does not rise; remove the row")
     fps = estimate_rate(times)
     places = np.rint((times - times[0]) * fps)
-    grid = np.arange(int(places[-1]) + 1)
-    curves = [np.interp(grid, places, curve) for curve in values.T]
-    about = {"input": path.name, "timecode": rows[1][0].strip()}
-    return Animation(np.stack(curves, axis=1).astype(np.float32), names, fps, "arkit", provenance=about)
+    grid = np.arange(len(take_grid(0.0, places[-1] / fps, fps, len(names), path)), dtype=np.float64)
+    sampled = sample_curves(grid, [(places, curve) for curve in values.T])
+    about = {"provenance": {"input": path.name, "timecode": first[0].strip()}}
+    return build_take(sampled, names, fps, 0.0, about, path)
 
 
 def _capital(name: str) -> str:
     return name[:1].upper() + name[1:]
 
 
-def _rows(path: Path) -> list[list[str]]:
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(file) if row]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise OutputError(f"{path}: cannot be read: {error}") from error
-    if not rows or tuple(rows[0][: len(LEAD)]) != LEAD:
-        raise OutputError(
-            f"{path}: is no Live Link Face recording; its header must begin with {','.join(LEAD)}"
-        )
-    return rows
+def _table(
+    path: Path, first: list[str], rows: Iterator[list[str]], names: list[str]
+) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+    """Seconds (frames,) and values (frames, channels) of the rows."""
+    count, turned = len(names), [name in turns() for name in names]
+    clock = timecode_for_label(first[0], NOMINAL)
+    times: list[float] = []
+    blocks: list[NDArray[np.float32]] = []
+    block: list[list[float]] = []
+    for line, row in enumerate(chain([first], rows), start=2):
+        numbers = _numbers(path, line, row, count, clock)
+        times.append(numbers[0])
+        block.append(numbers[1:])
+        if len(block) == PIECE:
+            blocks.append(_block(block, turned))
+            block = []
+            check_size(len(times), count, path)
+    blocks.append(_block(block, turned))
+    return np.array(times), np.concatenate(blocks)
+
+
+def _block(rows: list[list[float]], turned: list[bool]) -> NDArray[np.float32]:
+    """Values of some rows, (rows, channels), the turns of the head in degrees."""
+    values = np.array(rows, np.float64).reshape(len(rows), len(turned))
+    values[:, turned] = np.degrees(values[:, turned])
+    return values.astype(np.float32)
 
 
 def _numbers(path: Path, line: int, row: list[str], count: int, clock: Timecode) -> list[float]:
@@ -97,9 +145,6 @@ def _numbers(path: Path, line: int, row: list[str], count: int, clock: Timecode)
         values = [clock.parse(row[0]), *map(float, row[len(LEAD) :])]
     except (ValueError, OptionError) as error:
         raise OutputError(f"{path}, row {line}: {error}") from error
-    if len(values) != 1 + count or not np.isfinite(values).all():
+    if len(values) != 1 + count or not all(map(math.isfinite, values)):
         raise OutputError(f"{path}, row {line}: needs {count} finite numbers after the timecode")
     return values
-
-
-LEAD = ("Timecode", "BlendShapeCount")

@@ -10,8 +10,9 @@ import numpy as np
 
 from phonanim.animation.animation import Animation
 from phonanim.core.files import write_text
-from phonanim.errors import OutputError
+from phonanim.errors import OutputError, RigError
 from phonanim.media.glb import Glb, read_glb
+from phonanim.media.gltf import external_files
 from phonanim.rig.head import SHIPPED
 from phonanim.speech.alignment import pack_intervals
 from phonanim.viewer.page import base64_text, character_targets, fill_page, read_page_part, script_data
@@ -26,11 +27,16 @@ def write(
 ) -> None:
     """Write the page; `beside` is a second take, shown next to the first.
 
-    Raises RigError when the character is compressed or has no target for any channel, OutputError when the
-    sound cannot be read or the destination not be written.
+    Raises RigError when the character is compressed, needs files outside its own, or has no target for any
+    channel, OutputError when the sound cannot be read or the destination not be written.
     """
     glb = read_glb(character)
     glb.refuse_compressed()  # the page has no decoder
+    if outside := external_files(glb.tree):
+        raise RigError(
+            f"{character}: its {outside[0]!r:.60} lies outside the file, and the page fetches nothing; "
+            "pack it with: npx @gltf-transform/cli copy IN.glb OUT.glb"
+        )
     takes = [_take(take, glb) for take in (animation, beside) if take]
     data = {
         "facts": _facts(animation),

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 from phonanim.animation.animation import Animation
+from phonanim.core.decode import read_json
 from phonanim.core.files import write_text
 from phonanim.errors import OutputError
 from phonanim.exporters._document import document, from_document
@@ -21,7 +22,7 @@ def write(animation: Animation, path: Path) -> None:
 def read(path: Path) -> Animation:
     """Read an animation back. Raises OutputError when the file is none of ours."""
     try:
-        tree = json.loads(path.read_text(encoding="utf-8"))
+        tree = read_json(path)
     except (OSError, ValueError) as error:
         raise OutputError(f"{path}: cannot be read as JSON: {error}") from error
     return from_document(tree, path)

@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from phonanim.animation.animation import Animation
+from phonanim.core.decode import DAMAGE, read_utf8
 from phonanim.core.files import write_text
 from phonanim.errors import OutputError
+from phonanim.exporters._take import build_take, check_times
 
 SUMMARY = "MetaHuman CTRL_expressions curves, to import into Unreal as a linear Curve Table"
 PREFIX = "CTRL_expressions_"
@@ -34,23 +36,17 @@ def write(animation: Animation, path: Path) -> None:
 def read(path: Path) -> Animation:
     """Read a Curve Table with evenly spaced times. Raises OutputError when it is none."""
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            head, *rows = csv.reader(file)
+        head, *rows = csv.reader(io.StringIO(read_utf8(path).removeprefix("\ufeff"), newline=""))
         times = np.array(head[1:], float)
         values = np.array([row[1:] for row in rows], np.float32).reshape(-1, len(times)).T
+        check_times(times, "its first row")
         step = float(np.diff(times).mean())
         if not (np.isfinite(values).all() and step > 0 and np.ptp(np.diff(times)) < step / 2):
             raise ValueError("its times are not evenly spaced, or a value is not finite")
-    except (OSError, ValueError, IndexError) as error:
+        fps, names = (len(times) - 1) / float(times[-1] - times[0]), [row[0] for row in rows]
+        about = {"provenance": {"input": path.name}}
+        return build_take(values, names, fps, float(times[0]), about, path, "metahuman")
+    except (OSError, csv.Error, *DAMAGE) as error:
         raise OutputError(
             f"{path}: is no Curve Table with a row of times and rows of values: {error}"
         ) from error
-    fps = (len(times) - 1) / float(times[-1] - times[0])
-    return Animation(
-        values,
-        tuple(row[0] for row in rows),
-        fps,
-        "metahuman",
-        float(times[0]),
-        provenance={"input": path.name},
-    )

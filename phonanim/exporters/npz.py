@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
+from phonanim.core.decode import DAMAGE, parse_json, read_arrays
 from phonanim.core.files import atomic_path
-from phonanim.errors import OutputError
-from phonanim.exporters._document import document, from_document
+from phonanim.exporters._document import document, from_values, not_ours
 
 SUMMARY = "NumPy archive: `values` (frames, channels), `channels`, `fps`, phones, words, provenance"
 EPOCH = (1980, 1, 1, 0, 0, 0)  # the same input gives the same bytes on any day
@@ -39,12 +39,11 @@ def write(animation: Animation, path: Path) -> None:
 def read(path: Path) -> Animation:
     """Read an animation back. Raises OutputError when the file is none of ours."""
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            about = json.loads(str(archive["about"]))
-            values, channels = archive["values"], archive["channels"]
-    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile) as error:
-        raise OutputError(f"{path}: is no animation written by phonanim: {error}") from error
-    return from_document({**about, "curves": dict(zip(channels.tolist(), values.T, strict=True))}, path)
+        arrays = read_arrays(path)
+        about = parse_json(str(arrays["about"]))
+        return from_values(about, arrays["values"], arrays["channels"].tolist(), path)
+    except (OSError, *DAMAGE) as error:
+        raise not_ours(path, error) from error
 
 
 def save_arrays(path: Path, arrays: dict[str, NDArray[Any] | np.generic]) -> None:

@@ -10,8 +10,10 @@ import numpy as np
 
 from phonanim.animation.animation import Animation
 from phonanim.animation.keys import Keys, reduce_channels
+from phonanim.core.decode import DAMAGE, read_json
 from phonanim.core.files import write_text
 from phonanim.errors import OutputError
+from phonanim.exporters._take import build_take, check_times, sample_curves, take_grid
 
 SUMMARY = "OpenFaceFX track (version 1): straight keys per channel"
 DIGITS = 4  # of times and values, as OpenFaceFX rounds its own
@@ -42,11 +44,11 @@ def write(animation: Animation, path: Path, keys: float = 0.002) -> None:
 def read(path: Path) -> Animation:
     """Read a track at its frame rate, straight between keys. Raises OutputError when it is none."""
     try:
-        tree = json.loads(path.read_text(encoding="utf-8"))
+        tree = read_json(path)
         if tree["format"] != "openfacefx.track" or tree["version"] != 1:
             raise ValueError(f"its format is {tree['format']!r} version {tree['version']!r}")
         return _animation(tree, path)
-    except (OSError, KeyError, TypeError, ValueError, IndexError) as error:
+    except (OSError, *DAMAGE) as error:
         raise OutputError(f"{path}: is no OpenFaceFX track of version 1: {error}") from error
 
 
@@ -62,15 +64,10 @@ def _animation(tree: dict[str, Any], path: Path) -> Animation:
     curves = {
         str(channel["name"]): np.array(channel["keys"], float).reshape(-1, 2) for channel in tree["channels"]
     }
-    fps, last = float(tree["fps"]), max(curve[-1, 0] for curve in curves.values())
-    names = list(dict.fromkeys([*(tree.get("viseme_set") or []), *curves]))
-    frames = np.arange(round(last * fps) + 1) / fps
+    for name, curve in curves.items():
+        check_times(curve[:, 0], name)
+    names = list(dict.fromkeys([*map(str, tree.get("viseme_set") or []), *curves]))
+    grid = take_grid(0.0, max(curve[-1, 0] for curve in curves.values()), tree["fps"], len(names), path)
     still = np.zeros((1, 2))
-    values = [np.interp(frames, *curves.get(name, still).T) for name in names]
-    return Animation(
-        np.stack(values, axis=1).astype(np.float32),
-        tuple(names),
-        fps,
-        "arkit",
-        provenance={"input": path.name},
-    )
+    values = sample_curves(grid, [tuple(curves.get(name, still).T) for name in names])
+    return build_take(values, names, tree["fps"], 0.0, {"provenance": {"input": path.name}}, path)

@@ -6,20 +6,24 @@ import json
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DecodeError, parse_json
+from phonanim.core.files import read_bounded
 from phonanim.errors import RigError
+from phonanim.media.gltf import COMPONENTS, MAX_PLACE, WIDTHS, check_tree
 
 MAGIC = 0x46546C67  # "glTF"
 JSON_CHUNK = 0x4E4F534A
 BINARY_CHUNK = 0x004E4942
-COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
-WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+MAX_BYTES = 1 << 30
+"""Largest file that is read."""
 
 Array = NDArray[np.float64]
 
@@ -31,6 +35,12 @@ class Glb:
     tree: dict[str, Any]
     binary: bytes
     source: str
+
+    @cached_property
+    def parents(self) -> dict[int, int]:
+        """The node above each node that has one."""
+        nodes = enumerate(self.tree["nodes"])
+        return {child: number for number, node in nodes for child in node.get("children", ())}
 
     def accessor(self, index: int) -> NDArray[Any]:
         """One accessor as (count, width), sparse ones filled in, normalized integers as float32.
@@ -48,6 +58,32 @@ class Glb:
         if "sparse" in spec:
             values = self._filled(values.copy(), spec["sparse"])
         return _normalized(values) if spec.get("normalized") else values
+
+    def positions(self, index: int, count: int | None = None) -> Array:
+        """The positions of an accessor, or what moves them, (n, 3) metres. Raises RigError for other things.
+
+        Where `count` is given, there must be so many.
+        """
+        points = self.accessor(index).astype(np.float64)
+        if points.shape != (count or len(points), 3) or len(points) == 0:
+            raise RigError(f"{self.source}: accessors[{index}] holds no positions that fit; export it again")
+        if not (np.abs(points) <= MAX_PLACE).all():
+            raise RigError(
+                f"{self.source}: holds positions that are not finite, or farther than {MAX_PLACE:g} m; "
+                "export it again"
+            )
+        return points
+
+    def faces(self, primitive: dict[str, Any], count: int) -> NDArray[np.int64]:
+        """The triangles of a primitive of `count` points, (t, 3). Raises RigError for other things."""
+        if primitive.get("mode", 4) != 4:
+            raise RigError(f"{self.source}: holds a mesh that is not of triangles; export it with triangles")
+        rows = self.accessor(primitive["indices"]) if "indices" in primitive else np.arange(count)[:, None]
+        if rows.dtype.kind not in "iu" or rows.shape[1] != 1 or len(rows) % 3:
+            raise RigError(f"{self.source}: holds a mesh without whole triangles; export it again")
+        if len(rows) and not 0 <= int(rows.min()) <= int(rows.max()) < count:
+            raise RigError(f"{self.source}: has a triangle whose corner is not there; export it again")
+        return rows.reshape(-1, 3).astype(np.int64)
 
     def refuse_compressed(self, also: Iterable[str] = ()) -> None:
         """Raise RigError, which says how to decompress, when meshes (or what uses `also`) are compressed."""
@@ -78,7 +114,9 @@ class Glb:
             )
         start = view.get("byteOffset", 0) + spec.get("byteOffset", 0)
         step = view.get("byteStride") or kind.itemsize * width
-        if start + (count - 1) * step + kind.itemsize * width > len(self.binary):
+        if step < kind.itemsize * width:
+            raise RigError(f"{self.source}: the items of an accessor overlap; export it again")
+        if count and start + (count - 1) * step + kind.itemsize * width > len(self.binary):
             raise RigError(f"{self.source}: an accessor reaches past the end of the file; export it again")
         values: NDArray[Any] = np.ndarray((count, width), kind, self.binary, start, (step, kind.itemsize))
         return values
@@ -87,9 +125,10 @@ class Glb:
 def read_glb(path: Path) -> Glb:
     """Read a GLB file. Raises RigError when it cannot be read or is no binary glTF 2.0."""
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise RigError(f"{path}: cannot be read: {error.strerror}") from error
+        data = read_bounded(path, MAX_BYTES)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise RigError(f"{path}: cannot be read: {reason}") from error
     return parse_glb(data, str(path))
 
 
@@ -108,9 +147,13 @@ def parse_glb(data: bytes, source: str) -> Glb:
             f"{source}: is cut short or padded ({len(data)} bytes, {at} expected); export it again"
         )
     try:
-        tree = json.loads(chunks[JSON_CHUNK])
+        tree = parse_json(chunks[JSON_CHUNK])
     except (KeyError, ValueError) as error:
         raise RigError(f"{source}: has no readable JSON chunk; export it again") from error
+    try:
+        check_tree(tree, len(data))
+    except DecodeError as error:
+        raise RigError(f"{source}: is damaged: {error}; export it again") from error
     return Glb(tree, chunks.get(BINARY_CHUNK, b""), source)
 
 
@@ -127,15 +170,15 @@ def glb_bytes(tree: dict[str, Any], binary: bytes | list[bytes]) -> bytes:
     return b"".join([header, text, chunk, *pieces, padding])
 
 
-def world_transform(tree: dict[str, Any], node: int) -> Array:
+def world_transform(glb: Glb, node: int) -> Array:
     """The transform of a node, (4, 4); a skinned mesh stands where its skeleton puts it: none."""
-    if "skin" in tree["nodes"][node]:
+    nodes = glb.tree["nodes"]
+    if "skin" in nodes[node]:
         return np.eye(4)
-    parents = {child: i for i, entry in enumerate(tree["nodes"]) for child in entry.get("children", ())}
-    matrix = _local(tree["nodes"][node])
-    while node in parents:
-        node = parents[node]
-        matrix = _local(tree["nodes"][node]) @ matrix
+    matrix = _local(nodes[node])
+    while node in glb.parents:  # none is below itself: `check_tree` has made sure
+        node = glb.parents[node]
+        matrix = _local(nodes[node]) @ matrix
     return matrix
 
 
@@ -158,6 +201,8 @@ def _local(node: dict[str, Any]) -> Array:
 
 def _normalized(values: NDArray[Any]) -> NDArray[np.float32]:
     """Integers as fractions (glTF 2.0, section 3.11)."""
+    if values.dtype.kind == "f":
+        return values
     largest = np.float32(np.iinfo(values.dtype).max)
     fractions: NDArray[np.float32] = np.maximum(values.astype(np.float32) / largest, np.float32(-1))
     return fractions

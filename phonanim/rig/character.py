@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DecodeError
 from phonanim.errors import RigError
 from phonanim.media.glb import Glb, read_glb, world_transform
-from phonanim.rig.head import Head, vertex_colors
+from phonanim.media.gltf import WORTH, check_room
+from phonanim.rig.head import Head, point_rows, vertex_colors
 from phonanim.rig.morphs import Morphs, find_morphs
 
 Array = NDArray[np.float64]
@@ -43,10 +45,15 @@ def _joined(pieces: list[Piece], path: Path) -> Head:
     names = tuple(dict.fromkeys(name for piece in pieces for name in piece.controls))
     bounds = np.cumsum([0, *(len(piece.points) for piece in pieces)]).tolist()
     spans = [slice(*span) for span in pairwise(bounds)]
+    try:
+        check_room(len(names) * bounds[-1] * 3 * WORTH, path.stat().st_size)
+    except DecodeError as error:
+        raise RigError(f"{path}: is damaged: {error}; export it again") from error
     deltas = np.zeros((len(names), bounds[-1], 3))
+    places = {name: number for number, name in enumerate(names)}
     for piece, span in zip(pieces, spans, strict=True):
         for name, mixture in piece.controls.items():
-            deltas[names.index(name), span] = np.tensordot(mixture, piece.moves, axes=1)
+            deltas[places[name], span] = np.tensordot(mixture, piece.moves, axes=1)
     vertices = np.concatenate([piece.points for piece in pieces])
     if not (np.isfinite(vertices).all() and np.isfinite(deltas).all()):
         raise RigError(f"{path}: holds positions that are not finite; export it again")
@@ -90,17 +97,16 @@ def _controls(morphs: Morphs) -> dict[str, Array]:
 def _pieces(glb: Glb, morphs: Morphs) -> list[Piece]:
     """The primitives of a node's mesh, named by node and material."""
     node = glb.tree["nodes"][morphs.node]
-    matrix, controls = world_transform(glb.tree, morphs.node), _controls(morphs)
+    matrix, controls = world_transform(glb, morphs.node), _controls(morphs)
     turn = matrix[:3, :3].T
     pieces = []
     for primitive in glb.tree["meshes"][node["mesh"]]["primitives"]:
-        points = glb.accessor(primitive["attributes"]["POSITION"]).astype(np.float64)
-        index = glb.accessor(primitive["indices"]) if "indices" in primitive else np.arange(len(points))
+        points = point_rows(glb, primitive)
         material = glb.tree["materials"][primitive["material"]] if "material" in primitive else {}
         name = f"{node.get('name', 'node')}.{material.get('name', '')}"
         named = primitive.get("targets", ()) if controls else ()
         moves = np.array([_moved(glb, target, len(points)) for target in named]).reshape(-1, *points.shape)
-        faces = index.reshape(-1, 3).astype(np.int64)
+        faces = glb.faces(primitive, len(points))
         told = _tells_colour(material, primitive)
         colors = vertex_colors(glb, primitive, points) if told else np.full_like(points, GREY)
         placed = points @ turn + matrix[:3, 3]
@@ -117,6 +123,4 @@ def _tells_colour(material: dict[str, Any], primitive: dict[str, Any]) -> bool:
 
 
 def _moved(glb: Glb, target: dict[str, int], count: int) -> Array:
-    return (
-        glb.accessor(target["POSITION"]).astype(np.float64) if "POSITION" in target else np.zeros((count, 3))
-    )
+    return glb.positions(target["POSITION"], count) if "POSITION" in target else np.zeros((count, 3))

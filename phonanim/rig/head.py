@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from phonanim.core.lexicon import LEXICON
 from phonanim.errors import RigError
 from phonanim.media.glb import Glb, read_glb, world_transform
-from phonanim.rig.morphs import plain_name
+from phonanim.rig.morphs import has_targets, plain_name, target_names
 from phonanim.rig.neck import Neck, find_bone
 
 SHIPPED = LEXICON / "rigs" / "head.glb"
@@ -85,16 +85,16 @@ def _shipped() -> Head:
 
 def _head(glb: Glb) -> Head:
     """The first mesh that has morph targets, its primitives end to end."""
-    meshes = [mesh for mesh in glb.tree.get("meshes", []) if mesh["primitives"][0].get("targets")]
+    meshes = [mesh for mesh in glb.tree.get("meshes", []) if has_targets(mesh)]
     if not meshes:
         raise RigError(f"{glb.source}: has no morph targets; export the character with its shape keys")
     primitives = meshes[0]["primitives"]
-    points = [glb.accessor(primitive["attributes"]["POSITION"]) for primitive in primitives]
+    points = [point_rows(glb, primitive) for primitive in primitives]
     bounds = np.cumsum([0, *map(len, points)]).tolist()
-    faces = [glb.accessor(primitive["indices"]).reshape(-1, 3) for primitive in primitives]
+    faces = [glb.faces(item, len(rows)) for item, rows in zip(primitives, points, strict=True)]
     spans = [slice(*span) for span in pairwise(bounds)]
     return Head(
-        vertices=np.concatenate(points).astype(float),
+        vertices=np.concatenate(points),
         triangles=np.concatenate([face + np.int64(at) for face, at in zip(faces, bounds, strict=False)]),
         parts=dict(zip(_part_names(glb, primitives), spans, strict=True)),
         targets=_target_names(glb, meshes[0]),
@@ -109,18 +109,23 @@ def _neck(glb: Glb, primitives: list[dict[str, Any]]) -> Neck | None:
     bone = find_bone(glb)
     if bone is None or not all("WEIGHTS_0" in primitive["attributes"] for primitive in primitives):
         return None
-    joint = glb.tree["skins"][0]["joints"].index(bone.node)
+    joints_of_skin = glb.tree.get("skins", [{"joints": []}])[0]["joints"]
+    if bone.node not in joints_of_skin or not all("JOINTS_0" in item["attributes"] for item in primitives):
+        return None
+    joint = joints_of_skin.index(bone.node)
     shares = []
     for primitive in primitives:
         joints = glb.accessor(primitive["attributes"]["JOINTS_0"])
         weights = glb.accessor(primitive["attributes"]["WEIGHTS_0"])
+        if joints.shape != weights.shape or len(joints) != len(point_rows(glb, primitive)):
+            raise RigError(f"{glb.source}: its skin weights do not fit its points; export it again")
         shares.append(np.where(joints == joint, weights, 0.0).sum(axis=1))
-    return Neck(world_transform(glb.tree, bone.node)[:3, 3], np.concatenate(shares).astype(float))
+    return Neck(world_transform(glb, bone.node)[:3, 3], np.concatenate(shares).astype(float))
 
 
 def _target_names(glb: Glb, mesh: dict[str, Any]) -> tuple[str, ...]:
-    names = tuple(mesh.get("extras", {}).get("targetNames", ()))
-    if len(names) != len(mesh["primitives"][0]["targets"]):
+    names = target_names(mesh)
+    if not all(names):
         raise RigError(f"{glb.source}: its morph targets have no names (mesh extras.targetNames); name them")
     return names
 
@@ -137,7 +142,7 @@ def _deltas(glb: Glb, primitives: list[dict[str, Any]], spans: list[slice]) -> N
     for primitive, span in zip(primitives, spans, strict=True):
         for target, delta in zip(primitive["targets"], deltas, strict=True):
             if "POSITION" in target:
-                delta[span] = glb.accessor(target["POSITION"])
+                delta[span] = glb.positions(target["POSITION"], len(delta[span]))
     return deltas
 
 
@@ -147,5 +152,15 @@ def vertex_colors(glb: Glb, primitive: dict[str, Any], points: NDArray[Any]) -> 
     factor = material.get("pbrMetallicRoughness", {}).get("baseColorFactor", (0.8, 0.8, 0.8, 1.0))
     colors = np.tile(np.asarray(factor[:3], float), (len(points), 1))
     if "COLOR_0" in primitive["attributes"]:
-        colors *= glb.accessor(primitive["attributes"]["COLOR_0"])[:, :3]
+        shades = glb.accessor(primitive["attributes"]["COLOR_0"])[:, :3]
+        if shades.shape != colors.shape or not np.isfinite(shades).all():
+            raise RigError(f"{glb.source}: its vertex colours do not fit its points; export it again")
+        colors *= shades
     return colors
+
+
+def point_rows(glb: Glb, primitive: dict[str, Any]) -> NDArray[np.float64]:
+    """The points of a primitive, (n, 3) metres. Raises RigError where it has none."""
+    if "POSITION" not in primitive["attributes"]:
+        raise RigError(f"{glb.source}: holds a mesh without positions; export it again")
+    return glb.positions(primitive["attributes"]["POSITION"])

@@ -93,19 +93,30 @@ def find_morphs(glb: Glb) -> list[Morphs]:
     """Every node whose mesh has morph targets. Raises RigError when there is none."""
     meshes = glb.tree.get("meshes", [])
     nodes = [(i, n["mesh"]) for i, n in enumerate(glb.tree.get("nodes", [])) if "mesh" in n]
-    nodes = [(node, mesh) for node, mesh in nodes if meshes[mesh]["primitives"][0].get("targets")]
+    nodes = [(node, mesh) for node, mesh in nodes if has_targets(meshes[mesh])]
     if not nodes:
         raise RigError(f"{glb.source}: has no morph targets; export the character with its shape keys")
     binds = _expressions(glb.tree)
-    return [Morphs(glb.source, node, target_names(meshes[mesh]), binds.get(node, {})) for node, mesh in nodes]
+    found = [
+        Morphs(glb.source, node, target_names(meshes[mesh]), binds.get(node, {})) for node, mesh in nodes
+    ]
+    for morphs in found:
+        for name, pairs in morphs.binds.items():
+            if any(target >= len(morphs.names) for target, _ in pairs):
+                raise RigError(f"{glb.source}: its expression {name!r} moves a target that is not there")
+    return found
+
+
+def has_targets(mesh: dict[str, Any]) -> bool:
+    """Whether a mesh has morph targets."""
+    return bool(mesh["primitives"] and mesh["primitives"][0].get("targets"))
 
 
 def target_names(mesh: dict[str, Any]) -> tuple[str, ...]:
     """The names of a mesh's targets, "" for those that have none."""
     first = mesh["primitives"][0]
-    listed: list[str] = next(
-        (e["targetNames"] for s in (mesh, first) if "targetNames" in (e := s.get("extras") or {})), []
-    )
+    extras = [part["extras"] for part in (mesh, first) if isinstance(part.get("extras"), dict)]
+    listed: list[Any] = next((e["targetNames"] for e in extras if isinstance(e.get("targetNames"), list)), [])
     return (*map(str, listed), *[""] * len(first["targets"]))[: len(first["targets"])]
 
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.errors import RigError
 from phonanim.media.glb import Glb, world_transform
 from phonanim.rig.morphs import plain_name
 
@@ -23,6 +24,7 @@ TURNS = ("headPitch", "headYaw", "headRoll")
 
 BONE = re.compile(r"(^|[:_.\s])head$", re.IGNORECASE)
 STILL = 1e-9  # degrees
+FLAT = 1e-12  # of a scale: less turns nothing
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,7 @@ def multiplied(first: Array, second: Array) -> Array:
 
 
 def find_bone(glb: Glb) -> Bone | None:
-    """The bone that turns a character's head: the humanoid one of VRM, or a joint of a skin named so."""
+    """The bone that turns a head: the humanoid one of VRM, or a joint of a skin named so. Raises RigError."""
     tree = glb.tree
     joints = sorted({joint for skin in tree.get("skins", ()) for joint in skin.get("joints", ())})
     named = [joint for joint in joints if BONE.search(tree["nodes"][joint].get("name", ""))]
@@ -120,11 +122,13 @@ def find_bone(glb: Glb) -> Bone | None:
     if node is None and not named:
         return None
     node = named[0] if node is None else node
-    above = [number for number, entry in enumerate(tree["nodes"]) if node in entry.get("children", ())]
-    rotation = world_transform(tree, above[0])[:3, :3] if above else np.eye(3)
+    above = glb.parents.get(node)
+    rotation = np.eye(3) if above is None else world_transform(glb, above)[:3, :3]
     if "VRM" in tree.get("extensions", {}):
         rotation = np.diag([-1.0, 1.0, -1.0]) @ rotation  # characters of VRM 0.x look backwards
     rest = np.array(tree["nodes"][node].get("rotation", (0.0, 0.0, 0.0, 1.0)))
+    if not (np.linalg.norm(rotation, axis=0) > FLAT).all() or not np.linalg.norm(rest) > FLAT:
+        raise RigError(f"{glb.source}: its head bone is scaled to nothing; export it again")
     return Bone(node, rest, _quaternion(rotation / np.linalg.norm(rotation, axis=0)))
 
 

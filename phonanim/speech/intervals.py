@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from phonanim.core.decode import decode_number, decode_text
 from phonanim.speech.alignment_file import quote_label
 
 ROUNDING = 1e-3
@@ -57,4 +58,11 @@ def pack_intervals(intervals: tuple[Interval, ...]) -> list[list[Any]]:
 
 def unpack_intervals(items: list[list[Any]]) -> tuple[Interval, ...]:
     """The inverse of `pack_intervals`. Raises TypeError or ValueError where an item is not one."""
-    return tuple(Interval(str(label), float(start), float(end)) for label, start, end in items)
+    return tuple(
+        Interval(
+            decode_text(label, "a label"),
+            decode_number(start, "the start of a label"),
+            decode_number(end, "the end of a label"),
+        )
+        for label, start, end in items
+    )

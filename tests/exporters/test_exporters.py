@@ -131,10 +131,15 @@ def test_a_full_disk_leaves_the_old_file(tmp_path, suffix, monkeypatch):
     path.write_bytes(b"old")
 
     def full(self, data):
-        with Path("/dev/full").open("wb", buffering=0) as device:
-            return device.write(data)
+        with Path("/dev/full").open("wb", buffering=0) as stream:
+            return stream.write(data)
 
     monkeypatch.setattr(Path, "write_bytes", full)
+    opened = Path.open
+    device = Path("/dev/full")
+    monkeypatch.setattr(
+        Path, "open", lambda self, mode="r", **o: opened(device if "w" in mode else self, mode, **o)
+    )
     with pytest.raises(OutputError, match=r"cannot be written: No space left on device"):
         save(line_for(suffix), path, **OPTIONS.get(suffix, {}))
     assert path.read_bytes() == b"old"
@@ -197,7 +202,7 @@ def test_curves_that_are_not_finite_are_not_read(tmp_path, name):
     animation.values[3, animation.channels.index("jawOpen")] = np.nan
     DAMAGE[name](tmp_path / name, animation)
     with pytest.raises(
-        OutputError, match=r"(is not a finite number at .*; mend the curve first|finite numbers)"
+        OutputError, match=r"(is not a finite number at .*; mend the curve first|finite numbers|holds NaN)"
     ):
         load(tmp_path / name)
     with pytest.raises(OutputError, match=rf"{re.escape(name)}"):
@@ -228,7 +233,7 @@ def test_files_that_are_not_ours(tmp_path, suffix):
         load(path)
     path.write_bytes(b"{}")
     with pytest.raises(
-        OutputError, match=r"is no animation written by phonanim: '?(format|Cannot)|allow_pickle"
+        OutputError, match=r"is no animation written by phonanim: (it lacks 'curves'|it is no archive)"
     ):
         load(path)
 

@@ -1,0 +1,228 @@
+"""Decode files of others within bounds: size, depth, finite numbers. Nothing is trusted before it is checked.
+
+Every function raises DecodeError, a ValueError, that says what is wrong without the name of the file.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import os
+import re
+import stat
+import sys
+import zipfile
+import zlib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.core.files import read_bounded
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+MAX_JSON = 1 << 30
+"""Bytes of a JSON file: two hours of 60 curves at 60 fps have some 200 MB."""
+
+MAX_TOML = 1 << 20
+"""Bytes of a TOML file: a rig that an artist writes has some 20 kB."""
+
+MAX_DEPTH = 64
+"""Levels of tables and lists: what we write has ten."""
+
+MAX_UNPACKED, MAX_RATIO = 1 << 28, 32
+"""Bytes that an archive of any size may unpack to, and how many times its own size a larger one may."""
+
+MAX_RATE = 1000.0
+"""Frames per second that anybody films at."""
+
+MAX_TIME = 1e6
+"""Seconds from zero that a time may lie: eleven days."""
+
+SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
+DAMAGE = (KeyError, IndexError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError)
+"""What taking the wrong shape or number out of parsed data raises."""
+
+
+class DecodeError(ValueError):
+    """Data that cannot be decoded, or that no writer means."""
+
+
+def read_json(path: Path, most: int = MAX_JSON) -> Any:
+    """The content of a JSON file. Raises DecodeError, OSError."""
+    return parse_json(read_utf8(path, most))
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The content of a TOML file. Raises DecodeError, OSError."""
+    text = read_utf8(path, MAX_TOML)
+    try:
+        tree = tomllib.loads(text.removeprefix("\ufeff"))
+    except (ValueError, RecursionError) as error:
+        raise DecodeError(f"it is not TOML: {_reason(error)}") from error
+    check_depth(tree)
+    return tree
+
+
+def read_utf8(path: Path, most: int = MAX_JSON) -> str:
+    """The content of a text file. Raises DecodeError, OSError."""
+    try:
+        return read_bounded(path, most).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise DecodeError(f"it is not UTF-8 text (byte {error.start})") from error
+    except ValueError as error:
+        raise DecodeError(str(error)) from error
+
+
+def parse_json(text: str | bytes) -> Any:
+    """JSON of limited depth, without NaN and Infinity; its texts are whole characters. Raises DecodeError."""
+    try:
+        tree = json.loads(text, parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        raise DecodeError(f"it is not JSON: {_reason(error)}") from error
+    check_depth(tree)
+    written = text.decode("utf-8", "replace") if isinstance(text, bytes) else text
+    if SURROGATE.search(written):
+        try:
+            json.dumps(tree, ensure_ascii=False).encode()
+        except UnicodeEncodeError as error:
+            raise DecodeError(f"it holds half a character, \\u{ord(error.object[error.start]):x}") from error
+    return tree
+
+
+def check_depth(tree: Any) -> None:
+    """Raise DecodeError where tables and lists are nested deeper than MAX_DEPTH."""
+    level: list[Iterable[Any]] = [[tree]]
+    for _ in range(MAX_DEPTH + 1):
+        level = [
+            child.values() if isinstance(child, dict) else child
+            for children in level
+            for child in children
+            if isinstance(child, (dict, list))
+        ]
+        if not level:
+            return
+    raise DecodeError(f"it is nested deeper than {MAX_DEPTH} levels")
+
+
+def check_plain_file(stream: IO[Any]) -> None:
+    """Raise DecodeError where an open file is a pipe or a device, which may never end."""
+    if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
+        raise DecodeError("it is a pipe or a device; save its content to a plain file")
+
+
+def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
+    """The arrays of a NumPy archive (.npz). Raises DecodeError, OSError."""
+    size = path.stat().st_size
+    room = max(MAX_UNPACKED, MAX_RATIO * size)
+    try:
+        data = read_bounded(path, MAX_JSON)
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            if sum(entry.file_size for entry in archive.infolist()) > room:
+                raise DecodeError(f"it unpacks to more than {room >> 20} MB")
+            return {
+                entry.filename.removesuffix(".npy"): parse_array(archive.read(entry))
+                for entry in archive.infolist()
+            }
+    except DecodeError:
+        raise
+    except (*DAMAGE, zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+        raise DecodeError(f"it is no archive of arrays: {_reason(error)}") from error
+
+
+def read_array(path: Path) -> NDArray[Any]:
+    """The array of a NumPy file (.npy), read-only. Raises DecodeError, OSError."""
+    try:
+        return parse_array(read_bounded(path, MAX_JSON))
+    except DecodeError:
+        raise
+    except ValueError as error:
+        raise DecodeError(str(error)) from error
+
+
+def parse_array(data: bytes) -> NDArray[Any]:
+    """The array of a NumPy file's bytes, which are not copied; objects are refused. Raises DecodeError."""
+    stream = io.BytesIO(data)
+    try:
+        version = np.lib.format.read_magic(stream)
+        read = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+        shape, columns, kind = read[version](stream)
+        if kind.hasobject:
+            raise DecodeError("its array holds objects; store numbers")
+        count = math.prod(shape)
+        if min(shape, default=0) < 0 or count * kind.itemsize > len(data) - stream.tell():
+            raise DecodeError(f"its array of {shape} values is cut short")
+        values = np.frombuffer(data, kind, count, stream.tell())
+        return values.reshape(shape, order="F" if columns else "C")
+    except DecodeError:
+        raise
+    except (*DAMAGE, MemoryError, SyntaxError) as error:
+        raise DecodeError(f"it holds no array of numbers: {_reason(error)}") from error
+
+
+def decode_number(value: Any, name: str, low: float = -MAX_TIME, high: float = MAX_TIME) -> float:
+    """A finite number from `low` to `high`. Raises DecodeError naming it."""
+    plain = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    if not plain or not low <= value <= high:  # neither does NaN
+        raise DecodeError(f"{name} is {_quote(value)}; it is a number from {low:g} to {high:g}")
+    return float(value)
+
+
+def decode_rate(value: Any, name: str = "fps") -> float:
+    """Frames per second, above 0 and at most MAX_RATE. Raises DecodeError."""
+    return decode_number(value, name, 1e-3, MAX_RATE)
+
+
+def decode_table(value: Any, name: str) -> dict[str, Any]:
+    """A table. Raises DecodeError naming it."""
+    if not isinstance(value, dict):
+        raise DecodeError(f"{name} is {_quote(value)}; it is a table")
+    return value
+
+
+def decode_list(value: Any, name: str) -> list[Any]:
+    """A list. Raises DecodeError naming it."""
+    if not isinstance(value, list):
+        raise DecodeError(f"{name} is {_quote(value)}; it is a list")
+    return value
+
+
+def decode_text(value: Any, name: str) -> str:
+    """A text. Raises DecodeError naming it."""
+    if not isinstance(value, str):
+        raise DecodeError(f"{name} is {_quote(value)}; it is a text")
+    return value
+
+
+def decode_file_name(value: Any, name: str) -> str:
+    """The plain name of a file, without folder, drive or address. Raises DecodeError."""
+    if not isinstance(value, str) or re.search(r"[/\\:\0]", value) or value in ("", ".", ".."):
+        raise DecodeError(f"{name} is {_quote(value)}; it is the plain name of a file beside this one")
+    return value
+
+
+def printable(text: str) -> str:
+    """A text that can be written as UTF-8: bytes of file names that are none are shown by their codes."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def _refuse_constant(name: str) -> float:
+    raise ValueError(f"it holds {name}, which is no number")
+
+
+def _quote(value: Any) -> str:
+    text = repr(value) if isinstance(value, (str, int, float, bool, type(None))) else type(value).__name__
+    return printable(text if len(text) <= 60 else f"{text[:59]}…")
+
+
+def _reason(error: BaseException) -> str:
+    if isinstance(error, RecursionError):
+        return f"it is nested deeper than {MAX_DEPTH} levels"
+    return printable(" ".join(str(error).split())[:200]) or type(error).__name__
