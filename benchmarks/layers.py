@@ -57,7 +57,7 @@ def jerk(result: AnimationResult) -> float:
 def main() -> None:
     """Print a table row for each setting."""
     paths = list(map(Path, sys.argv[1:]))
-    plain = [animate_detailed(path, Options(unknown="nearest")) for path in paths]
+    plain = [animate_detailed(path, Options(unknown="nearest", life=0)) for path in paths]
     landmark_rig = make_landmark_rig(load_head(), shipped_landmarks(), plain[0].face).take(
         plain[0].animation.channels
     )
@@ -66,7 +66,7 @@ def main() -> None:
     print("| setting | jerk | p b m f v | parted at closures | parted in p b m f v |\n|---|---|---|---|---|")
     lips = INVENTORY.codes(("p", "b", "m", "f", "v"))
     for name, setting in SETTINGS.items():
-        after = [animate_detailed(path, Options(unknown="nearest", **setting)) for path in paths]
+        after = [animate_detailed(path, Options(unknown="nearest", life=0, **setting)) for path in paths]
         more = [gaps(b, landmark_rig) - gaps(a, landmark_rig) for a, b in zip(plain, after, strict=True)]
         held = [np.isin(one.track.sample(one.animation.times), lips) for one in plain]
         firm = [m[h & closed(one)] for m, h, one in zip(more, held, plain, strict=True)]

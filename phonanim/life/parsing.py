@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -70,6 +69,8 @@ def _emotions(text: str) -> Iterable[Emotion]:
 
 def read_emotions(path: Path) -> tuple[Emotion, ...]:
     """Spans of a CSV file with the columns emotion, weight, start, end. Raises OptionError naming the row."""
+    import csv  # few lines have such a file
+
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             rows = [row for row in csv.reader(file) if row]
