@@ -24,6 +24,8 @@ CURVES = ("aperture_r", "width_r", "speed_error", "pbm_gap")
 TESTED = ("parameter_mse", "shape_mse", "aperture_r", "width_r")
 PIXELS = ("joint_mse", "pixel_mse", "inner_pixel_mse", "outer_pixel_mse")
 SHORT = ("shape_mse", "aperture_r", "width_r")
+SHOWN = {"default": "phonanim", "procedural": "dominance (Cohen-Massaro)"}
+"""How models are called in tables and figures, where their names do not say what they are."""
 
 
 def write_document(document: Document, folder: Path) -> Path:
@@ -48,6 +50,7 @@ def read_document(folder: Path) -> Document:
 
 def write_report(document: Document, plan: Plan, folder: Path) -> Path:
     """Write benchmark.md into a folder, and its figures into benchmark/ beside it."""
+    document = with_shown_names(document)
     corpus = load_cached_corpus(plan.corpus)
     face = reference_face(plan.corpus, tuple(corpus.clips_of("train").tolist()))
     clip = corpus.clips.index(document["folds"]["test"]["clips"][0])
@@ -60,6 +63,13 @@ def write_report(document: Document, plan: Plan, folder: Path) -> Path:
     path = folder / "benchmark.md"
     write_text(path, "\n\n".join(part for part in parts if part) + "\n")
     return path
+
+
+def with_shown_names(document: Document) -> Document:
+    """The document with its models called as readers know them, in the same order."""
+    models = {SHOWN.get(name, name): found for name, found in document["models"].items()}
+    reference = document["reference"]
+    return {**document, "models": models, "reference": SHOWN.get(reference, reference)}
 
 
 def _opening(document: Document) -> str:

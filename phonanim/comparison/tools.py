@@ -14,6 +14,7 @@ from phonanim.evaluation.statistics import bootstrap_interval, holm, mean_rows, 
 
 Array = NDArray[np.float64]
 OURS = "phonanim default"
+SHOWN = {OURS: "phonanim"}
 COLUMNS = {
     "aperture_r": "aperture r",
     "aperture_r_speech": "in speech",
@@ -49,7 +50,7 @@ def tools_table(tools: dict[str, Any], seed: int) -> list[list[str]]:
             text = _cell(_values(tools, name, measure), seed)
             chance = p.get((name, measure))
             cells.append(text if chance is None or text == "" else f"{text}, p {chance:.4f}")
-        rows.append([name, *cells])
+        rows.append([SHOWN.get(name, name), *cells])
     return rows
 
 

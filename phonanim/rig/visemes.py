@@ -70,9 +70,9 @@ def _time_of(bounds: Array, said: NDArray[np.bool_], times: Array, half: float) 
 def blended_weights(modes: Array, near: Array, visemes: Visemes, face: FaceModel) -> Array:
     """Weights that add up to the face's motion, (frames, m), (frames, controls) -> (frames, controls).
 
-    Bounded least squares of what is seen in a mouth (`sight.observe`): a vowel's shape shows as much as
-    the lips move its way, at any time; a consonant's where its phones are `near`; silence takes what is
-    left of one.
+    Bounded least squares of what is seen in a mouth (`landmark_objective.observe_displacements`): a vowel's
+    shape shows as much as the lips move its way, at any time; a consonant's where its phones are `near`;
+    silence takes what is left of one.
     """
     silent = int(visemes.of[INVENTORY.code(SILENCE), 0])
     faces = visemes.shapes * face.std

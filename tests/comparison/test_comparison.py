@@ -20,7 +20,7 @@ from phonanim.comparison import tables, tools
 from phonanim.comparison.fit import is_cached
 from phonanim.comparison.folds import make_folds
 from phonanim.comparison.plan import read_plan
-from phonanim.comparison.report import _generalization, read_document
+from phonanim.comparison.report import _generalization, read_document, with_shown_names
 from phonanim.comparison.run import _jobs, compare, model_rows
 from phonanim.comparison.scores import MEASURES, clip_scores, measure_value
 from phonanim.corpus.corpus import load_corpus, save_corpus
@@ -269,6 +269,14 @@ def test_what_is_wrong_in_a_plan(house: Path, change: tuple[str, str], message: 
         read_plan(path)
 
 
+def test_reports_call_models_as_readers_know_them() -> None:
+    document = {"reference": "default", "models": {"default": 1, "tree": 2, "procedural": 3}, "seed": 0}
+    shown = with_shown_names(document)
+    assert list(shown["models"].items()) == [("phonanim", 1), ("tree", 2), ("dominance (Cohen-Massaro)", 3)]
+    assert shown["reference"] == "phonanim"
+    assert shown["seed"] == 0
+
+
 def test_other_tools(tmp_path: Path) -> None:
     clips = {f"clip{n}": {"vertex_error_mm": 1.0 + 0.01 * n, "aperture_r": None} for n in range(12)}
     worse = {name: {**c, "vertex_error_mm": c["vertex_error_mm"] + 0.5} for name, c in clips.items()}
@@ -276,6 +284,7 @@ def test_other_tools(tmp_path: Path) -> None:
     path.write_text(json.dumps({"phonanim default": clips, "other": worse}))
     rows = tools.tools_table(tools.read_tools(path), seed=0)
     column = rows[0].index("vertex error, mm")
+    assert [row[0] for row in rows] == ["tool", "phonanim", "other"]
     assert rows[1][column].startswith("1.055 [1.0")
     assert rows[2][column].startswith("1.555 [")
     assert float(rows[2][column].partition("p ")[2]) < 0.01
