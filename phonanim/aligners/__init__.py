@@ -1,1 +1,1 @@
-"""Recordings with known words become alignments."""
+"""Forced aligners: make alignments of recordings whose words are known."""

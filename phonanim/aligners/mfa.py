@@ -1,4 +1,4 @@
-"""Align speech with its text by the Montreal Forced Aligner, where it is installed: any language it has.
+"""Align speech with its text by the Montreal Forced Aligner, where it is installed, in any of its languages.
 
 McAuliffe et al. (2017), "Montreal Forced Aligner: trainable text-speech alignment using Kaldi", Interspeech.
 """
@@ -21,7 +21,7 @@ from phonanim.speech.alignment import Interval
 from phonanim.speech.labels import is_silent
 
 MODEL = "english_us_arpa"
-UNKNOWN = ("spn", "<unk>")  # phone and word that stand for what the dictionary lacks
+UNKNOWN = ("spn", "<unk>")  # phone and word that replace a word that is not in the dictionary
 TOLERANCE = 0.1  # seconds between the recording and its TextGrid
 
 _STYLING = re.compile(r"\x1b\[[\d;]*[A-Za-z]|[\u2500-\u257f]")  # colours, and the boxes around errors
@@ -32,9 +32,9 @@ def align(
 ) -> SpeechAlignment:
     """Find the words and phones of `text` in a recording by `mfa align_one`.
 
-    `model` and `dictionary` are names that MFA knows or paths; the dictionary has the name of the model
-    unless it is given. Raises OptionError without text, MissingExtraError without `mfa`, AlignmentError with
-    MFA's last line when it fails, and when what it wrote is not an alignment of this text.
+    `model` and `dictionary` are names of MFA models or paths; the default dictionary has the name of the
+    model. Raises OptionError without text, MissingExtraError without `mfa`, AlignmentError with MFA's last
+    line when it fails, and when its output is not an alignment of this text.
     """
     program = shutil.which("mfa")
     if program is None:
@@ -44,12 +44,12 @@ def align(
         )
     if text is None or not split_words(text):
         raise OptionError(
-            "the Montreal Forced Aligner needs what is said; give it with --text or --text-file"
+            "the Montreal Forced Aligner needs the spoken words; give them with --text or --text-file"
         )
     with tempfile.TemporaryDirectory(prefix="phonanim-mfa-") as name:
         said, grid = Path(name) / "speech.lab", Path(name) / "speech.TextGrid"
         said.write_text(" ".join(text.split()) + "\n", "utf-8")
-        # --clean: its cache goes by names, so a changed dictionary would pass unseen.
+        # --clean: MFA's cache is keyed by names, so it would not notice a changed dictionary.
         inputs = [str(audio.absolute()), str(said), dictionary or model, model, str(grid)]
         _run([program, "align_one", "--clean", *inputs], audio)
         return _read(grid, audio)
@@ -66,13 +66,13 @@ def _run(command: Sequence[str], audio: Path) -> None:
 
 
 def _last_line(output: str) -> str:
-    """The last line that says something, without colours and boxes."""
+    """The last line that is not empty, without colours and boxes."""
     lines = ("".join(c for c in _STYLING.sub("", line) if c.isprintable()) for line in output.splitlines())
     return next((line.strip() for line in reversed(list(lines)) if re.search(r"\w", line)), "")
 
 
 def _read(grid: Path, audio: Path) -> SpeechAlignment:
-    """What MFA wrote, once it is sure that it is whole. Raises AlignmentError."""
+    """Read MFA's output and check that it is complete. Raises AlignmentError."""
     if not grid.is_file():
         raise AlignmentError(
             f"{audio}: the Montreal Forced Aligner wrote no TextGrid; run it by hand to see why"
@@ -81,17 +81,17 @@ def _read(grid: Path, audio: Path) -> SpeechAlignment:
         found = read_alignment(grid)
     except AlignmentError as error:
         why = str(error).removeprefix(f"{grid}: ")
-        raise AlignmentError(f"{audio}: what the Montreal Forced Aligner wrote {why}") from error
+        raise AlignmentError(f"{audio}: the output of the Montreal Forced Aligner {why}") from error
     phones, words = _spoken(found.intervals), _spoken(found.words)
     seconds = audio_duration(audio)
     if abs(seconds - found.duration) > TOLERANCE:
         raise AlignmentError(
-            f"{audio}: lasts {seconds:.2f} s, but what the Montreal Forced Aligner wrote "
+            f"{audio}: lasts {seconds:.2f} s, but the output of the Montreal Forced Aligner lasts "
             f"{found.duration:.2f} s; check that it can read the recording"
         )
     if not phones:
         raise AlignmentError(
-            f"{audio}: the Montreal Forced Aligner found no phone; check that text and sound belong together"
+            f"{audio}: the Montreal Forced Aligner found no phone; check that the text matches the audio"
         )
     _check_known(phones, words, audio)
     return SpeechAlignment(words, phones, found.duration)
@@ -102,12 +102,12 @@ def _spoken(tier: Sequence[Interval]) -> tuple[Interval, ...]:
 
 
 def _check_known(phones: Sequence[Interval], words: Sequence[Interval], audio: Path) -> None:
-    """Raise AlignmentError where a word became noise for want of a pronunciation."""
+    """Raise AlignmentError for a word that was aligned as noise because it has no pronunciation."""
     for phone in phones:
         if phone.label in UNKNOWN:
             middle = (phone.start + phone.end) / 2
             word = next((word.label for word in words if word.start <= middle < word.end), "?")
             raise AlignmentError(
-                f"{audio}: the dictionary lacks the word {word!r} at {phone.start:.2f} s; "
+                f"{audio}: the word {word!r} at {phone.start:.2f} s is not in the dictionary; "
                 "add it to a dictionary of your own (--mfa-dictionary), or spell it as it sounds"
             )

@@ -1,4 +1,4 @@
-"""Align English speech with its text: words and phones, found by pocketsphinx, offline."""
+"""Align English speech with its text: words and phones by pocketsphinx, offline."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from phonanim.errors import AlignmentError, MissingExtraError, OptionError
 from phonanim.media.audio import Sound, read_sound, resample
 from phonanim.speech.alignment import Interval
 
-RATE = 16000  # hertz, what the acoustic model was trained on
+RATE = 16000  # hertz of the acoustic model's training data
 FRAME = 0.01  # seconds, the step of the acoustic model
-FILLERS = ("<", "[", "+", "SIL")  # how names begin that are no words: <sil>, [NOISE], [SPEECH]
+FILLERS = ("<", "[", "+", "SIL")  # first characters of entries that are not words: <sil>, [NOISE], [SPEECH]
 DITHER = 1e-4  # of full scale: digital silence has no spectrum to recognize
 
 
 @dataclass(frozen=True, slots=True)
 class SpeechAlignment:
-    """What is said when: words (lower case) and ARPAbet phones without stress, in seconds."""
+    """An alignment: words (lower case) and ARPAbet phones without stress, in seconds."""
 
     words: tuple[Interval, ...]
     phones: tuple[Interval, ...]
@@ -32,22 +32,22 @@ class SpeechAlignment:
 
 
 def align(audio: Path, text: str | None = None) -> SpeechAlignment:
-    """Find the words and phones of `text` in a recording; without text, recognize what is said.
+    """Find the words and phones of `text` in a recording; without text, recognize the words.
 
-    Raises OptionError when a word is not in the CMU pronouncing dictionary, AlignmentError when the
-    text does not fit the sound, AudioError when the recording cannot be read, MissingExtraError.
+    Raises OptionError when a word is not in the CMU pronouncing dictionary, AlignmentError when the text
+    does not match the audio, AudioError when the recording cannot be read, MissingExtraError.
     """
     return align_sound(read_sound(audio), text, str(audio))
 
 
 def align_sound(sound: Sound, text: str | None, name: str) -> SpeechAlignment:
-    """The same of a recording in memory, called `name` in what is raised."""
+    """Align a recording in memory as `align` does; errors call it `name`."""
     samples = _pcm(resample(sound.samples, sound.rate, RATE))
     for bestpath in (True, False):  # the best path may give fillers a single frame, too short to be aligned
-        with suppress(RuntimeError):  # what pocketsphinx raises
+        with suppress(RuntimeError):  # raised by pocketsphinx
             words, phones = _two_passes(_decoder(text, bestpath), samples, sound.duration)
             return SpeechAlignment(tuple(words), tuple(phones), sound.duration)
-    raise AlignmentError(f"{name}: the text cannot be found in the sound; check that they belong together")
+    raise AlignmentError(f"{name}: the text cannot be found in the audio; check that they match")
 
 
 def split_words(text: str) -> list[str]:
@@ -56,7 +56,7 @@ def split_words(text: str) -> list[str]:
 
 
 def _two_passes(decoder: Any, sound: bytes, duration: float) -> tuple[list[Interval], list[Interval]]:
-    """First where the words are, then, with these words fixed, where their phones are."""
+    """Find the words first; then, with these words fixed, find their phones."""
     _decode(decoder, sound)
     if decoder.hyp() is None:
         raise RuntimeError("no path through the text")
@@ -67,7 +67,7 @@ def _two_passes(decoder: Any, sound: bytes, duration: float) -> tuple[list[Inter
     for word in decoder.get_alignment():
         if not word.name.startswith(FILLERS):
             words.append(_interval(strip_variant_number(word.name), word, duration))
-            # While the loop stands at this word: a word that the iterator has left is freed memory.
+            # Read the entry while the iterator is at this word: afterwards its memory is freed.
             phones += [_interval(phone.name, phone, duration) for phone in word]
     return words, phones
 
@@ -90,24 +90,24 @@ def _interval(label: str, entry: Any, duration: float) -> Interval:
 def _known_words(decoder: Any, text: str) -> list[str]:
     words = split_words(text)
     if not words:
-        raise OptionError("the text holds no word; give what is said in the recording")
+        raise OptionError("the text has no words; give the words of the recording")
     unknown = [word for word in words if decoder.lookup_word(word) is None]
     if unknown:
         raise OptionError(
-            f"the pronouncing dictionary lacks {', '.join(map(repr, unknown))}; "
+            f"not in the pronouncing dictionary: {', '.join(map(repr, unknown))}; "
             "spell numbers out and write names as the words they sound like"
         )
     return words
 
 
 def _pcm(samples: NDArray[np.float32]) -> bytes:
-    """16-bit little-endian samples with a trace of noise, the same noise every time."""
+    """16-bit little-endian samples with a small noise, the same in every run."""
     noise = np.random.default_rng(0).normal(0.0, DITHER, len(samples))
     return (np.clip(samples + noise, -1.0, 1.0) * 32767).astype("<i2").tobytes()
 
 
 def _decoder(text: str | None, bestpath: bool) -> Any:
-    with silent_stderr():  # pocketsphinx opens the sound card on import, and complains where there is none
+    with silent_stderr():  # pocketsphinx opens the sound card on import, and prints an error without one
         try:
             from pocketsphinx import Decoder
         except ImportError as error:

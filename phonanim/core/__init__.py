@@ -1,1 +1,1 @@
-"""What every stage stands on: files, tables, typing, threads, the catalog of models."""
+"""What every stage uses: files, tables, typing, threads, the catalog of models."""

@@ -1,4 +1,4 @@
-"""The models at hand: those that are shipped, and those in local folders."""
+"""The available models: those of the package, and those in local folders."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from phonanim.errors import ModelError
 
 SHIPPED = Path(__file__).parent.parent / "models"
 DEFAULT_MODEL = "default"
-CARD = "model.json"  # what a model folder says of itself
+CARD = "model.json"  # the description in a model folder
 
 
 @dataclass(frozen=True, slots=True)
 class ModelEntry:
-    """One model: its name, its folder, and what its model.json says."""
+    """One model: its name, its folder, and the content of its model.json."""
 
     name: str
     path: Path
@@ -28,9 +28,9 @@ class ModelEntry:
 
 
 def local_folders() -> tuple[Path, ...]:
-    """Where local models are looked for: the folders of PHONANIM_MODELS, or else ./models.
+    """Folders that are searched for local models: those of PHONANIM_MODELS, else ./models.
 
-    Then the folders `models` on PHONANIM_PATH.
+    The folders `models` on PHONANIM_PATH follow.
     """
     places = os.environ.get("PHONANIM_MODELS", "models")
     own = (Path(place) for place in places.split(os.pathsep) if place)
@@ -38,7 +38,7 @@ def local_folders() -> tuple[Path, ...]:
 
 
 def list_models() -> tuple[ModelEntry, ...]:
-    """Every model at hand, the shipped ones first. Raises ModelError when one is damaged."""
+    """Every available model, those of the package first. Raises ModelError when one is damaged."""
     return tuple(
         ModelEntry(path.name, path, folder == SHIPPED, read_card(path))
         for folder in (SHIPPED, *local_folders())
@@ -47,13 +47,13 @@ def list_models() -> tuple[ModelEntry, ...]:
 
 
 def find_model(name: str) -> Path:
-    """The folder of a model, by its name or by its path. Raises ModelError, with the nearest name."""
+    """The folder of a model, by its name or its path. Raises ModelError, which suggests the nearest name."""
     if (Path(name) / CARD).is_file():
         return Path(name)
     for folder in (SHIPPED, *local_folders()):
         if (folder / name / CARD).is_file():
             return folder / name
-    raise ModelError(f"there is no model {name!r}{_hint(name)}; `phonanim models` lists those at hand")
+    raise ModelError(f"there is no model {name!r}{_hint(name)}; `phonanim models` lists the available ones")
 
 
 def read_card(path: Path) -> dict[str, Any]:
@@ -65,7 +65,7 @@ def read_card(path: Path) -> dict[str, Any]:
             f"{path / CARD}: cannot be read ({error}); fetch or train the model again"
         ) from error
     if not isinstance(card, dict):
-        raise ModelError(f"{path / CARD}: is not a table of facts; fetch or train the model again")
+        raise ModelError(f"{path / CARD}: is not a JSON object; fetch or train the model again")
     return card
 
 

@@ -1,4 +1,4 @@
-"""Files: whole or not at all, and content hashes."""
+"""Files: atomic writing, bounded reading and content hashes."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ PARTIAL = ".partial"  # every unfinished file is named ".<random>.partial<suffix
 
 @contextmanager
 def atomic_path(path: Path) -> Iterator[Path]:
-    """A temporary path beside `path` to write to; it takes the place of `path` when the block ends well.
+    """A temporary path next to `path`; it replaces `path` when the block ends without an error.
 
-    The suffix is kept, for writers that choose the format by it. When the block fails, what was there
-    before stays. Raises OutputError when the destination cannot be written.
+    The suffix is kept, because some writers choose the format by it. When the block fails, the old file
+    stays. Raises OutputError when the destination cannot be written.
     """
     target = _writable(path)
     partial = target.with_name(f".{secrets.token_hex(6)}{PARTIAL}{target.suffix}")
@@ -42,8 +42,8 @@ def atomic_path(path: Path) -> Iterator[Path]:
 def read_bounded(path: Path, most: int) -> bytes:
     """The content of a plain file of at most `most` bytes.
 
-    The bound holds while reading: a file may grow, and some tell no size. Raises ValueError for more bytes
-    and for a pipe or a device, which may never end, and OSError.
+    The limit is checked while reading, because a file may grow and some files report no size. Raises
+    ValueError for more bytes and for a pipe or a device, which may never end; raises OSError.
     """
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     with os.fdopen(descriptor, "rb") as stream:
@@ -56,15 +56,15 @@ def read_bounded(path: Path, most: int) -> bytes:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write UTF-8 text with Unix line ends, whole or not at all. Raises OutputError."""
+    """Write UTF-8 text with Unix line ends, atomically. Raises OutputError."""
     with atomic_path(path) as partial:
         partial.write_bytes(text.encode("utf-8"))
 
 
 def concatenate_pieces(pieces: Iterable[NDArray[Any]]) -> NDArray[Any]:
-    """Arrays joined along their first axis, at least one; more than LARGE bytes lie in a file without a name.
+    """Join arrays (at least one) along their first axis; above LARGE bytes the result is in an unnamed file.
 
-    The file goes when the array does. Raises OutputError when there is no room for it.
+    The file is removed with the array. Raises OutputError when there is no room for it.
     """
     size = 0
     try:
@@ -102,12 +102,12 @@ def _file_hash(path: Path) -> str:
 
 
 def _writable(path: Path) -> Path:
-    """The real place of `path`, once it is sure that a plain file can stand there."""
+    """The resolved `path`, once it is certain that a plain file can be written there."""
     target = Path(os.path.realpath(path))
     if target.is_dir():
         raise OutputError(f"{path}: is a folder; name a file in it")
     if target.exists() and not target.is_file():
         raise OutputError(f"{path}: is not a plain file; name another")
     if not target.parent.is_dir():
-        raise OutputError(f"{path}: the folder {target.parent} does not exist; make it first")
+        raise OutputError(f"{path}: the folder {target.parent} does not exist; create it first")
     return target

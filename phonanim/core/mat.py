@@ -11,7 +11,7 @@ from typing import Any
 from phonanim.errors import CorpusError, MissingExtraError
 
 DAMAGE = (ValueError, KeyError, TypeError, IndexError, StopIteration)
-"""What taking the wrong thing out of a file raises."""
+"""The exceptions that a file of another structure raises."""
 
 
 @lru_cache(maxsize=2)
@@ -27,4 +27,4 @@ def read_signals(path: Path) -> dict[str, Mapping[str, Any]]:
         elements = next(value for name, value in document.items() if not name.startswith("__"))
         return {str(element["NAME"]): element for element in elements}
     except (MatReadError, NotImplementedError, OSError, zlib.error, *DAMAGE) as error:
-        raise CorpusError(f"{path}: is no MATLAB file of named signals ({error!r})") from error
+        raise CorpusError(f"{path}: is not a MATLAB file of named signals ({error!r})") from error

@@ -26,7 +26,7 @@ def gelu(signal: Floats) -> Floats:
 
 
 def sigmoid(signal: Floats) -> Floats:
-    """1 / (1 + exp(-x)), through tanh, which cannot overflow."""
+    """1 / (1 + exp(-x)), computed with tanh, which cannot overflow."""
     return np.asarray((1 + np.tanh(signal * np.float32(0.5))) * np.float32(0.5))
 
 

@@ -1,11 +1,11 @@
 """Alternatives found by name: the files of a folder, and the plugins of other packages.
 
 A registry is a folder of the package, such as `phonanim/readers`. Each of its files is a built-in part,
-and the stem is the name. An installed package adds a part by an entry point of the same group, such as
-`phonanim.readers`; the entry point names an object that offers what a file of the folder offers.
+and the file's stem is its name. An installed package adds a part by an entry point of the same group, such as
+`phonanim.readers`. The entry point names an object with the attributes that a file of the folder has.
 
-A built-in part is found without a look at the installed packages, which takes about 0.1 s. So a plugin cannot
-replace a built-in part: the built-in name wins.
+A built-in part is found without searching the installed packages, which takes about 0.1 s. So a plugin
+cannot replace a built-in part: the built-in name wins.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _loaded: dict[str, str] = {}  # top-level module of each plugin in use -> its de
 class Registry:
     """The parts of one kind: `package` is the folder, `needs` the attributes that every part has.
 
-    `group` is the entry-point group; it is the name of the package unless it is given.
+    `group` is the entry-point group; the default is the name of the package.
     """
 
     package: str
@@ -39,7 +39,7 @@ class Registry:
     group: str = ""
 
     def built_in(self) -> tuple[str, ...]:
-        """The parts of the package itself: the stems of the folder's files, sorted."""
+        """The parts of the package: the stems of the folder's files, sorted."""
         return _stems(self.package)
 
     def plugins(self) -> tuple[str, ...]:
@@ -51,12 +51,12 @@ class Registry:
         return self.built_in() + self.plugins()
 
     def search(self) -> Iterator[str]:
-        """The same one by one; installed packages are looked at once the built-in names are used up."""
+        """The names one by one; installed packages are searched only after the built-in names."""
         yield from self.built_in()
         yield from self.plugins()
 
     def find(self, name: str) -> Any:
-        """The part of a name, None when there is none. Raises PluginError when a plugin cannot be used."""
+        """The part with a name, or None. Raises PluginError when a plugin cannot be used."""
         if name in self.built_in():
             return import_module(f"{self.package}.{name}")
         if name in self.plugins():
@@ -64,7 +64,7 @@ class Registry:
         return None
 
     def name_of(self, module: str) -> str:
-        """The name of the part that a module is; the last part of the module's name when it is no plugin."""
+        """The name of the part that a module implements; without a plugin, the last part of its own name."""
         package, _, stem = module.rpartition(".")
         if package != self.package:
             for name, entry in _entries(self.group or self.package).items():
@@ -83,7 +83,7 @@ def plugin_packages() -> tuple[str, ...]:
 
 
 def find_culprit(trace: TracebackType | None) -> str | None:
-    """The plugin in whose code an error arose, described for people; None when there is none."""
+    """The plugin in whose code an error arose, described for messages; None when no plugin is involved."""
     found = None
     while trace:
         root = str(trace.tb_frame.f_globals.get("__name__", "")).partition(".")[0]

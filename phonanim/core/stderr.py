@@ -1,4 +1,4 @@
-"""Libraries that talk on stderr from native code, kept quiet."""
+"""Silence libraries that write to stderr from native code."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def silent_stderr() -> Iterator[None]:
-    """Send what is written to stderr, by native code too, nowhere while the block runs."""
+    """Discard what is written to stderr during the block, also by native code."""
     sys.stderr.flush()
     keep, void = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     os.dup2(void, 2)

@@ -1,4 +1,4 @@
-"""How many threads NumPy's linear algebra takes."""
+"""The number of threads of NumPy's linear algebra."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECL
 
 
 def use_one_thread() -> None:
-    """Make NumPy use one thread in this process and those it starts; call it before NumPy is imported.
+    """Make NumPy use one thread in this process and its child processes. Call it before NumPy is imported.
 
-    Several threads share the rows of a product differently and so round differently: with one, the same
-    input gives the same bytes on any number of cores. It also starts faster, and the matrices of a line
-    are small: many lines are better made side by side.
+    Several threads divide the rows of a product in different ways, so the rounding differs. With one
+    thread, the same input gives the same bytes on any number of cores. One thread also starts faster, and
+    the matrices of a line are small: it is better to animate many lines in parallel.
     """
     os.environ.update(dict.fromkeys(VARIABLES, "1"))

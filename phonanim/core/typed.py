@@ -1,4 +1,4 @@
-"""Values of a TOML or JSON table against the types of the dataclass that they are for."""
+"""Check values of a TOML or JSON table against the types of a dataclass."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ NAMES = {
     Path: "a path in quotes",
     dict: "a table",
 }
-WRITTEN: dict[Any, tuple[type, ...]] = {float: (float, int), Path: (str, Path)}  # what stands for a type
+WRITTEN: dict[Any, tuple[type, ...]] = {float: (float, int), Path: (str, Path)}  # types accepted for a type
 
 
 def check_types(
     values: Mapping[str, Any], kind: type, where: str, error: type[PhonanimError] = ModelError
 ) -> None:
-    """Raise an error naming the key where a value is none that its field takes; lists stand for tuples."""
+    """Raise an error that names the key of a value of the wrong type; lists are accepted for tuples."""
     types = get_type_hints(kind)
     for key, value in values.items():
         if not _fits(value, types[key]):
@@ -57,7 +57,7 @@ def _all_fit(values: Any, types: tuple[Any, ...]) -> bool:
 
 
 def _name(wanted: Any) -> str:
-    """What a field takes, for people."""
+    """What a field accepts, in words for messages."""
     origin, inner = get_origin(wanted), get_args(wanted)
     if origin is Literal:
         return ", ".join(map(repr, inner))

@@ -1,3 +1,3 @@
-"""The version of the package: that on top of CHANGELOG.md."""
+"""The version of the package: the newest one in CHANGELOG.md."""
 
 __version__ = "0.1.0"

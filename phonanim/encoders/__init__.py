@@ -1,4 +1,4 @@
-"""Encoders: a recording in, features of its sound out, 50 times a second. One file each."""
+"""Encoders: convert a recording into audio features, 50 per second. One file each."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from phonanim.encoders._cache import cached_features
 from phonanim.errors import AudioError, ModelError
 from phonanim.media.audio import Sound, resample
 
-RATE = 16000  # hertz that every encoder hears
+RATE = 16000  # hertz of the audio that every encoder takes
 HOP = 320  # samples from one step to the next: 20 ms, as in the papers
-STEPS = RATE / HOP  # steps a second
+STEPS = RATE / HOP  # steps per second
 
 ENCODERS = Registry("phonanim.encoders", needs=("load",))
 
@@ -27,9 +27,9 @@ Values = NDArray[np.float16]
 
 @dataclass(frozen=True)
 class Features:
-    """What an encoder hears: `values` (steps, layers, dims), step k centred at start + k / rate seconds.
+    """The output of an encoder: `values` (steps, layers, dims), step k centred at start + k / rate seconds.
 
-    Values of long recordings lie in a file and are read as they are asked for.
+    The values of long recordings are in a file and are read on demand.
     """
 
     values: Values
@@ -37,7 +37,7 @@ class Features:
     start: float
 
     def at(self, times: Array, span: float = 0.0) -> NDArray[np.float32]:
-        """Features at instants, (times,) seconds -> (times, layers, dims); the ends repeat.
+        """Features at instants, (times,) seconds -> (times, layers, dims); clamped at the ends.
 
         Interpolated linearly, or the mean over `span` seconds around each instant.
         """
@@ -58,16 +58,16 @@ class Features:
 
 
 class Encoder(Protocol):
-    """What `load()` of each file, or of a plugin of the group `phonanim.encoders`, returns.
+    """The protocol of what `load()` of each file, or of a plugin of the group `phonanim.encoders`, returns.
 
-    `run` sees at most `window` whole seconds at a time. `margin` whole seconds at each end of a
-    window are heard and then left out, `start` is the centre of the first step in seconds, `identity`
-    changes whenever the features would.
+    `run` gets at most `window` whole seconds at a time. The features of `margin` whole seconds at each end of
+    a window are only context and are dropped. `start` is the centre of the first step in seconds. `identity`
+    changes whenever the features change.
     """
 
     @property
     def layers(self) -> int:
-        """How many layers of features there are, the last one last."""
+        """Number of layers of features; the last layer of the network comes last."""
 
     @property
     def dims(self) -> int:
@@ -75,7 +75,7 @@ class Encoder(Protocol):
 
     @property
     def identity(self) -> str:
-        """The encoder, its settings and its weights in a few words and digits."""
+        """A short text that names the encoder, its settings and its weights."""
 
     @property
     def start(self) -> float:
@@ -83,23 +83,23 @@ class Encoder(Protocol):
 
     @property
     def window(self) -> int:
-        """Seconds heard at a time."""
+        """Seconds encoded at a time."""
 
     @property
     def margin(self) -> int:
-        """Seconds at each end of a window that only give context."""
+        """Seconds at each end of a window that are only context."""
 
     def run(self, samples: NDArray[np.float32]) -> NDArray[np.float32]:
         """Features of (steps * HOP,) samples at RATE -> (steps, layers, dims)."""
 
 
 def encoder_names() -> tuple[str, ...]:
-    """Every encoder: the stems of this folder's files."""
+    """Every encoder: the stems of this folder's files, and the plugins."""
     return ENCODERS.names()
 
 
 def load_encoder(name: str) -> Encoder:
-    """An encoder by name, with its weights. Raises ModelError, MissingExtraError; each says what to get."""
+    """An encoder by name, with its weights. Raises ModelError or MissingExtraError, with what to install."""
     found = ENCODERS.find(name)
     if found is None:
         near = get_close_matches(name, encoder_names(), n=1)
@@ -109,10 +109,10 @@ def load_encoder(name: str) -> Encoder:
 
 
 def encode(encoder: Encoder, sound: Sound) -> Features:
-    """Hear a recording, of any rate and length; kept on disk, so that it is heard once.
+    """Encode a recording of any rate and length; the result is cached on disk.
 
-    Works through windows, so that memory does not grow with the recording. The same sound and encoder
-    give the same bytes. Raises AudioError when the recording holds nothing, or no numbers.
+    Works through windows, so that memory use does not grow with the recording. The same sound and encoder
+    give the same bytes. Raises AudioError when the recording is empty or has samples that are not finite.
     """
     check_sound(sound)
     shape = (count_steps(sound), encoder.layers, encoder.dims)
@@ -122,20 +122,20 @@ def encode(encoder: Encoder, sound: Sound) -> Features:
 
 
 def check_sound(sound: Sound) -> None:
-    """Raise AudioError when a recording cannot be heard."""
+    """Raise AudioError when a recording cannot be encoded."""
     if len(sound.samples) == 0:
-        raise AudioError("the recording holds no sound; record it again")
+        raise AudioError("the recording contains no samples; record it again")
     if not np.isfinite([sound.samples.min(), sound.samples.max()]).all():
-        raise AudioError("the recording holds samples that are no numbers; export it again")
+        raise AudioError("the recording has samples that are not finite numbers; export it again")
 
 
 def count_steps(sound: Sound) -> int:
-    """Steps that cover a recording."""
-    return -(-round(sound.duration * RATE) // HOP) or 1  # whatever is shorter than a step is one
+    """Number of steps that cover a recording."""
+    return -(-round(sound.duration * RATE) // HOP) or 1  # anything shorter than a step is one step
 
 
 def _windows(encoder: Encoder, sound: Sound) -> Iterator[NDArray[np.float32]]:
-    """Features of consecutive stretches of a recording, each heard with what is around it."""
+    """Features of consecutive stretches of a recording, each encoded with its context."""
     rate, left = sound.rate, count_steps(sound)
     for begin, first, last in _spans(left / STEPS, encoder.window, encoder.margin):
         heard = resample(sound.samples[begin * rate : (begin + encoder.window) * rate], rate, RATE)
@@ -146,7 +146,7 @@ def _windows(encoder: Encoder, sound: Sound) -> Iterator[NDArray[np.float32]]:
 
 
 def _spans(seconds: float, window: int, margin: int) -> Iterator[tuple[int, int, int]]:
-    """Where each window begins, and the stretch of it that is kept, in whole seconds."""
+    """Start of each window, and the stretch of it that is kept, in whole seconds."""
     begin = first = 0
     while begin + window < seconds:
         last = begin + window - margin

@@ -21,7 +21,7 @@ LARGEST = float(np.finfo(np.float16).max)
 
 
 def cache_folder() -> Path | None:
-    """Where features are kept: PHONANIM_CACHE, or the platform's cache folder; None when it is set to ""."""
+    """The cache folder: PHONANIM_CACHE, or the platform's cache folder; None when the variable is empty."""
     named = os.environ.get(FOLDER)
     if named is not None:
         return Path(named) if named else None
@@ -37,9 +37,9 @@ def cache_folder() -> Path | None:
 def cached_features(
     identity: str, sound: Sound, shape: tuple[int, int, int], pieces: Iterable[NDArray[np.float32]]
 ) -> Values:
-    """Features from the cache; when they are not there, `pieces` one after the other, and kept from now on.
+    """Features from the cache; if they are not cached, `pieces` one after the other, which are then cached.
 
-    Without a cache, long ones lie in a file that goes with them. Raises OutputError when there is no room.
+    Without a cache, long features are in a temporary file. Raises OutputError when there is no room.
     """
     folder = cache_folder()
     if folder is None:
@@ -60,7 +60,7 @@ def fingerprint(identity: str, sound: Sound) -> str:
 
 
 def _read(path: Path, shape: tuple[int, int, int]) -> Values | None:
-    """What is kept in a file; None when it is absent, damaged, or of another shape."""
+    """The content of a cache file; None when it is missing, damaged, or of another shape."""
     try:
         found: Values = np.load(path, mmap_mode="r")
     except (OSError, ValueError, EOFError):
@@ -73,7 +73,7 @@ def _write(path: Path, shape: tuple[int, int, int], pieces: Iterable[NDArray[np.
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(
-            f"{path.parent}: cannot be made ({error.strerror}); set {FOLDER} to a folder for the cache"
+            f"{path.parent}: cannot be created ({error.strerror}); set {FOLDER} to a folder for the cache"
         ) from error
     with atomic_path(path) as partial:
         values = np.lib.format.open_memmap(partial, "w+", np.float16, shape)
@@ -82,7 +82,7 @@ def _write(path: Path, shape: tuple[int, int, int], pieces: Iterable[NDArray[np.
             values[row : row + len(piece)] = _half(piece)
             row += len(piece)
         values.flush()
-        del values  # a file that is mapped cannot be renamed on every platform
+        del values  # a memory-mapped file cannot be renamed on every platform
 
 
 def _half(piece: NDArray[np.float32]) -> Values:

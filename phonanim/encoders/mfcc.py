@@ -1,4 +1,4 @@
-"""Mel-frequency cepstral coefficients and how they change: no weights are needed.
+"""Mel-frequency cepstral coefficients and their slopes, which need no weights.
 
 Medina (2023), section 3.2.2: 27 mel bins over windows of 2080 samples (130 ms), every 20 ms.
 """

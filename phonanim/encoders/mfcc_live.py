@@ -1,7 +1,7 @@
-"""Mel-frequency cepstral coefficients that hear little ahead: windows of 40 ms, and no slopes.
+"""Mel-frequency cepstral coefficients with little look-ahead: windows of 40 ms, and no slopes.
 
-A network of convolutions finds slopes by itself, and the 85 ms that `mfcc` spends on hearing ahead for them
-and for its long windows are better spent on what is said next.
+A convolutional network computes slopes itself. Slopes and long windows cost `mfcc` 85 ms of look-ahead,
+which is better spent on the audio that follows.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""One-hot phones (Medina 2023, section 3.2.1): from an alignment, or from what pocketsphinx recognizes."""
+"""One-hot phones (Medina 2023, section 3.2.1): from an alignment, or recognized by pocketsphinx."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from phonanim.speech.phones import PhoneTrack, silent_track
 
 @dataclass(frozen=True)
 class Posteriors:
-    """Phones of English as pocketsphinx hears them, without knowing the text."""
+    """Phones of English as pocketsphinx recognizes them without the text."""
 
     layers: int = 1
     dims: int = N_PHONES
@@ -47,7 +47,7 @@ def one_hot_phones(track: PhoneTrack, times: NDArray[np.float64]) -> NDArray[np.
 
 
 def recognize_phones(samples: NDArray[np.float32]) -> PhoneTrack:
-    """The phones of (samples,) at RATE; silence where no word can be made out. Raises MissingExtraError."""
+    """The phones of (samples,) at RATE; silence when no word is recognized. Raises MissingExtraError."""
     from phonanim.aligners.pocketsphinx import align
 
     with tempfile.TemporaryDirectory() as folder:

@@ -1,4 +1,4 @@
-"""Whisper's encoder (Radford et al. 2022) in NumPy, every layer of it, whichever size the weights have."""
+"""Whisper's encoder (Radford et al. 2022) in NumPy, with all its layers, for weights of any size."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from phonanim.encoders._mel import mel_filters, power_spectra
 from phonanim.encoders._weights import whisper_tensors
 
 MEL_SIZE, MEL_HOP = 400, 160  # samples of 16 kHz
-RANGE = 8.0  # powers of ten below the loudest bin, where what is heard ends
+RANGE = 8.0  # powers of ten below the loudest bin; quieter bins are clamped
 QUIETEST = 1e-10  # power
 
 Floats = NDArray[np.float32]
@@ -23,8 +23,8 @@ Floats = NDArray[np.float32]
 class Whisper:
     """The encoder with its weights, named as `encoders._weights` names them.
 
-    Layer 0 is the sum of the convolutions and the positions, layer i the output of block i; the last has
-    the final normalization, as the decoder of Whisper hears it.
+    Layer 0 is the sum of the convolutions and the positions, layer i the output of block i. The last layer
+    includes the final normalization, as in the input of Whisper's decoder.
     """
 
     tensors: dict[str, Floats]
@@ -36,7 +36,7 @@ class Whisper:
 
     @cached_property
     def layers(self) -> int:
-        """Blocks, and one for what enters the first of them."""
+        """Number of blocks, plus one for the input of the first block."""
         return 1 + sum(name.endswith("query") for name in self.tensors)
 
     @property
@@ -59,7 +59,7 @@ class Whisper:
         return np.stack(found, axis=1)
 
     def log_mel(self, samples: Floats) -> Floats:
-        """What Whisper hears of (samples,) at 16 kHz: (frames, mels) at 100 Hz, about -1 to 1."""
+        """The input of Whisper for (samples,) at 16 kHz: (frames, mels) at 100 Hz, about -1 to 1."""
         bands = self.tensors["conv1"].shape[1]
         mel = power_spectra(samples, MEL_SIZE, MEL_HOP) @ mel_filters(16000, MEL_SIZE, bands)
         decades = np.log10(np.maximum(mel, QUIETEST))
@@ -74,6 +74,6 @@ def _convolve(signal: Floats, kernel: Floats, stride: int) -> Floats:
 
 
 def load() -> Whisper:
-    """The encoder with the weights that are found. Raises ModelError that says how to get them."""
+    """The encoder with the weights that are found. Raises ModelError, which says how to get them."""
     tensors, heads, identity = whisper_tensors()
     return Whisper(tensors, heads, identity)

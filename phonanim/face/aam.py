@@ -17,20 +17,20 @@ Array = NDArray[np.float64]
 Grey = NDArray[np.float32]
 
 N_SIMILARITY = 4  # scale, roll, right, down
-TURN_STD = 0.05  # radians, by which a talking head nods and turns
-STEPS, CLOSE = 30, 0.02  # iterations at most, and the move in pixels of a texture at which they end
-LARGEST_GROWTH, LARGEST_SHAPE = 1.5, 10.0  # within one search; deviations
+TURN_STD = 0.05  # radians: standard deviation of the turns of a talking head
+STEPS, CLOSE = 30, 0.02  # maximum number of iterations, and the move in texture pixels that ends them
+LARGEST_GROWTH, LARGEST_SHAPE = 1.5, 10.0  # within one search; standard deviations
 RIDGE = 1e-6
-FAINT = 0.1  # of the template's contrast: a picture with less shows nothing
+FAINT = 0.1  # of the template's contrast: a picture with less contrast has no face
 
 
 @dataclass(frozen=True)
 class Options:
-    """How the search weighs pixels against habit; chosen on training clips (docs/appearance.md).
+    """Weights of the search between pixels and prior; chosen on training clips (docs/appearance.md).
 
-    `outer` and `inner` are how many appearance modes are projected out, `noise` the levels of grey that
-    a pixel may differ and still say little, `likeness` the least share of a picture's contrast that the
-    model must explain for a frame to count as found.
+    `outer` and `inner` are how many appearance modes are projected out, `noise` the standard deviation of a
+    pixel in grey levels, `likeness` the least share of a picture's contrast that the model must explain for a
+    frame to count as found.
     """
 
     outer: int = 5
@@ -54,13 +54,12 @@ class Pose:
 
 @dataclass(frozen=True)
 class Fitter:
-    """Everything about the search that no picture changes (Matthews and Baker 2004, section 4).
+    """The parts of the search that do not depend on the picture (Matthews and Baker 2004, section 4).
 
-    `base` (n, 2) is the centred reference in texture pixels, `modes` (k, n, 2) what one deviation of each
-    shape parameter does to it, `start` (k,) the parameters of the reference itself. `template` (p,) and
-    `basis` (a, p) are the grey mean and the modes that are projected out, `steepest` (4 + k, p) the
-    descent images without them, `hessian` (4 + k, 4 + k). `inverse_edges` (t, 2, 2) and `around` (n, t)
-    serve the composition of warps.
+    `base` (n, 2) is the centred reference in texture pixels, `modes` (k, n, 2) its change by one deviation of
+    each shape parameter, `start` (k,) the parameters of the reference. `template` (p,) and `basis` (a, p) are
+    the grey mean and the modes that are projected out, `steepest` (4 + k, p) the descent images without them,
+    `hessian` (4 + k, 4 + k). `inverse_edges` (t, 2, 2) and `around` (n, t) are used to compose warps.
     """
 
     model: AppearanceModel
@@ -91,7 +90,7 @@ class Fitter:
         return np.column_stack([_placed(flat, pose.similarity), depth])
 
     def fit(self, image: Grey, pose: Pose) -> Pose:
-        """Improve a pose on a grey picture (rows, columns) until it stays; likeness 0 when it runs away."""
+        """Improve a pose on a grey picture (rows, columns) until it converges; likeness 0 if it diverges."""
         first = pose = replace(pose, likeness=0.0)
         for _ in range(STEPS):
             moved = self._compose(pose, self._change(self._error(image, pose), pose))
@@ -117,7 +116,7 @@ class Fitter:
         return sample_bilinear(image[..., None], places)[:, 0]
 
     def _error(self, image: Grey, pose: Pose) -> Grey:
-        """Picture minus template, after the picture's gain and offset are set to the template's."""
+        """Picture minus template, after the picture's gain and offset are matched to the template's."""
         texture = self._texture(image, pose)
         spread = max(float(texture.std()), 1e-3)
         aligned = (texture - texture.mean()) * (self.template.std() / spread) + self.template.mean()
@@ -139,7 +138,7 @@ class Fitter:
         return self._nearest(target, pose)
 
     def _nearest(self, target: Array, pose: Pose) -> Pose:
-        """The pose whose corners are nearest to given ones, by one Gauss-Newton step, (n, 2)."""
+        """The pose whose corners are nearest to the given ones, by one Gauss-Newton step, (n, 2)."""
         plain = self.base + np.tensordot(pose.shape - self.start, self.modes, 1)
         turn = np.array([pose.similarity[:2], [-pose.similarity[1], pose.similarity[0]]])
         directions = _directions(plain, self.modes @ turn).reshape(N_SIMILARITY + len(self.modes), -1)
@@ -159,7 +158,7 @@ class Fitter:
 
 
 def shape_pivot(model: AppearanceModel) -> Array:
-    """The point that the head turns about in the search, (3,) mm: the middle of the mesh's landmarks."""
+    """The point about which the head turns in the search, (3,) mm: the middle of the mesh's landmarks."""
     return np.asarray(model.face.mean[model.rows].mean(axis=0))
 
 
@@ -188,7 +187,7 @@ def build_fitter(model: AppearanceModel, options: Options = Options()) -> Fitter
 
 
 def grey_basis(model: AppearanceModel, template: Grey, options: Options) -> Grey:
-    """Orthonormal grey pictures that say nothing about the shape: appearance modes, gain, offset, (a, p)."""
+    """Orthonormal grey pictures without shape information: appearance modes, gain, offset, (a, p)."""
     parts = [np.ones_like(template), template]
     for region, count in ((model.outer, options.outer), (model.inner, options.inner)):
         for mode in region.modes[:count]:
@@ -199,10 +198,10 @@ def grey_basis(model: AppearanceModel, template: Grey, options: Options) -> Grey
 
 
 def track_face(fitter: Fitter, images: Iterable[NDArray[np.uint8]]) -> Iterator[Pose | None]:
-    """Follow the face through pictures (rows, columns, 3); None where it is not found.
+    """Track the face through pictures (rows, columns, 3); None where it is not found.
 
-    Each search starts from the frame before; after a frame in which the face is not found, and at the
-    first, from the best of many places and sizes (`first_guesses`).
+    Each search starts from the frame before. At the first frame, and after a frame without a face, it starts
+    from the best of many positions and sizes (`first_guesses`).
     """
     last: Pose | None = None
     for image in images:
@@ -215,7 +214,7 @@ def track_face(fitter: Fitter, images: Iterable[NDArray[np.uint8]]) -> Iterator[
 
 
 def find_face(fitter: Fitter, image: Grey) -> Pose:
-    """The best fit from many places and sizes."""
+    """The best fit from many positions and sizes."""
     mean = fitter.model.mesh.picture(fitter.template[:, None])[..., 0]
     mask = fitter.model.mesh.picture(np.ones((len(fitter.template), 1)))[..., 0]
     middle = fitter.model.mesh.reference.mean(axis=0)
@@ -231,13 +230,13 @@ def _scale(pose: Pose) -> float:
 
 
 def _ran_away(pose: Pose, first: Pose) -> bool:
-    """Whether a search has left what a face can do: it grew or shrank by a half, or is no shape at all."""
+    """Whether a search has diverged: it grew or shrank by a half, or its shape is impossible."""
     growth = _scale(pose) / _scale(first)
     return not (1 / LARGEST_GROWTH < growth < LARGEST_GROWTH and np.abs(pose.shape).max() < LARGEST_SHAPE)
 
 
 def _directions(points: Array, modes: Array) -> Array:
-    """How each parameter moves corners at (n, 2): scale, roll, right, down, then the modes, (4 + k, n, 2)."""
+    """The move of corners at (n, 2) by each parameter: scale, roll, right, down, the modes, (4 + k, n, 2)."""
     x, y = points.T
     zero, one = np.zeros_like(x), np.ones_like(x)
     similar = [(x, y), (-y, x), (one, zero), (zero, one)]
@@ -257,7 +256,7 @@ def _edges(points: Array, mesh: Mesh) -> Array:
 
 
 def _slopes(mesh: Mesh, texture: Grey) -> Array:
-    """Gradient of a texture at its pixels, levels per pixel right and down, (p, 2); nothing at the rim."""
+    """Gradient of a texture at its pixels, levels per pixel right and down, (p, 2); 0 at the border."""
     image = np.full(mesh.height * mesh.width, np.nan)
     image[mesh.pixels] = texture
     down, right = np.gradient(image.reshape(mesh.height, mesh.width))

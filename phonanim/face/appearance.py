@@ -1,4 +1,4 @@
-"""The reference face in pictures: shape, appearance and joint modes (an active appearance model)."""
+"""Appearance model of the reference face (AAM): shape, appearance and joint modes."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 Texture = NDArray[np.float32]
 
 FORMAT = 1
-NOSE_RIDGE = 5  # the highest landmark of the picture: the mouth, the jaw and the nose's tip, which is rigid
-OPENED = 1.0  # standard deviations of the first mode: a reference shape with room for teeth and tongue
+NOSE_RIDGE = 5  # highest landmark of the picture, which has the mouth, the jaw and the (rigid) nose tip
+OPENED = 1.0  # standard deviations of the first mode: a reference shape with space for teeth and tongue
 LUMA = np.array([0.299, 0.587, 0.114], np.float32)  # ITU-R BT.601
 BACKDROP = (24, 26, 31)
 
@@ -53,14 +53,14 @@ class Region:
 
 @dataclass(frozen=True)
 class AppearanceModel:
-    """A face with its picture; every frame is j joint parameters (Taylor 2017, section 4.1, equation 1).
+    """A face with its texture; every frame is j joint parameters (Taylor 2017, section 4.1, equation 1).
 
-    `face` has the m shape modes, `mesh` the pixels between the landmarks `rows` of the face, `inner`
-    the inside of the mouth and `outer` the rest of the lower face. `basis` (j, m + n_outer + n_inner)
-    is orthonormal and acts on (weight · shape, outer, inner); `std` (j,) levels; `weight` in levels per
-    mm makes the shape vary as much as the pixels. `slopes` (m, p, 3) is how a texture follows the
-    shape, in levels per mm; it serves to tell a clip's light from its speech. `pixel` is the size
-    of a texture's pixels in mm.
+    `face` has the m shape modes, `mesh` the pixels between the landmarks `rows` of the face, `inner` the
+    inside of the mouth and `outer` the rest of the lower face. `basis` (j, m + n_outer + n_inner) is
+    orthonormal and acts on (weight · shape, outer, inner); `std` (j,) is in levels; `weight`, in levels per
+    mm, makes the shape vary as much as the pixels. `slopes` (m, p, 3) is the change of a texture with the
+    shape, in levels per mm; it separates the light of a clip from its speech. `pixel` is the size of a
+    texture's pixels in mm.
     """
 
     face: FaceModel
@@ -96,7 +96,7 @@ class AppearanceModel:
         return textures
 
     def without_light(self, textures: Texture, shape_modes: NDArray[np.floating]) -> Texture:
-        """The textures of one clip in the light of the mean, (frames, p, 3) with (frames, m) -> the same."""
+        """The textures of one clip in mean light, (frames, p, 3) with (frames, m) -> the same."""
         return without_light(textures, shape_modes, self.mean_texture, self.slopes)
 
     def render(self, joint: NDArray[np.floating], scale: float = 2.0) -> NDArray[np.uint8]:
@@ -109,7 +109,7 @@ class AppearanceModel:
 
     def draw(self, shapes: Array, textures: Texture, scale: float = 2.0) -> NDArray[np.uint8]:
         """Mouth pictures of shapes (frames, landmarks, 3) mm with textures (frames, p, 3)."""
-        room = 4 * scale  # for a jaw that falls lower than the reference's
+        room = 4 * scale  # for a jaw below that of the reference
         points = flat_points(shapes[:, self.rows], self.pixel / scale) - self._corner(scale) + room
         size = (2 * int(v * scale / 2 + room + 1) for v in (self.mesh.height, self.mesh.width))
         canvas = np.full((*size, 3), BACKDROP, np.uint8)
@@ -135,10 +135,10 @@ class AppearanceModel:
 def without_light(
     textures: Texture, shape_modes: NDArray[np.floating], mean: Texture, slopes: Texture
 ) -> Texture:
-    """The textures of one clip in the light of the mean, (frames, p, 3) with (frames, m) -> the same.
+    """The textures of one clip in mean light, (frames, p, 3) with (frames, m) -> the same.
 
-    What the mean picture of a clip has beyond what its mean shape explains is how this clip was lit
-    and how the head was held; it is no speech, and it is taken out.
+    The mean picture of a clip minus the part that its mean shape explains is an effect of the lighting and
+    the head position. It is not speech, so it is subtracted.
     """
     explained = np.tensordot(shape_modes.mean(axis=0).astype(np.float32), slopes, 1)
     return np.asarray(textures - (textures.mean(axis=0) - mean - explained), np.float32)
@@ -150,27 +150,27 @@ def flat_points(shapes: NDArray[np.floating], pixel: float) -> Array:
 
 
 def reference_shape(face: FaceModel) -> Array:
-    """The shape that textures are laid out in, (landmarks, 3) mm: the mean with the mouth a little open.
+    """The shape in which textures are laid out, (landmarks, 3) mm: the mean with a slightly open mouth.
 
-    In the mean shape itself the inside of the mouth would be two pixels high.
+    In the mean shape itself, the inside of the mouth would be two pixels high.
     """
     return np.asarray(face.mean + OPENED * face.std[0] * face.modes[0])
 
 
 def appearance_mesh(face: FaceModel, pixel: float) -> tuple[NDArray[np.int64], Mesh]:
-    """The landmarks that carry the picture (rows of the face), and the mesh between them."""
+    """The landmarks of the texture (rows of the face), and the mesh between them."""
     rows = np.flatnonzero(face.mean[:, 1] <= face.mean[face.landmark(NOSE_RIDGE), 1])
     return rows, build_mesh(flat_points(reference_shape(face)[rows], pixel))
 
 
 def inner_mouth(face: FaceModel, rows: NDArray[np.int64], mesh: Mesh) -> NDArray[np.bool_]:
-    """Which pixels of a mesh lie in triangles between the inner lips, (p,)."""
+    """A mask of the pixels of a mesh in triangles between the inner lips, (p,)."""
     lips = np.searchsorted(rows, face.rows(INNER_LIPS))
     return np.asarray(np.isin(mesh.corners, lips).all(axis=1))
 
 
 def fit_region(textures: Texture, place: NDArray[np.int64], variance: float) -> Region:
-    """PCA of some pixels of textures, (frames, p, 3), that keeps a share of the variance."""
+    """PCA of some pixels of textures, (frames, p, 3), that keeps a given share of the variance."""
     chosen = textures[:, place].reshape(len(textures), -1)
     mean = chosen.mean(axis=0, dtype=np.float64)
     modes, std = principal(chosen - mean.astype(np.float32), variance)
@@ -183,7 +183,7 @@ def fit_region(textures: Texture, place: NDArray[np.int64], variance: float) -> 
 def principal(centred: NDArray[np.floating], variance: float) -> tuple[Array, Array]:
     """Principal directions of centred samples (n, d) -> (k, d) orthonormal, and their deviations (k,).
 
-    The sign of each makes its largest entry positive. By the smaller of the two Gram matrices.
+    Each sign makes the largest entry positive. Computed by the smaller of the two Gram matrices.
     """
     n_samples, size = centred.shape
     wide = size > n_samples
@@ -224,7 +224,7 @@ def save_appearance(model: AppearanceModel, folder: Path, card: dict[str, Any]) 
 
 
 def load_appearance(folder: Path) -> AppearanceModel:
-    """Read what `save_appearance` wrote. Raises ModelError when it is absent or damaged."""
+    """Read the output of `save_appearance`. Raises ModelError when it is missing or damaged."""
     from safetensors import SafetensorError
     from safetensors.numpy import load_file
 
@@ -236,12 +236,12 @@ def load_appearance(folder: Path) -> AppearanceModel:
         return _checked(_from_tensors(tensors, facts))
     except (OSError, ValueError, KeyError, SafetensorError) as error:
         raise ModelError(
-            f"{folder}: is no appearance model ({error}); make one with `phonanim corpus appearance`"
+            f"{folder}: is not an appearance model ({error}); make one with `phonanim corpus appearance`"
         ) from error
 
 
 def _checked(model: AppearanceModel) -> AppearanceModel:
-    """The model itself. Raises ValueError where its parts do not fit each other, or are not finite."""
+    """The model itself. Raises ValueError when its parts do not match or are not finite."""
     n_parts = len(model.face.std) + len(model.outer.std) + len(model.inner.std)
     n_pixels, n_modes = len(model.mesh.pixels), len(model.face.std)
     agree = (
@@ -252,9 +252,9 @@ def _checked(model: AppearanceModel) -> AppearanceModel:
         len(model.rows) == len(model.mesh.reference) <= len(model.face.mean),
     )
     if not all(agree):
-        raise ValueError("its shapes do not agree")
+        raise ValueError("its shapes do not match")
     if not all(np.isfinite(part).all() for part in _tensors(model).values()):
-        raise ValueError("it holds numbers that are not finite")
+        raise ValueError("it has numbers that are not finite")
     return model
 
 

@@ -1,9 +1,9 @@
-"""Contacts: lips that really close on p b m, meet the teeth on f v, and round on sh zh ch jh.
+"""Contacts: enforce that lips close on p b m, meet the teeth on f v, and round on sh zh ch jh.
 
-A regressor answers with the mean of what it has seen, so closures of 30 ms come out half closed, and
-phones that the recordings lack come out like their neighbours. Here a measure of the lips is bounded
-from above while such a phone lasts, and what is too much is taken away by the smallest change of the
-modes (in units of the face's own variation) that does it.
+A regressor predicts the mean of its training data, so closures of 30 ms come out half closed, and phones
+that are not in the recordings resemble their neighbours. Here a measure of the lips gets an upper bound
+while such a phone lasts, and any excess is removed by the smallest change of the modes (in units of the
+face's own variation).
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ Measure = Literal["gap", "width"]
 class Contact:
     """A bound on a measure of the lips (mm): `limit` at the core of the phones, released over `ramp` seconds.
 
-    The core is the middle `core` share of the phone. Lips cannot jump: before and after the core the
-    bound rises by up to `rise` mm, so that a quick p between open vowels starts to close in the vowel.
+    The core is the middle `core` share of the phone. Lips cannot jump: before and after the core the bound
+    rises by up to `rise` mm, so that the closure of a quick p between open vowels starts in the vowel.
     """
 
     phones: tuple[str, ...]
@@ -38,17 +38,17 @@ class Contact:
     rise: float
 
 
-# Limits are medians captured in the middle of phones of the recordings. Gap: p b m 0.35, 0.32, 0.27 mm (a
-# tracker's closed lips are not quite at zero), f 1.9 mm, for v too, whose lax half-open lips are true to life
-# but read as a mistake. Width: w, 49.5 mm, for postalveolars, which English rounds and of which the
-# recordings have only those next to spread vowels ("h", "g", "j").
-# Rises are more than the measure ever exceeds its limit by, so that the bound ends with its ramp.
+# Limits are medians of captured motion in the middle of phones. Gap: p b m 0.35, 0.32, 0.27 mm (a tracker's
+# closed lips are not quite at zero). f has 1.9 mm; v has the same, because its lax half-open lips are
+# realistic but look like a mistake. Width: w, 49.5 mm, is used for postalveolars, which English rounds; the
+# recordings have them only next to spread vowels ("h", "g", "j").
+# A rise is more than the measure ever exceeds its limit, so that the bound has no effect beyond its ramp.
 CONTACTS = (
     Contact(("p", "b", "m"), "gap", limit=0.3, core=0.4, ramp=0.06, rise=14.0),
     Contact(("f", "v"), "gap", limit=1.9, core=0.3, ramp=0.06, rise=14.0),
     Contact(("sh", "zh", "ch", "jh"), "width", limit=49.5, core=0.3, ramp=0.09, rise=10.0),
 )
-SWEEPS = 8  # of the alternating projections; the bounds are then met to a hundredth of a millimetre
+SWEEPS = 8  # of the alternating projections; the bounds then hold to a hundredth of a millimetre
 
 
 def enforce_lip_contacts(
@@ -56,7 +56,7 @@ def enforce_lip_contacts(
 ) -> NDArray[np.float32]:
     """Bound the lips of predicted motion, (frames, modes) at start + n / fps -> the same shape.
 
-    Frames without such a phone nearby come back unchanged, and so do those that keep the bounds already.
+    Frames without such a phone nearby are unchanged, and so are frames within the bounds.
     """
     times = start + np.arange(len(modes)) / fps
     gap, width = contact_limits(track, times, "gap"), contact_limits(track, times, "width")
@@ -71,7 +71,7 @@ def enforce_lip_contacts(
 
 
 def contact_limits(track: PhoneTrack, times: Array, measure: Measure) -> Array:
-    """The largest value allowed at instants, (times,) seconds, rising -> (times,) mm; inf where free."""
+    """The largest allowed value at rising instants, (times,) seconds -> (times,) mm; inf without a bound."""
     limits = np.full(len(times), np.inf)
     for contact in (c for c in CONTACTS if c.measure == measure):
         codes = INVENTORY.codes(contact.phones)
@@ -89,8 +89,8 @@ def contact_limits(track: PhoneTrack, times: Array, measure: Measure) -> Array:
 def project_within_limits(modes: Array, weights: Array, limits: Array, std: Array) -> Array:
     """Move modes (frames, m) as little as possible until modes @ weights.T <= limits (frames, functionals).
 
-    The change is measured in standard deviations `std` (m,), so it takes the way in which this face
-    closes its mouth (Hildreth's alternating projections with memory; Boyle and Dykstra 1986).
+    The change is measured in standard deviations `std` (m,), so this face closes its mouth in its usual way
+    (Hildreth's alternating projections with memory; Boyle and Dykstra 1986).
     """
     directions = weights * std**2
     norms = (directions * weights).sum(axis=1)

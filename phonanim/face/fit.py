@@ -18,7 +18,7 @@ from phonanim.face.model import (
 Array = NDArray[np.float64]
 
 
-ROUNDING = 1e-5  # millimetres: faces that differ less are one, stored as float32 or fitted on another machine
+ROUNDING = 1e-5  # millimetres: faces that differ by less are equal, up to float32 or another machine
 
 
 def fit_face(
@@ -29,11 +29,10 @@ def fit_face(
 ) -> FaceModel:
     """Shape PCA of training shapes, (frames, landmarks, 3) mm, keeping `variance` of the energy.
 
-    Only landmarks below the nose take part: blinks and brows are not speech. Each mode's sign is
-    chosen so that its positive side opens the mouth (or, where it does not open it, raises the
-    corners), which makes the poses nameable and the fit repeatable. `known` is returned in place of a fit
-    that equals it but for rounding: rigs are bound to its digits. Raises MissingExtraError without
-    scikit-learn.
+    Only landmarks below the nose take part: blinks and brows are not speech. The sign of each mode is chosen
+    so that its positive side opens the mouth (or, if it does not open it, raises the corners). So the poses
+    can be named and the fit is repeatable. `known` is returned instead of a fit that equals it up to
+    rounding, because rigs depend on its exact values. Raises MissingExtraError without scikit-learn.
     """
     try:
         from sklearn.decomposition import PCA
@@ -45,7 +44,7 @@ def fit_face(
     moving = mean[:, 1] < mean[np.flatnonzero(indices == SUBNASALE)[0], 1]
     centred = (shapes[:, moving] - mean[moving]).reshape(len(shapes), -1).astype(np.float64)
     pca = PCA(variance, svd_solver="covariance_eigh").fit(centred)
-    energy = pca.explained_variance_ * (1 - 1 / len(centred))  # of these frames, not of a population
+    energy = pca.explained_variance_ * (1 - 1 / len(centred))  # variance over n frames instead of n - 1
     modes = np.zeros((len(energy), *mean.shape))
     modes[:, moving] = pca.components_.reshape(len(energy), -1, 3)
     face = FaceModel(mean, modes, np.sqrt(energy), np.asarray(indices, np.int64))
@@ -54,7 +53,7 @@ def fit_face(
 
 
 def _alike(face: FaceModel, other: FaceModel) -> bool:
-    """Whether two faces are the same but for rounding."""
+    """Whether two faces are equal up to rounding."""
     pairs = ((face.mean, other.mean), (face.modes, other.modes), (face.std, other.std))
     same_rows = np.array_equal(face.indices, other.indices)
     return same_rows and all(a.shape == b.shape and np.allclose(a, b, 0, ROUNDING) for a, b in pairs)

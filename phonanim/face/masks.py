@@ -1,7 +1,7 @@
-"""Masks: which vertices of a mesh belong to the lips, the mouth, the upper face.
+"""Masks: the vertices of a mesh that belong to the lips, the mouth or the upper face.
 
-The shipped ones (lexicon/masks, made by scripts/build_masks.py) are for the reference face's landmarks and
-for the shipped head. One's own are lists of vertex numbers, as text, JSON or .npy.
+The masks of the package (lexicon/masks, made by scripts/build_masks.py) are for the reference face's
+landmarks and for its head. Masks of the user are lists of vertex numbers, as text, JSON or .npy.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ PICKLES = (".pkl", ".pickle", ".p")
 
 @cache
 def head_masks() -> Masks:
-    """Vertices of the shipped head by region, rows of `phonanim.rig.head.load_head().vertices`."""
+    """Vertices of the package's head by region, rows of `phonanim.rig.head.load_head().vertices`."""
     return read_masks(FOLDER / "head.json")
 
 
@@ -57,13 +57,13 @@ def read_masks(path: Path) -> Masks:
 def read_mask(path: Path) -> Rows:
     """Read one list of vertex numbers: text (numbers with commas or spaces), a JSON list, or .npy.
 
-    An .npy holds numbers, or a truth value for each vertex. Pickles are refused, since reading one can run
-    anything that is in it. Raises EvaluationError naming the file and the mend.
+    An .npy has numbers, or a boolean for each vertex. Pickles are refused, because reading one can run any
+    code in it. Raises EvaluationError, which names the file and the fix.
     """
     suffix = path.suffix.lower()
     if suffix in PICKLES:
         raise EvaluationError(
-            f"{path}: a pickle may run code when it is read; open it where you trust it and save numbers: "
+            f"{path}: a pickle may run code when it is read; open it where this is safe and save numbers: "
             "numpy.savetxt('lips.txt', numbers, '%d')"
         )
     if suffix == ".npy":
@@ -85,11 +85,11 @@ def parse_masks(texts: tuple[str, ...]) -> Masks:
 
 
 def check_masks(masks: Masks, vertices: int) -> Masks:
-    """The masks as they are. Raises EvaluationError where one reaches beyond the mesh."""
+    """The masks unchanged. Raises EvaluationError when one has a vertex number beyond the mesh."""
     for name, rows in masks.items():
         if rows.max() >= vertices:
             raise EvaluationError(
-                f"mask {name} names vertex {rows.max()}, the mesh ends at {vertices - 1}; take another"
+                f"mask {name} has vertex {rows.max()}, but the last vertex is {vertices - 1}; use another"
             )
     return masks
 
@@ -99,7 +99,7 @@ def _numbers(values: Any, where: str) -> Rows:
     if array.dtype == bool and array.ndim == 1:
         array = np.flatnonzero(array)
     if array.ndim != 1 or array.size == 0 or not np.issubdtype(array.dtype, np.integer) or array.min() < 0:
-        raise EvaluationError(f"{where}: is no list of vertex numbers (whole, from 0)")
+        raise EvaluationError(f"{where}: is not a list of vertex numbers (whole, from 0)")
     return np.unique(array.astype(np.int64))
 
 

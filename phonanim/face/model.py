@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from phonanim.errors import ModelError
 
-# MediaPipe face-mesh numbers that the rest of the package needs by name.
+# Numbers in the MediaPipe face mesh of the landmarks that the package uses by name.
 SUBNASALE = 2
 UPPER_LIP_INNER, LOWER_LIP_INNER = 13, 14
 MOUTH_CORNER_RIGHT, MOUTH_CORNER_LEFT = 61, 291
 OUTER_LIPS = (61, 185, 40, 39, 37, 0, 267, 269, 270, 409, 291, 375, 321, 405, 314, 17, 84, 181, 91, 146)
 INNER_LIPS = (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308, 324, 318, 402, 317, 14, 87, 178, 88, 95)
-# Upper and lower inner-lip points that face each other, from the right corner to the left.
+# Opposite upper and lower inner-lip points, from the right corner to the left.
 INNER_LIP_PAIRS = ((80, 88), (81, 178), (82, 87), (13, 14), (312, 317), (311, 402), (310, 318))
 
 Array = NDArray[np.float64]
@@ -63,16 +63,16 @@ class FaceModel:
 
     @cached_property
     def moving(self) -> NDArray[np.bool_]:
-        """Which landmarks the modes move, (landmarks,); errors are measured over these."""
+        """A mask of the landmarks that the modes move, (landmarks,); errors are measured on these."""
         moved: NDArray[np.bool_] = np.abs(self.modes).max(axis=(0, 2)) > 0
         return moved
 
     @cached_property
     def id(self) -> str:
-        """Twelve hex digits that change with the modes; a rig's poses hold for one face only."""
+        """Twelve hex digits that change with the modes; the poses of a rig are valid for one face only."""
         digest = hashlib.sha256()
         for part in (self.mean, self.modes, self.std):
-            digest.update(part.astype("<f4").tobytes())  # as model folders store it
+            digest.update(part.astype("<f4").tobytes())  # as stored in model folders
         return digest.hexdigest()[:12]
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Pixels that go where landmarks go: piecewise-affine warps between pictures and one reference shape."""
+"""Move pixels with landmarks: piecewise-affine warps between pictures and one reference shape."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class Mesh:
     """Triangles between landmarks, and the pixels of a texture in them.
 
     `reference` (landmarks, 2) are texture pixels (right, down) on a grid of `height` x `width`; `triangles`
-    (t, 3) are rows of landmarks. `pixels` (p,) are the flat grid places that lie in a triangle, `corners`
-    (p, 3) the landmarks around each and `weights` (p, 3) its barycentric coordinates.
+    (t, 3) are rows of landmarks. `pixels` (p,) are the flat grid indices inside a triangle, `corners` (p, 3)
+    the landmarks around each and `weights` (p, 3) its barycentric coordinates.
     """
 
     reference: Array
@@ -32,7 +32,7 @@ class Mesh:
     weights: NDArray[np.float32]
 
     def places(self, landmarks: NDArray[np.floating]) -> NDArray[np.float32]:
-        """Where the texture's pixels lie in pictures, (frames, landmarks, 2) -> (frames, p, 2)."""
+        """Positions of the texture's pixels in pictures, (frames, landmarks, 2) -> (frames, p, 2)."""
         points = np.asarray(landmarks, np.float32)
         return np.asarray(sum(points[:, self.corners[:, k]] * self.weights[:, k, None] for k in range(3)))
 
@@ -49,7 +49,7 @@ class Mesh:
         )
 
     def picture(self, texture: NDArray[np.floating]) -> NDArray[np.float32]:
-        """A texture laid out in the reference shape, (p, channels) -> (height, width, channels), else 0."""
+        """A texture in the reference shape, (p, channels) -> (height, width, channels), 0 elsewhere."""
         image = np.zeros((self.height * self.width, texture.shape[1]), np.float32)
         image[self.pixels] = texture
         return image.reshape(self.height, self.width, -1)
@@ -59,7 +59,7 @@ class Mesh:
     ) -> NDArray[np.uint8]:
         """A canvas (rows, columns, channels) with a texture (p, channels) drawn at landmarks (landmarks, 2).
 
-        Triangles that are turned over (lips that cross) are left out, so the canvas shows there.
+        Triangles that are turned over (crossed lips) are left out, so the canvas stays visible there.
         """
         flat = np.column_stack([landmarks, np.zeros(len(landmarks))]).astype(np.float32)
         seen = rasterize(flat, self.triangles, *canvas.shape[:2])
@@ -71,7 +71,7 @@ class Mesh:
         return drawn
 
     def _bled(self, texture: NDArray[np.floating]) -> NDArray[np.float32]:
-        """The texture's picture with its rim repeated outwards by a pixel: interpolation reads it there."""
+        """The texture's picture with its border repeated outwards by a pixel, for interpolation there."""
         image, known = self.picture(texture), self.picture(np.ones((len(self.pixels), 1)))
         sums = [_shifted(image, y, x) for y in (-1, 0, 1) for x in (-1, 0, 1)]
         counts = [_shifted(known, y, x) for y in (-1, 0, 1) for x in (-1, 0, 1)]
@@ -110,7 +110,7 @@ def _delaunay(points: Array) -> NDArray[np.int64]:
 
 
 def _facing(points: Array, triangles: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Triangles in a lasting order, the corners of each turned as `rasterize` draws them."""
+    """Triangles in a stable order, with the corners of each in the orientation that `rasterize` draws."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     area = (c - a)[:, 0] * (b - a)[:, 1] - (b - a)[:, 0] * (c - a)[:, 1]
     turned = np.where((area > 0)[:, None], triangles, triangles[:, ::-1])
@@ -118,9 +118,9 @@ def _facing(points: Array, triangles: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def sample_bilinear(image: NDArray[Any], places: NDArray[np.floating]) -> NDArray[np.float32]:
-    """Bilinear values of a picture (rows, columns, channels) at places (p, 2), -> (p, channels).
+    """Bilinear values of a picture (rows, columns, channels) at positions (p, 2), -> (p, channels).
 
-    Places are pixels right and down; outside the picture its rim goes on.
+    Positions are pixels right and down; outside the picture its border is repeated.
     """
     rows, columns = image.shape[:2]
     x = np.clip(places[:, 0], 0, columns - 1).astype(np.float32)

@@ -1,1 +1,1 @@
-"""Phones on a time grid become features for a regressor."""
+"""Convert phones on a time grid into features for a regressor."""

@@ -1,9 +1,9 @@
-"""Continuous-time context: what is spoken around an instant, whatever the frame rate.
+"""Continuous-time context: the phones around an instant, independent of the frame rate.
 
-Phones in frame windows say which symbol fills which frame. These features instead average numbers
-that describe articulation over boxes of time around the instant, narrow near it and wide far away,
-and add the timing of the segment at hand. They change smoothly as time moves, mean the same at
-any frame rate, and carry over to words, phones and speakers that the recordings lack.
+Phones in frame windows give the symbol of each frame. These features instead average numbers that describe
+articulation over boxes of time around the instant, narrow near it and wide far away, and add the timing of
+the current segment. They change smoothly over time, mean the same at any frame rate, and generalize to
+words, phones and speakers that are not in the recordings.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 
-# Box edges in seconds: 40 ms at the instant, then about as wide as the ear's and the lips' memory there.
+# Box edges in seconds: 40 ms at the instant, wider with distance, about like the memory of ear and lips.
 _HALF = (0.02, 0.05, 0.08, 0.12, 0.17, 0.24, 0.34, 0.5, 0.8)
 EDGES = np.array([-edge for edge in reversed(_HALF)] + list(_HALF))
 N_BOXES = len(EDGES) - 1
 N_TIMING = 12  # columns of `segment_timing`
 LONGEST = 0.5  # seconds; longer segments count as this long
-FAR = 10.0  # seconds of silence before the start and after the end: where a file was cut is not felt
+FAR = 10.0  # seconds of silence before the start and after the end, so that the cut of a file has no effect
 SILENT = INVENTORY.code(SILENCE)
 DECAYS = (0.04, 0.12)  # seconds
 
@@ -35,7 +35,7 @@ def part_table(kind: str = "all") -> NDArray[np.float32]:
     """Numbers of each gesture part, (parts, columns).
 
     "gestures": the articulation of the part; "classes": the attribute classes (Taylor 2017, supplement
-    Table 1) of its phone, equal and empty columns left out; "all": both.
+    Table 1) of its phone, without equal and empty columns; "all": both.
     """
     gestures = GESTURES.articulation[GESTURES.part_gesture]
     classes = np.unique(INVENTORY.attributes[GESTURES.part_phone].astype(np.float32), axis=1)
@@ -67,21 +67,21 @@ def context_features(track: PhoneTrack, times: Array, kind: str = "all") -> NDAr
 
 
 def crop_track(track: PhoneTrack, times: Array) -> PhoneTrack:
-    """The segments that can be felt at instants (times,), so that long tracks cost no more per frame."""
+    """The segments that affect instants (times,), so that the cost per frame does not grow with the track."""
     track = with_silence_beyond(track)
     if len(times) == 0:
         return track
     ends = np.array([times.min() + EDGES[0], times.max() + EDGES[-1]])
-    first, last = track.segment_at(ends) + np.array([-2, 3])  # the timing looks two segments further
+    first, last = track.segment_at(ends) + np.array([-2, 3])  # the timing uses two segments further
     kept = slice(max(int(first), 0), int(last))
     stop = min(kept.stop, len(track.codes))
     return PhoneTrack(track.codes[kept], track.bounds[kept.start : stop + 1], track.labels[kept])
 
 
 def with_silence_beyond(track: PhoneTrack) -> PhoneTrack:
-    """A track whose silence at either end goes on for FAR seconds, or begins there if it has none.
+    """A track whose silence at either end is extended by FAR seconds, or added if there is none.
 
-    Its `bounds` begin before 0 s and end after the duration of the track that was given.
+    Its `bounds` begin before 0 s and end after the duration of the given track.
     """
     before, after = (int(code != SILENT) for code in track.codes[[0, -1]])
     silence = np.array([SILENT], np.uint8)
@@ -94,7 +94,7 @@ def with_silence_beyond(track: PhoneTrack) -> PhoneTrack:
 
 
 def segment_timing(track: PhoneTrack, times: Array) -> Array:
-    """Where in its phone an instant lies and how long the phones around it are, (times,) -> (times, 12)."""
+    """Position of an instant in its phone and durations of the phones around it, (times,) -> (times, 12)."""
     lengths = np.minimum(np.diff(track.bounds), LONGEST)
     segment = track.segment_at(times)
     since, until = times - track.bounds[segment], track.bounds[segment + 1] - times

@@ -48,7 +48,7 @@ CONSONANT = INVENTORY.where(kind="consonant")
 
 @dataclass(frozen=True)
 class SparseRows:
-    """Indicator rows as the columns that are set: row r has `columns[starts[r]:starts[r + 1]]`."""
+    """Indicator rows as the columns that are 1: row r has `columns[starts[r]:starts[r + 1]]`."""
 
     columns: NDArray[np.int32]
     starts: NDArray[np.int64]
@@ -65,14 +65,14 @@ class SparseRows:
 
 
 def windows_of_codes(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Check windows of phone codes, (frames, 11), and return them. Raises ValueError on another width."""
+    """Check windows of phone codes, (frames, 11), and return them. Raises ValueError for another width."""
     if codes.ndim != 2 or codes.shape[1] != WIDTH:
         raise ValueError(f"expected windows (frames, {WIDTH}) of phone codes, got {codes.shape}")
     return codes
 
 
 def raw_indicators(codes: NDArray[np.uint8]) -> SparseRows:
-    """Which phone at which frame, (frames, Kx) codes -> 41 x Kx columns: raw features (section 5.2)."""
+    """One-hot phones per frame, (frames, Kx) codes -> 41 x Kx columns: raw features (section 5.2)."""
     width = codes.shape[1]
     columns = codes + np.arange(width, dtype=np.int32) * N_PHONES
     return SparseRows(columns.ravel().astype(np.int32), np.arange(len(codes) + 1) * width, N_PHONES * width)
@@ -81,8 +81,8 @@ def raw_indicators(codes: NDArray[np.uint8]) -> SparseRows:
 def indicators(codes: NDArray[np.uint8], clusters: NDArray[np.int8]) -> SparseRows:
     """All 2379 indicators of windows of phone codes, (frames, 11) -> 2379 columns.
 
-    `clusters` (41, 41) int8 is the data-driven cluster of each pair of phones, -1 where the training
-    data had none (see `phonanim.transitions`); which of the three kinds of pair it is, the phones say.
+    `clusters` (41, 41) int8 is the data-driven cluster of each pair of phones, -1 for a pair that is not in
+    the training data (see `phonanim.transitions`). The phones give the kind of the pair (cv, vc or cc).
     """
     found = [
         _spans(windows_of_codes(codes)),

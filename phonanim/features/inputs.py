@@ -1,4 +1,4 @@
-"""What a regressor may look at, by name: the one place that turns a track and instants into numbers."""
+"""The inputs of regressors by name: the one place that converts a track and instants into numbers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from phonanim.speech.inventory import N_PHONES
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
-MODEL_FPS = 25.0  # the frame grid of the recordings, on which windows of frames are defined
+MODEL_FPS = 25.0  # frames per second of the recordings; windows of frames are defined on this grid
 STEP = 1 / MODEL_FPS  # seconds
 CONTEXT = ("all", "gestures", "classes")
 FEATURES = ("indicators", "raw", *CONTEXT)
@@ -29,8 +29,8 @@ def window_features(
     """Features around instants, (times,) seconds -> (times, features).
 
     "indicators" and "raw" are those of Taylor 2017 (supplement 1; section 5.2) over 11 frames of the
-    model's grid, or `reach` frames (Kx) of the raw ones; "all", "gestures" and "classes" are the context
-    features. Raises ValueError otherwise.
+    model's grid, or `reach` frames (Kx) for the raw ones; "all", "gestures" and "classes" are the context
+    features. Raises ValueError for another kind.
     """
     if kind in CONTEXT:
         return context_features(track, times, kind)
@@ -38,20 +38,20 @@ def window_features(
         return indicators(frame_codes(track, times), clusters).dense()
     if kind == "raw":
         return raw_indicators(frame_codes(track, times, reach)).dense()
-    raise ValueError(f"there are no features {kind!r}, only {', '.join(FEATURES)}")
+    raise ValueError(f"there are no features {kind!r}; use one of {', '.join(FEATURES)}")
 
 
 def n_features(kind: str, reach: int = WIDTH) -> int:
-    """How many columns `inputs` has."""
+    """Number of columns of `window_features`."""
     if kind in CONTEXT:
         return N_BOXES * int(part_table(kind).shape[1]) + N_TIMING
     return {"indicators": N_FEATURES, "raw": N_PHONES * reach}[kind]
 
 
 def frame_codes(track: PhoneTrack, times: Array, width: int = WIDTH) -> NDArray[np.uint8]:
-    """Phones in the frames around instants, (times,) -> (times, width) codes; the ends repeat.
+    """Phones in the frames around instants, (times,) -> (times, width) codes; clamped at the ends.
 
-    An instant on a boundary belongs to the phone that begins there, however its seconds were rounded.
+    An instant on a boundary belongs to the phone that begins there, regardless of rounding.
     """
     around = times[:, None] + (np.arange(width) - width // 2) * STEP + TICK
     return track.sample(np.clip(around, 0, track.duration - TICK).ravel()).reshape(around.shape)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 T = TypeVar("T", bound=np.generic)
-# Instants nearer than this are one: half the smallest gap between frames of 24 to 120 fps is far more.
+# Instants closer than this are equal; half the smallest gap between frames at 24 to 120 fps is much larger.
 TICK = 1e-7  # seconds
 
 
@@ -26,7 +26,7 @@ def overlap_mean(windows: NDArray[np.floating]) -> NDArray[np.floating]:
     """Blend predicted windows, (frames, width, modes) -> (frames, modes).
 
     Each frame is the plain mean of the windows that cover it: up to `width`, fewer at the ends
-    (Taylor 2017, section 5, step 3). The windows of a constant give back that constant.
+    (Taylor 2017, section 5, step 3). Windows of a constant give that constant.
     """
     frames, width = windows.shape[:2]
     total = np.zeros((frames, *windows.shape[2:]), windows.dtype)
@@ -50,12 +50,12 @@ def predict_at(
 ) -> NDArray[np.float32]:
     """Overlap mean at arbitrary instants, (frames,) seconds -> (frames, modes).
 
-    `predict` maps window centres (n,) in seconds to windows (n, width, modes) whose places lie `step`
-    seconds apart. An instant t is covered by the windows centred at t, t ± step, ...; those centred
-    outside 0 to `duration` do not exist, as at the ends of a recording. So the motion is one function
-    of continuous time: every frame rate samples it exactly, through as many phases of the model's grid
-    as it needs, and equal instants of two frame rates get equal values. Instants before the start and
-    after the end are those ends: film often outlasts the alignment by part of a frame.
+    `predict` maps window centres (n,) in seconds to windows (n, width, modes) whose frames are `step`
+    seconds apart. An instant t is covered by the windows centred at t, t ± step, ...; windows centred
+    outside 0 to `duration` do not exist, as at the ends of a recording. So the motion is one function of
+    continuous time: every frame rate samples it exactly, with as many phases of the model's grid as it
+    needs, and two frame rates get equal values at equal instants. Instants before the start and after the
+    end are clamped: a video often outlasts its alignment by part of a frame.
     """
     if len(times) == 0:
         return predict(np.zeros(1))[:0, 0]

@@ -1,1 +1,1 @@
-"""What a line is made from: alignment files and recordings, as a model needs them."""
+"""The inputs of a line: alignment files and recordings, in the form that a model needs."""

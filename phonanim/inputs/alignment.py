@@ -15,14 +15,14 @@ def read_alignment(
     """Read the phones of an alignment file, in any format that `phonanim info` lists.
 
     Args:
-        path: The file; its content tells the format.
+        path: The file; its format is detected by its content.
         tier: The phone tier, by name or by number from 1. Without it the tier is found by its name, else by
             its labels.
-        speaker: Who speaks, in a file of several speakers.
-        lexicon: A pronunciation dictionary, for a file that has words alone.
+        speaker: The speaker, for a file of several speakers.
+        lexicon: A pronunciation dictionary, for a file with words only.
 
     Raises:
-        AlignmentError: The file cannot be read, no tier has phones, or its times make no sense.
+        AlignmentError: The file cannot be read, no tier has phones, or its times are inconsistent.
 
     Examples:
         >>> import phonanim

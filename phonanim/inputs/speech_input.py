@@ -1,4 +1,4 @@
-"""What a line is made from: an alignment, a recording, or both, as its model asks."""
+"""The input of a line: an alignment, a recording, or both, as the model requires."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from phonanim.speech.phones import PhoneTrack, silent_track
 InputModality = Literal["phones", "audio", "both"]
 """What a model reads: phones, audio or both."""
 
-UNENFORCED = "there is no alignment: closures of the lips are as heard, none is enforced"
-APART = 0.5  # seconds between the ends of a recording and its alignment that are worth a word
+UNENFORCED = "there is no alignment: lip closures are as predicted from the audio, none is enforced"
+APART = 0.5  # seconds between the ends of a recording and its alignment above which a note is given
 
 
 @dataclass(frozen=True, slots=True)
 class SpeechInput:
-    """The alignment and its phones (silence throughout where there is none), and the sound if it is heard."""
+    """The alignment and its phones (all silence without an alignment), and the audio if the model uses it."""
 
     alignment: Alignment
     track: PhoneTrack
@@ -35,10 +35,10 @@ class SpeechInput:
 def read_speech_input(
     path: Path, options: Options, audio: Path | None, modality: InputModality
 ) -> SpeechInput:
-    """Read an alignment or a recording, and the recording beside an alignment where the model hears.
+    """Read an alignment or a recording, and for an audio-driven model the recording next to an alignment.
 
-    Raises AlignmentError when a recording is given to a model that only reads, AudioError when a model that
-    hears has nothing to hear, and what reading either raises.
+    Raises AlignmentError when a recording is given to a phone-driven model, AudioError when an audio-driven
+    model has no recording, and the errors of reading either.
     """
     if is_recording(path):
         return _read_recording(path, modality)
@@ -57,15 +57,15 @@ def read_speech_input(
 
 
 def is_recording(path: Path) -> bool:
-    """Whether a path is one of a sound, by its suffix."""
+    """Whether a path names a recording, by its suffix."""
     return path.suffix.lower() in SUFFIXES
 
 
 def _read_recording(path: Path, modality: InputModality) -> SpeechInput:
     if modality != "audio":
         raise AlignmentError(
-            f"{path}: is a recording, and this model reads alignments; say what is spoken with --text, "
-            "or choose a --model that hears"
+            f"{path}: is a recording, and this model needs an alignment; give the spoken words with --text, "
+            "or choose an audio-driven --model"
         )
     sound = read_sound(path)
     nothing = Alignment((), sound.duration, "", str(path))
@@ -74,7 +74,7 @@ def _read_recording(path: Path, modality: InputModality) -> SpeechInput:
 
 
 def _apart(audio: Path, heard: float, read: float) -> tuple[str, ...]:
-    """What to say when a recording and its alignment, of so many seconds, do not end together."""
+    """A note when a recording and its alignment, of these durations in seconds, do not end together."""
     if abs(heard - read) <= APART:
         return ()
     shorter = "the recording" if heard < read else "the alignment"

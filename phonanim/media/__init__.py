@@ -1,1 +1,1 @@
-"""Sound, film, pictures and binary glTF."""
+"""Audio, video, pictures and binary glTF."""

@@ -17,18 +17,18 @@ from phonanim.core.files import concatenate_pieces
 from phonanim.errors import AudioError, MissingExtraError
 
 SUFFIXES = (".wav", ".flac", ".ogg", ".mp3")
-READ = 10.0  # seconds of a recording at a time
-BLOCK = 1 << 20  # samples that are looked at at a time
-PLAIN = (b"\x01\0", b"\x03\0", b"\xfe\xff")  # kinds of WAV in which every second takes as many bytes
+READ = 10.0  # seconds of a recording that are read at a time
+BLOCK = 1 << 20  # samples that are processed at a time
+PLAIN = (b"\x01\0", b"\x03\0", b"\xfe\xff")  # kinds of WAV with a constant number of bytes per second
 FORMAT = 16  # bytes of the format that every WAV has
-UNTOLD = 0x7FFFF000  # bytes; a header that tells of so many was written before the sound
-SPARE = 0.01  # seconds that may be missing at the end of a file without a word
+UNTOLD = 0x7FFFF000  # bytes; a header with this size or more was written before the length was known
+SPARE = 0.01  # seconds that may be missing at the end of a file without a warning
 FULL_SCALE = 0.999
-CLIPPED = 1.0  # percent of samples at full scale that is no chance
+CLIPPED = 1.0  # percent of samples at full scale above which a recording counts as clipped
 
 
 def find_audio(alignment: Path) -> Path | None:
-    """The recording beside an alignment, under the same stem, if there is one; of a recording, itself."""
+    """The recording next to an alignment, with the same stem, or None; for a recording, the file itself."""
     if alignment.suffix.lower() in SUFFIXES:
         return alignment
     candidates = (alignment.with_suffix(suffix) for suffix in SUFFIXES)
@@ -44,7 +44,7 @@ class Sound:
 
     @property
     def duration(self) -> float:
-        """Seconds."""
+        """Length in seconds."""
         return len(self.samples) / self.rate
 
 
@@ -56,17 +56,17 @@ def read_sound(path: Path) -> Sound:
 def read_audio(path: Path) -> tuple[NDArray[np.float32], int]:
     """Mono samples in -1..1, (samples,), and their rate in hertz; channels are averaged.
 
-    16-bit WAV needs nothing; every other format needs the `audio` extra. Long ones lie in a file that goes
-    with them, so that memory does not grow. Raises AudioError.
+    16-bit WAV needs no extra; every other format needs the `audio` extra. Long recordings are kept in a
+    temporary file that is removed with the array, so that memory use does not grow. Raises AudioError.
     """
     rate, blocks = open_audio(path, READ)
     return concatenate_pieces(_numbers(path, rate, blocks)), rate
 
 
 def open_audio(path: Path, seconds: float) -> tuple[int, Iterator[NDArray[np.float32]]]:
-    """The rate of a recording in hertz, and its mono samples in blocks of about so many seconds, (n,) each.
+    """The rate of a recording in hertz, and its mono samples in blocks of about `seconds` s, (n,) each.
 
-    What can be read is as in `read_audio`, but memory does not grow with the length. Raises AudioError.
+    The formats are those of `read_audio`, but memory use does not grow with length. Raises AudioError.
     """
     try:
         with _open(path) as file, wave.open(file, "rb") as stream:
@@ -93,28 +93,28 @@ def _other_blocks(path: Path, size: int) -> Iterator[NDArray[np.float32]]:
 
 
 def _some(path: Path, blocks: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
-    """The same blocks. Raises AudioError when there are none."""
+    """The same blocks. Raises AudioError when there are no blocks."""
     empty = True
     for block in blocks:
         empty = empty and not len(block)
         yield block
     if empty:
-        raise AudioError(f"{path}: holds no sound; record it again")
+        raise AudioError(f"{path}: contains no samples; record it again")
 
 
 def _numbers(path: Path, rate: int, blocks: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
-    """The same blocks. Raises AudioError at samples that are no numbers."""
+    """The same blocks. Raises AudioError at samples that are not finite numbers."""
     count = 0
     for block in blocks:
         if not np.isfinite(block).all():
             place = f"after {count / rate:.1f} s"
-            raise AudioError(f"{path}: has samples {place} that are no numbers; export it again")
+            raise AudioError(f"{path}: has samples {place} that are not finite numbers; export it again")
         count += len(block)
         yield block
 
 
 def to_mono(data: bytes, channels: int) -> NDArray[np.float32]:
-    """16-bit samples of several channels -> (samples,) in -1..1; what is left of a last one is left out."""
+    """16-bit samples of several channels -> (samples,) in -1..1; an incomplete last frame is dropped."""
     whole = len(data) // (2 * channels) * (2 * channels)
     samples = np.frombuffer(data[:whole], "<i2").reshape(-1, channels)
     return (samples.mean(axis=1) / 32768).astype(np.float32)
@@ -133,9 +133,9 @@ def resample(samples: NDArray[np.float32], rate: int, target: int) -> NDArray[np
 
 
 def audio_duration(path: Path) -> float:
-    """Seconds of a recording, from its header, as far as they are there. Raises AudioError.
+    """Seconds of a recording by its header, but no more than the file contains. Raises AudioError.
 
-    WAV and FLAC need nothing; every other format needs the `audio` extra.
+    WAV and FLAC need no extra; every other format needs the `audio` extra.
     """
     with _open(path) as file:
         head = file.read(26)
@@ -156,8 +156,8 @@ def _flac_duration(head: bytes) -> float | None:
 
 
 def _wav_durations(path: Path) -> tuple[float, float] | None:
-    """Seconds that the header of a WAV file tells of, and those that are there; None of any other file."""
-    speed = 0  # bytes a second
+    """Seconds of a WAV file by its header, and seconds that the file contains; None for any other file."""
+    speed = 0  # bytes per second
     with _open(path) as file:
         size = os.fstat(file.fileno()).st_size
         riff = file.read(12)
@@ -174,22 +174,22 @@ def _wav_durations(path: Path) -> tuple[float, float] | None:
 
 
 def truncation_note(path: Path) -> tuple[str, ...]:
-    """A line for people when less of a WAV file is there than its header tells of. Raises AudioError."""
+    """A warning when a WAV file contains less than its header says. Raises AudioError."""
     told, there = _wav_durations(path) or (0.0, 0.0)
-    line = f"the recording is cut short: {there:.2f} s of {told:.2f} are there; copy it again"
+    line = f"the recording is truncated: it contains {there:.2f} s of {told:.2f} s; copy it again"
     return (line,) * (told - there > SPARE)
 
 
 @dataclass
 class Level:
-    """How loud sound is that comes piece by piece: samples, the largest, and how many at full scale."""
+    """Level statistics of audio that arrives in pieces: samples, the largest, and those at full scale."""
 
     count: int = 0
     peak: float = 0.0
     full: int = 0
 
     def add(self, samples: NDArray[np.float32]) -> None:
-        """Take the next samples, (n,)."""
+        """Add the next samples, (n,)."""
         loud = np.abs(samples)
         self.count += len(samples)
         self.peak = max(self.peak, float(loud.max(initial=0.0)))
@@ -197,18 +197,18 @@ class Level:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is odd about it, in lines for people."""
+        """Warnings about the audio, one line each."""
         if self.count == 0:
-            return ("no sound came",)
+            return ("no audio was received",)
         if self.peak == 0:
-            return ("the sound was silent; is it the right one?",)
+            return ("the audio was silent; check that it is the right one",)
         share = 100 * self.full / self.count
-        clipped = f"the sound is clipped: {share:.0f} % of its samples are at full scale; record it softer"
+        clipped = f"the audio is clipped: {share:.0f} % of its samples are at full scale; record it quieter"
         return (clipped,) * (share > CLIPPED)
 
 
 def audio_notes(sound: Sound) -> tuple[str, ...]:
-    """What is odd about a recording, in lines for people."""
+    """Warnings about a recording, one line each."""
     level = Level()
     for begin in range(0, len(sound.samples), BLOCK):
         level.add(sound.samples[begin : begin + BLOCK])
@@ -224,7 +224,7 @@ def _open(path: Path) -> BinaryIO:
 
 @contextmanager
 def _soundfile(path: Path) -> Iterator[Any]:
-    """The soundfile module, its errors told as AudioError."""
+    """The soundfile module; its errors are raised as AudioError."""
     try:
         import soundfile
     except ImportError as error:
@@ -234,4 +234,4 @@ def _soundfile(path: Path) -> Iterator[Any]:
         yield soundfile
     except soundfile.LibsndfileError as error:
         reason = error.error_string.rstrip(".")
-        raise AudioError(f"{path}: is no recording that can be read: {reason}; export it again") from error
+        raise AudioError(f"{path}: is not a readable recording: {reason}; export it again") from error

@@ -1,4 +1,4 @@
-"""Binary glTF: the JSON and the one binary chunk of a GLB file, and its accessors as arrays."""
+"""Binary glTF: the JSON and the binary chunk of a GLB file, and its accessors as arrays."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ class Glb:
         return {child: number for number, node in nodes for child in node.get("children", ())}
 
     def accessor(self, index: int) -> NDArray[Any]:
-        """One accessor as (count, width), sparse ones filled in, normalized integers as float32.
+        """One accessor as (count, width), with sparse values filled in and normalized integers as float32.
 
         Raises RigError when the accessor reaches outside the file or is compressed.
         """
         spec = self.tree["accessors"][index]
         width, kind = WIDTHS[spec["type"]], np.dtype(COMPONENTS[spec["componentType"]])
         if "bufferView" not in spec and "sparse" not in spec:
-            self.refuse_compressed()  # Draco leaves accessors empty, which would read as noughts
+            self.refuse_compressed()  # Draco leaves accessors empty, so they would read as zeros
         if "bufferView" in spec:
             values = self._view(spec, kind, spec["count"], width)
         else:
@@ -86,12 +86,12 @@ class Glb:
         return rows.reshape(-1, 3).astype(np.int64)
 
     def refuse_compressed(self, also: Iterable[str] = ()) -> None:
-        """Raise RigError, which says how to decompress, when meshes (or what uses `also`) are compressed."""
+        """Raise RigError, which says how to decompress, when meshes are compressed or `also` is used."""
         used = [name for name in COMPRESSED if name in (*self.tree.get("extensionsUsed", ()), *also)]
         if used:
             raise RigError(
                 f"{self.source}: its meshes are compressed ({used[0]}); "
-                "write it plain with: npx @gltf-transform/cli copy IN.glb OUT.glb"
+                "save an uncompressed copy with: npx @gltf-transform/cli copy IN.glb OUT.glb"
             )
 
     def _filled(self, values: NDArray[Any], sparse: dict[str, Any]) -> NDArray[Any]:
@@ -123,7 +123,7 @@ class Glb:
 
 
 def read_glb(path: Path) -> Glb:
-    """Read a GLB file. Raises RigError when it cannot be read or is no binary glTF 2.0."""
+    """Read a GLB file. Raises RigError when it cannot be read or is not binary glTF 2.0."""
     try:
         data = read_bounded(path, MAX_BYTES)
     except (OSError, ValueError) as error:
@@ -135,7 +135,7 @@ def read_glb(path: Path) -> Glb:
 def parse_glb(data: bytes, source: str) -> Glb:
     """The two chunks of a GLB file's bytes. Raises RigError when they are damaged."""
     if len(data) < 20 or struct.unpack_from("<II", data) != (MAGIC, 2):
-        raise RigError(f"{source}: is no binary glTF 2.0 file; export the character as .glb")
+        raise RigError(f"{source}: is not a binary glTF 2.0 file; export the character as .glb")
     chunks: dict[int, bytes] = {}
     at = 12
     while at + 8 <= len(data):
@@ -144,7 +144,7 @@ def parse_glb(data: bytes, source: str) -> Glb:
         at += 8 + length
     if at != len(data):
         raise RigError(
-            f"{source}: is cut short or padded ({len(data)} bytes, {at} expected); export it again"
+            f"{source}: is truncated or padded ({len(data)} bytes, {at} expected); export it again"
         )
     try:
         tree = parse_json(chunks[JSON_CHUNK])

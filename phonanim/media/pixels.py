@@ -1,4 +1,4 @@
-"""Pictures as arrays of sRGB bytes: letters drawn on them, and PNG files."""
+"""Pictures as arrays of sRGB bytes: text drawing and PNG files."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def write_png(image: Image, path: Path) -> None:
 
 
 def png_bytes(image: Image) -> bytes:
-    """The bytes of a PNG file, each row as its difference to the row above (ISO/IEC 15948, filter 2)."""
+    """The bytes of a PNG file; a row is stored as its difference from the row above (ISO 15948, filter 2)."""
     height, width = image.shape[:2]
     rows = image.reshape(height, -1)
     differences = np.diff(rows, axis=0, prepend=np.zeros_like(rows[:1]))
@@ -46,10 +46,10 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
 def draw_text(
     image: Image, text: str, x: float, y: float, color: Color, face: str = "small", align: float = 0.0
 ) -> None:
-    """Write on a picture in place, with the top of the line at row `y`.
+    """Draw text on a picture in place, with the top of the line at row `y`.
 
-    `align` is the share of the text that lies left of column `x`: 0, 0.5 or 1. `face` is "small" or
-    "large". What falls outside the picture is cut off.
+    `align` is the share of the text to the left of column `x`: 0, 0.5 or 1. `face` is "small" or "large".
+    Text outside the picture is cut off.
     """
     letters, ink, _ = _face(face)
     at = round(x - align * text_width(text, face))
@@ -60,13 +60,13 @@ def draw_text(
 
 
 def text_width(text: str, face: str = "small") -> int:
-    """Columns that a text takes."""
+    """Width of a text in columns."""
     letters = _face(face)[0]
     return sum(letters.get(ord(character), letters[UNKNOWN])[3] for character in text)
 
 
 def shortened(text: str, width: int, face: str = "small") -> str:
-    """The text, cut with an ellipsis where it is wider than `width` columns."""
+    """The text, cut with an ellipsis when it is wider than `width` columns."""
     if text_width(text, face) <= width:
         return text
     while text and text_width(text + "…", face) > width:
@@ -81,12 +81,12 @@ def fill(image: Image, x: float, y: float, width: float, height: float, color: C
 
 
 def paste(image: Image, piece: Image, x: int, y: int) -> None:
-    """Put a picture onto another in place."""
+    """Copy a picture onto another in place."""
     image[y : y + piece.shape[0], x : x + piece.shape[1]] = piece
 
 
 def _blend(image: Image, ink: Image, x: int, y: int, color: Color) -> None:
-    """Lay colour on a picture where there is ink, (rows, columns) 0 to 255."""
+    """Blend a colour into a picture where there is ink, (rows, columns) 0 to 255."""
     top, left = max(0, -y), max(0, -x)
     spot = image[max(0, y) : max(0, y + ink.shape[0]), max(0, x) : max(0, x + ink.shape[1])]
     amount = ink[top : top + spot.shape[0], left : left + spot.shape[1], None] / 255

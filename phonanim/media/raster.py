@@ -1,4 +1,4 @@
-"""A small z-buffer: which triangle each pixel shows, and what the triangles' corners say there."""
+"""A small z-buffer: the visible triangle at each pixel, and vertex values interpolated there."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 EMPTY = -1
-SMALLEST = 1e-6  # square pixels: thinner triangles are seen edge-on
+SMALLEST = 1e-6  # square pixels: thinner triangles are seen edge-on and skipped
 
 
 @dataclass(frozen=True)
 class Picture:
-    """What a view shows: `face` (height, width) is the row of `corners` seen at each pixel, or EMPTY.
+    """The content of a view: `face` (height, width) is the row of `corners` at each pixel, or EMPTY.
 
-    `depth` (height, width) rises towards the viewer and is -inf where nothing is seen; `corners` (t, 3)
-    are the triangles that face the viewer; `planes` (t, 3, 3) gives the three corner weights of a
-    triangle at a pixel as planes · (x, y, 1).
+    `depth` (height, width) rises towards the viewer and is -inf at empty pixels; `corners` (t, 3) are the
+    triangles that face the viewer; `planes` (t, 3, 3) gives the three corner weights of a triangle at a
+    pixel as planes · (x, y, 1).
     """
 
     face: NDArray[np.int32]
@@ -27,7 +27,7 @@ class Picture:
     planes: NDArray[np.float32]
 
     def covered(self) -> NDArray[np.int64]:
-        """Flat indices of the pixels that show something, (p,)."""
+        """Flat indices of the pixels that are not empty, (p,)."""
         return np.flatnonzero(self.face.ravel() != EMPTY)
 
     def at(self, pixels: NDArray[np.int64], values: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -42,9 +42,9 @@ class Picture:
 
 
 def rasterize(points: NDArray[np.float32], triangles: NDArray[np.int64], height: int, width: int) -> Picture:
-    """Draw triangles into a z-buffer, (n, 3) pixels right, pixels down and nearness.
+    """Draw triangles into a z-buffer. Points are (n, 3): pixels right, pixels down and nearness.
 
-    Triangles that run clockwise as seen turn their back and are left out.
+    Triangles with clockwise corners on screen face away and are left out.
     """
     x, y = points[:, 0], points[:, 1]
     corners, planes = _facing(x, y, triangles)
@@ -79,7 +79,7 @@ def _facing(
 
 
 def _rows(y: NDArray[np.float32], height: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """First and last pixel row whose middle each triangle reaches, (t, 3) -> (t,), (t,)."""
+    """First and last pixel row whose centre each triangle reaches, (t, 3) -> (t,), (t,)."""
     first = np.clip(np.ceil(y.min(axis=1)), 0, height).astype(np.int64)
     last = np.clip(np.floor(y.max(axis=1)), -1, height - 1).astype(np.int64)
     return first, last
@@ -124,7 +124,7 @@ def _span(
 
 
 def _spread(counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Item and place within the item, counts[i] times each: [2, 1] -> [0, 0, 1], [0, 1, 0]."""
+    """Item and index within the item, repeated counts[i] times each: [2, 1] -> [0, 0, 1], [0, 1, 0]."""
     item = np.repeat(np.arange(len(counts)), counts)
     place = np.arange(len(item)) - np.repeat(np.cumsum(counts) - counts, counts)
     return item, place

@@ -1,4 +1,4 @@
-"""Films: their frames as arrays, their rate, their sound."""
+"""Videos: their frames as arrays, their rate, their sound."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from phonanim.errors import CorpusError, MissingExtraError
 
 Frame = NDArray[np.uint8]
 
-RATE_TOLERANCE = 0.5  # of a frame: how far an instant may lie from the even grid
+RATE_TOLERANCE = 0.5  # of a frame: largest distance of an instant from the even grid
 SOUND_RATE = 16000  # hertz
-H264 = {"preset": "veryfast", "tune": "zerolatency"}  # looking ahead, x264 does not repeat to the byte
-BLOCK = 4096  # samples that are encoded together
+H264 = {"preset": "veryfast", "tune": "zerolatency"}  # with look-ahead, x264 output differs between runs
+BLOCK = 4096  # samples that are encoded at a time
 THREADS = 2  # a fixed number, so that the bytes do not depend on the machine
 
 
 @dataclass(frozen=True)
 class Film:
-    """What a film is before it is decoded; `rate` in frames per second."""
+    """The properties of a video before decoding; `rate` is in frames per second."""
 
     path: Path
     rate: Fraction
@@ -35,75 +35,75 @@ class Film:
 
 
 def open_film(path: Path) -> Film:
-    """Look at a film. Raises CorpusError when it cannot be read or its frame rate is not constant."""
+    """Open a video. Raises CorpusError when it cannot be read or its frame rate is not constant."""
     with _opened(path) as (_, stream):
         instants = sorted(_shown(stream.container.demux(stream)))
         told, step = stream.average_rate, Fraction(stream.time_base)
         has_sound = bool(stream.container.streams.audio)
     if len(instants) < 2 or instants[-1] == instants[0]:
-        raise CorpusError(f"{path}: holds {len(instants)} frames; a recording needs at least two")
+        raise CorpusError(f"{path}: contains {len(instants)} frames; a recording needs at least two")
     seconds = [(pts - instants[0]) * step for pts in instants]
     rate = frame_rate(seconds, told)
     worst, off = _worst(seconds, rate)
     if abs(off) > RATE_TOLERANCE:
         raise CorpusError(
-            f"{path}: its frame rate is not constant (frame {worst} comes {off:+.1f} frames off the even "
+            f"{path}: its frame rate is not constant (frame {worst} is {off:+.1f} frames off the even "
             f"grid); {conversion_hint(path, round(rate))}"
         )
     return Film(path, rate, len(instants), has_sound)
 
 
 def conversion_hint(path: Path, rate: Fraction | int) -> str:
-    """How to give a film another rate."""
+    """The command that converts a video to another rate."""
     return f"convert it: ffmpeg -i {path.name} -vf fps={rate} {path.stem}_{float(rate):.0f}.mp4"
 
 
 def _shown(packets: Iterable[Any]) -> Iterator[int]:
-    """The instants of the frames that are not cut away by an edit of the file."""
+    """The instants of the frames that an edit list of the file does not cut away."""
     return (packet.pts for packet in packets if packet.pts is not None and not packet.is_discard)
 
 
 def frame_rate(seconds: Sequence[Fraction], told: Fraction | None) -> Fraction:
-    """The rate that a file tells of itself, or that its instants (from 0) have, whichever fits these better.
+    """The rate that the file declares, or the rate of its instants (from 0), whichever fits these better.
 
-    What is told may count a pause at the end of the film.
+    The declared rate may include a pause at the end of the video.
     """
     seen = (len(seconds) - 1) / seconds[-1]
     return min((told or seen, seen), key=lambda rate: abs(_worst(seconds, rate)[1]))
 
 
 def _worst(seconds: Sequence[Fraction], rate: Fraction) -> tuple[int, float]:
-    """The frame that is farthest from the even grid of a rate, and by how many frames it comes late."""
+    """The frame that is farthest from the even grid of a rate, and its lateness in frames."""
     off = np.array(seconds, float) * float(rate) - np.arange(len(seconds))
     worst = int(np.abs(off).argmax())
     return worst, float(off[worst])
 
 
 def read_frames(path: Path) -> Iterator[Frame]:
-    """The frames of a film one after the other, (rows, columns, 3) sRGB, upright. Raises CorpusError."""
+    """The frames of a video in order, (rows, columns, 3) sRGB, upright. Raises CorpusError."""
     with _opened(path) as (av, stream):
         stream.thread_type = "AUTO"
         try:
             for frame in stream.container.decode(stream):
-                # a telephone held upright stores its pictures lying, and beside them how to turn them
+                # a phone that is held upright stores pictures in landscape, with their rotation as metadata
                 yield np.rot90(frame.to_ndarray(format="rgb24"), round(frame.rotation / 90))
         except av.error.FFmpegError as error:
             raise CorpusError(f"{path}: cannot be decoded: {error.strerror}; convert it to MP4") from error
 
 
 def read_clip(path: Path) -> Frame:
-    """All frames of a short film, (frames, rows, columns, 3) sRGB. Raises CorpusError."""
+    """All frames of a short video, (frames, rows, columns, 3) sRGB. Raises CorpusError."""
     return np.stack(list(read_frames(path)))
 
 
 def read_sound(path: Path) -> NDArray[np.float32]:
-    """The sound of a film, (samples,) mono at 16 kHz from its first picture on. Raises CorpusError."""
+    """The audio of a video from its first picture on, (samples,) mono at 16 kHz. Raises CorpusError."""
     av = library()
     resampler = av.AudioResampler(format="flt", layout="mono", rate=SOUND_RATE)
     with _opened(path) as (_, stream):
         heard = list(stream.container.decode(audio=0)) if stream.container.streams.audio else []
         if not heard:
-            raise CorpusError(f"{path}: has no sound; phones are found in what is heard")
+            raise CorpusError(f"{path}: has no audio track; the phones are found in the audio")
         pieces = [piece.to_ndarray()[0] for frame in [*heard, None] for piece in resampler.resample(frame)]
         late = (heard[0].time or 0.0) - float((stream.start_time or 0) * stream.time_base)
     samples = np.concatenate(pieces).astype(np.float32)
@@ -118,9 +118,9 @@ def write_film(
     sound: NDArray[np.float32] | None = None,
     quality: int = 16,
 ) -> None:
-    """Write frames (rows, columns, 3), both even, as H.264, and sound (samples,) at 16 kHz as AAC.
+    """Write frames (rows, columns, 3) as H.264 and audio (samples,) at 16 kHz as AAC.
 
-    A lower `quality` number is finer. Raises OutputError.
+    Rows and columns must be even. A lower `quality` number is finer. Raises OutputError.
     """
     av = library()
     with atomic_path(path) as partial, av.open(str(partial), "w") as film:
@@ -139,7 +139,7 @@ def write_film(
 
 
 def write_sound(samples: NDArray[np.float32], path: Path) -> None:
-    """Write mono sound at 16 kHz, (samples,) -1 to 1, as FLAC. Raises OutputError."""
+    """Write mono audio at 16 kHz, (samples,) in -1..1, as FLAC. Raises OutputError."""
     pcm = np.rint(np.clip(samples, -1, 1) * 32767).astype(np.int16)[None]
     with atomic_path(path) as partial, library().open(str(partial), "w") as file:
         _encode_sound(file, file.add_stream("flac", rate=SOUND_RATE, layout="mono", format="s16"), pcm, "s16")
@@ -159,7 +159,7 @@ def library() -> Any:
     try:
         import av
     except ImportError as error:
-        raise MissingExtraError("films need the video library: pip install 'phonanim[video]'") from error
+        raise MissingExtraError("videos need the video library: pip install 'phonanim[video]'") from error
     return av
 
 
@@ -169,7 +169,7 @@ def _opened(path: Path) -> Iterator[tuple[Any, Any]]:
     try:
         with av.open(str(path)) as container:
             if not container.streams.video:
-                raise CorpusError(f"{path}: holds no picture; give a film of the speaking face")
+                raise CorpusError(f"{path}: contains no picture; give a video of the speaking face")
             yield av, container.streams.video[0]
     except (av.error.FFmpegError, OSError) as error:
-        raise CorpusError(f"{path}: cannot be read as a film: {error.strerror}") from error
+        raise CorpusError(f"{path}: cannot be read as a video: {error.strerror}") from error

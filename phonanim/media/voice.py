@@ -1,4 +1,4 @@
-"""Level and pitch of a voice, a hundred times a second, from samples as they are."""
+"""Level and pitch of a voice from audio samples, 100 frames per second."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
-FRAMES = 100  # a second
-HALF = 0.02  # seconds to either side of a frame that its level and pitch are taken from
-RATE = 4000  # hertz at least that pitch is looked for at; more samples are averaged
+FRAMES = 100  # per second
+HALF = 0.02  # seconds to either side of a frame from which its level and pitch are taken
+RATE = 4000  # hertz: least rate for the pitch search; more samples are averaged
 LOWEST, HIGHEST = 70.0, 400.0  # hertz of speaking voices (Titze 1994, Principles of Voice Production)
 VOICED = 0.5  # of the energy that a period must repeat
 FLOOR = -55.0  # dB of full scale; less is silence
 RANGE = 30.0  # dB below the loudest of the last seconds that is still speech
-MEMORY = 3.0  # seconds that level and pitch are compared with
-NEAR = 0.08  # seconds to either side of a syllable's peak that are lower
-CLOSE = 12.0  # dB below the loudest of the last seconds at which a syllable may bear an accent
-STRONG = 6.0  # semitones that make the strongest accent
+MEMORY = 3.0  # seconds with which level and pitch are compared
+NEAR = 0.08  # seconds to either side of a syllable's peak that must be lower
+CLOSE = 12.0  # dB below the loudest of the last seconds within which a syllable may carry an accent
+STRONG = 6.0  # semitones of the strongest accent
 CHUNK = 2000  # frames at a time
-RIPE = 3  # frames that a change of level takes to be one
+RIPE = 3  # frames that a change of level must last to count
 
 
 @dataclass(frozen=True)
 class Voice:
-    """`level` (frames,) dB of full scale and `pitch` (frames,) hertz, NaN where no voice is.
+    """`level` (frames,) in dB of full scale and `pitch` (frames,) in hertz, NaN without voice.
 
-    Frame n stands at `start` + n / 100 seconds, and is known `settled` seconds later.
+    Frame n is at `start` + n / 100 seconds. It becomes known `settled` seconds later.
     """
 
     level: Array
@@ -39,7 +39,7 @@ class Voice:
     settled = HALF + RIPE / FRAMES
 
     def active(self) -> NDArray[np.bool_]:
-        """Where somebody speaks, (frames,): by level, next to the loudest of the last seconds."""
+        """Where somebody speaks, (frames,): by the level relative to the loudest of the last seconds."""
         if not len(self.level):
             return np.zeros(0, bool)
         loud = self.level > np.maximum(_trailing_max(self.level, MEMORY) - RANGE, FLOOR)
@@ -47,7 +47,7 @@ class Voice:
         return np.asarray(np.convolve(steady, np.ones(RIPE), "full")[: len(loud)] > 0)
 
     def melody(self) -> Array:
-        """Semitones above the mean of the last seconds of voice, (frames,); 0 where no voice is."""
+        """Semitones above the voice's mean over the last seconds, (frames,); 0 without voice."""
         voiced = np.isfinite(self.pitch)
         height = np.where(voiced, 12 * np.log2(np.where(voiced, self.pitch, 1.0)), 0.0)
         size = round(MEMORY * FRAMES)
@@ -55,7 +55,7 @@ class Voice:
         return np.where(voiced, height - _trailing_sum(height, size) / count, 0.0)
 
     def melody_at(self, times: Array) -> Array:
-        """The highest of the melody within 50 ms of instants, (times,)."""
+        """The highest melody value within 50 ms of each instant, (times,)."""
         if not len(self.level):
             return np.zeros(len(times))
         padded = np.pad(self.melody(), 5)
@@ -64,7 +64,7 @@ class Voice:
         return np.asarray(around[np.clip(rows, 0, len(around) - 1)])
 
     def peaks(self) -> tuple[Array, Array, Array]:
-        """Syllables that stand out: instants, strengths 0 to 1, and when each is known, (peaks,) each."""
+        """Prominent syllables: instants, strengths 0 to 1, and when each becomes known, (peaks,) each."""
         if not len(self.level):
             return np.zeros(0), np.zeros(0), np.zeros(0)
         near = round(NEAR * FRAMES)
@@ -105,14 +105,14 @@ def hear_voice(
 
 
 def _around(samples: Floats, centres: NDArray[np.int64], rate: int) -> Array:
-    """40 ms around centres at about RATE, (frames, samples); silence beyond the ends."""
+    """40 ms around each centre at about RATE, (frames, samples); silence beyond the ends."""
     step = max(1, rate // RATE)
     half = round(HALF * rate / step)
     low = int(centres[0]) - half * step
     high = int(centres[-1]) + half * step
     inner = samples[max(low, 0) : max(high, 0)]
     padded = np.pad(inner, (max(-low, 0), max(high - low - len(inner) - max(-low, 0), 0)))
-    # Sums over the samples of a step begin at any of them, as centres do.
+    # The sums over one step may begin at any sample, because the centres do.
     summed = np.cumsum(np.pad(padded.astype(float), (1, 0)))
     rows = (centres - half * step - low)[:, None] + np.arange(2 * half + 1) * step
     edges = summed[rows]
@@ -130,7 +130,7 @@ def _pitch(cut: Array, rate: float) -> Array:
     shortest, longest = int(rate / HIGHEST), min(int(rate / LOWEST), int(0.75 * size))
     lags = slice(shortest, longest + 1)
     alike = repeats[:, lags] / (repeats[:, :1] + 1e-9) / (own[lags] / own[0])
-    # Of periods that repeat almost as well, the shortest.
+    # Choose the shortest of the periods that repeat almost equally well.
     peak = np.zeros(alike.shape, bool)
     peak[:, 1:-1] = (alike[:, 1:-1] >= alike[:, :-2]) & (alike[:, 1:-1] >= alike[:, 2:])
     peak &= alike >= 0.9 * alike.max(axis=1, keepdims=True)
@@ -144,13 +144,13 @@ def _pitch(cut: Array, rate: float) -> Array:
 
 
 def _trailing_sum(values: Array, size: int) -> Array:
-    """Sums over each value and the ones before it, `size` in all."""
+    """Running sums over `size` values that end at each value."""
     total = np.append(0.0, np.cumsum(values))
     return total[1:] - total[np.maximum(np.arange(1, len(values) + 1) - size, 0)]
 
 
 def _trailing_max(values: Array, seconds: float) -> Array:
-    """The largest of each value and those of some seconds before it."""
+    """Running maximum over each value and those of the `seconds` before it."""
     size = round(seconds * FRAMES)
     padded = np.concatenate([np.full(size - 1, -np.inf), values])
     blocks = -(-len(padded) // size) * size

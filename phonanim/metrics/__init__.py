@@ -1,8 +1,8 @@
-"""How far predicted motion is from captured motion: each measure with its unit, its equation and its source.
+"""Distances between predicted and captured motion: each measure with its unit, its equation and its source.
 
-`arrays` compares anything (parameters, shapes, pixels, controls, sensors), `vertices` meshes, `lips` what
-the lips do, `curves` single curves over time, `phones` says where in speech an error lies. docs/evaluation.md
-says which measure to use when.
+`arrays` compares arrays of any kind (parameters, shapes, pixels, controls, sensors), `vertices` meshes,
+`lips` lip gaps and closures, `curves` single curves over time; `phones` gives errors by phone.
+docs/evaluation.md says which measure to use when.
 """
 
 from phonanim.metrics.arrays import absolute_error, euclidean_error, squared_error

@@ -1,7 +1,7 @@
-"""Errors of any arrays whose first axis is frames: parameters, shapes, pixels, controls, sensors.
+"""Errors of arrays whose first axis is frames: parameters, shapes, pixels, controls, sensors.
 
-Each measure is per frame; its mean over frames is the figure that papers print, and its frames are what
-tables by phone and intervals are made from.
+Each measure is per frame. Its mean over frames is the figure that papers print; the values per frame are used
+for tables by phone and for confidence intervals.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def squared_error(predicted: Frames, captured: Frames) -> Array:
 
 
 def absolute_error(predicted: Frames, captured: Frames) -> Array:
-    """Mean absolute difference per frame (L1), (frames, ...) twice -> (frames,), in the unit itself.
+    """Mean absolute difference per frame (L1), (frames, ...) twice -> (frames,), in the same unit.
 
     e_t = 1/D sum_d |x_td - y_td| (Medina 2023, section 4.7). Raises EvaluationError when the shapes differ.
     """
@@ -34,21 +34,21 @@ def absolute_error(predicted: Frames, captured: Frames) -> Array:
 
 
 def euclidean_error(predicted: Frames, captured: Frames) -> Array:
-    """Length of the difference of whole frames (L2), (frames, ...) twice -> (frames,), in the unit itself.
+    """Length of the difference of whole frames (L2), (frames, ...) twice -> (frames,), in the same unit.
 
-    e_t = sqrt(sum_d (x_td - y_td)²) (Medina 2023, section 4.7). It grows with the number of values, so it
-    compares methods on one rig and not rigs. Raises EvaluationError when the shapes differ.
+    e_t = sqrt(sum_d (x_td - y_td)²) (Medina 2023, section 4.7). It grows with the number of values, so use it
+    to compare methods on one rig, not to compare rigs. Raises EvaluationError when the shapes differ.
     """
     flat = difference(predicted, captured).reshape(len(predicted), -1)
     return np.asarray(np.linalg.norm(flat, axis=1))
 
 
 def difference(predicted: Frames, captured: Frames) -> Array:
-    """Predicted minus captured, same shape. Raises EvaluationError when the shapes differ or hold nothing."""
+    """Predicted minus captured, same shape. Raises EvaluationError when the shapes differ or are empty."""
     if np.shape(predicted) != np.shape(captured):
         raise EvaluationError(
             f"the predictions have shape {np.shape(predicted)}, the reference {np.shape(captured)}; "
-            "they must be alike: cut or resample one of them"
+            "they must be equal: cut or resample one of them"
         )
     if np.size(predicted) == 0:
         raise EvaluationError(f"nothing to compare: both have shape {np.shape(predicted)}")

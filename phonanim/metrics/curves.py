@@ -1,6 +1,6 @@
-"""Single curves over time: likeness, delay, speed, spectrum and roughness.
+"""Single curves over time: correlation, delay, speed, spectrum and roughness.
 
-A curve is a lip opening in mm, a control or the coordinate of a sensor; several at once lie in columns.
+A curve is a lip opening in mm, a control or the coordinate of a sensor; several curves are columns.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from phonanim.errors import EvaluationError
 from phonanim.metrics.arrays import Array, difference
 
 Curve = NDArray[np.floating]
-REACH = 0.25  # seconds that a lag is looked for on both sides
+REACH = 0.25  # seconds on both sides in which a lag is searched
 SECTION = 1.0  # seconds of a section of Welch's periodogram: bins 1 Hz apart
 FLOOR = 1e-6  # share of a spectrum's largest bin below which it counts as silence
-BANDS = (0.0, 1.0, 2.0, 4.0, 8.0, 12.5)  # hertz; speech opens and shuts the mouth 2 to 8 times a second
+BANDS = (0.0, 1.0, 2.0, 4.0, 8.0, 12.5)  # hertz; speech opens and closes the mouth 2 to 8 times per second
 
 
 def correlation(a: Curve, b: Curve) -> float:
-    """Pearson's r of two curves, (frames,) each; NaN where one of them never moves."""
+    """Pearson's r of two curves, (frames,) each; NaN when one of them is constant."""
     if np.ptp(a) == 0 or np.ptp(b) == 0:
         return float("nan")
     a, b = a - a.mean(), b - b.mean()
@@ -27,10 +27,10 @@ def correlation(a: Curve, b: Curve) -> float:
 
 
 def lag(predicted: Curve, captured: Curve, fps: float, reach: float = REACH) -> tuple[float, float]:
-    """How late the predicted curve is, in seconds, and r at that shift; (frames,) each.
+    """Delay of the predicted curve in seconds, and r at that shift; (frames,) each.
 
     d = argmax_d r(x_{t + d}, y_t) over whole frames |d| <= reach fps, refined by the parabola through the
-    three r about the best. Positive: the prediction comes too late. NaN where a curve never moves.
+    three r about the best. Positive: the prediction is late. NaN when a curve is constant.
     """
     most = min(round(reach * fps), len(captured) - 3)
     shifts = np.arange(-most, most + 1)
@@ -66,8 +66,8 @@ def log_spectral_distance(predicted: Curve, captured: Curve, fps: float) -> floa
 
     sqrt(1/F sum_f (10 log10 P(f) / Q(f))²), bins of 1 Hz, without the mean (Gray and Markel 1976). Spectra
     are Welch's, floored 60 dB below their own largest bin. About 0 for motion as lively as the captured one,
-    whatever its timing; large for stepped, jittery or sleepy motion; NaN where one never moves. Raises
-    EvaluationError below 4 frames.
+    regardless of timing; large for stepped, jittery or sluggish motion; NaN when one curve is constant.
+    Raises EvaluationError below 4 frames.
     """
     if np.ptp(predicted) == 0 or np.ptp(captured) == 0:
         return float("nan")
@@ -78,8 +78,8 @@ def log_spectral_distance(predicted: Curve, captured: Curve, fps: float) -> floa
 def band_energies(curve: Curve, fps: float, edges: tuple[float, ...] = BANDS) -> Array:
     """Mean square motion in frequency bands, (frames,) -> (bands,) in the unit squared.
 
-    Band b holds edges[b] <= f < edges[b + 1] hertz, the last one its upper edge too; the mean of each of
-    Welch's sections is taken away. The bands of a sine of amplitude a hold a²/2 together.
+    Band b is edges[b] <= f < edges[b + 1] hertz, the last one including its upper edge; the mean of each of
+    Welch's sections is subtracted. The bands of a sine of amplitude a sum to a²/2.
     """
     power, frequencies = _welch(np.asarray(curve, np.float64), fps)
     band = np.searchsorted(edges, frequencies, side="right") - 1
@@ -94,14 +94,14 @@ def jerk(curve: Curve, fps: float) -> float:
 
 
 def _shifted(predicted: Curve, captured: Curve, shift: int) -> float:
-    """R of predicted[t + shift] and captured[t] over the frames that both have."""
+    """R of predicted[t + shift] and captured[t] over the frames that exist in both."""
     count = min(len(predicted), len(captured)) - abs(shift)
     late, early = max(shift, 0), max(-shift, 0)
     return correlation(predicted[late : late + count], captured[early : early + count])
 
 
 def _spectra(predicted: Curve, captured: Curve, fps: float) -> tuple[Array, Array]:
-    """Power at every frequency but zero, the same sections for both."""
+    """Power at every frequency except zero, with the same sections for both."""
     length = min(len(predicted), len(captured))
     first, second = (_welch(np.asarray(c[:length], np.float64), fps)[0][1:] for c in (predicted, captured))
     return first, second

@@ -1,4 +1,4 @@
-"""What the lips do: their gap, and whether it closes where speech closes it."""
+"""Lip gaps, and whether the lips close where speech closes them."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ def lip_gap(shapes: Shapes, face: FaceModel) -> Array:
 
 
 def least_gaps(gap: Array, times: Array, track: PhoneTrack, phones: tuple[str, ...] = BILABIALS) -> Array:
-    """The least lip gap while each segment of some phones lasts, (frames,) mm twice -> (segments,) mm.
+    """The smallest lip gap during each segment of some phones, (frames,) mm twice -> (segments,) mm.
 
-    g_s = min_t gap_t over the frames in the segment, or the frame nearest to its middle where it holds
-    none; overlapping lips count as closed (0 mm). `times` (frames,) are seconds, rising. Segments whose
-    middle lies outside the frames are left out.
+    g_s = min_t gap_t over the frames in the segment, or the frame nearest to its middle when it contains no
+    frame; overlapping lips count as closed (0 mm). `times` (frames,) are seconds, rising. Segments whose
+    middle is outside the frames are left out.
     """
     chosen = np.isin(track.codes, INVENTORY.codes(phones))
     spans = np.column_stack([track.bounds[:-1], track.bounds[1:]])[chosen]
@@ -45,9 +45,9 @@ def closure_error(
 ) -> Array:
     """How much further open the lips stay than captured lips in each segment, (frames,) mm -> (segments,) mm.
 
-    e_s = max(0, g_s(predicted) - g_s(captured)), with g of `least_gaps`. For p b m it is what is left of a
-    closure that was missed; for f v, whose gap is that of a lip at the teeth, the same against the captured
-    gap. Raises EvaluationError when the curves differ in length.
+    e_s = max(0, g_s(predicted) - g_s(captured)), with g of `least_gaps`. For p b m it is the remaining gap of
+    a missed closure; for f v, where the lip meets the teeth, it is measured against the captured gap. Raises
+    EvaluationError when the curves differ in length.
     """
     if not len(predicted) == len(captured) == len(times):
         raise EvaluationError(

@@ -1,4 +1,4 @@
-"""Where in speech an error lies: frames that are spoken, and errors by phone and by class of phones."""
+"""Errors by phone and by class of phones, and the frames that are speech."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PHONE_CLASSES: dict[str, NDArray[np.bool_]] = {
     "labiodentals": INVENTORY.where(place="labiodental"),
     **{f"lips {shape}": INVENTORY.where(lips=shape) for shape in LIPS},
 }
-"""Classes of phones by what is seen of them: which of the 41 codes belong to each."""
+"""Classes of phones by their visible articulation: a mask of the 41 codes for each."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class PhoneError:
 
 
 def speech_mask(track: PhoneTrack, times: Array) -> NDArray[np.bool_]:
-    """Which instants hold speech and not silence, (times,) -> (times,)."""
+    """A mask of the instants in speech, not silence, (times,) -> (times,)."""
     return np.asarray(~INVENTORY.where(kind="silence")[track.sample(times)])
 
 
@@ -65,7 +65,7 @@ def by_class(
 
 
 def merge_tables(tables: Iterable[Iterable[PhoneError]]) -> list[PhoneError]:
-    """Tables of several lines as one: means weighed by frames, rows in order of their first appearance."""
+    """Merge the tables of several lines: means weighted by frames, rows in order of first appearance."""
     gathered: dict[str, list[PhoneError]] = {}
     for table in tables:
         for row in table:

@@ -1,7 +1,7 @@
 """Errors of meshes and of landmarks, (frames, vertices, 3), in the unit of their coordinates (mm here).
 
-Masks are rows of vertices: phonanim/face/masks.py reads them. In the equations v and w are a predicted and a
-captured vertex, T frames and V vertices of the mask.
+Masks are rows of vertices: phonanim/face/masks.py reads them. In the equations, v and w are a predicted and a
+captured vertex, T is the number of frames and V the number of vertices of the mask.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ def distances(predicted: Shapes, captured: Shapes, rows: Rows = EVERY) -> Array:
 def mean_vertex_error(predicted: Shapes, captured: Shapes, rows: Rows = EVERY) -> Array:
     """MVE: mean distance of the vertices per frame, (frames, vertices, 3) -> (frames,) mm.
 
-    e_t = 1/V sum_k |v_tk - w_tk|. FaceDiffuser (2023, section 5.3.3) names it mean squared vertex error; its
-    published figures are means of distances. Squared, in mm²: `squared_error` x 3.
+    e_t = 1/V sum_k |v_tk - w_tk|. FaceDiffuser (2023, section 5.3.3) calls it mean squared vertex error, but
+    its published figures are means of distances. Squared, in mm²: `squared_error` x 3.
     """
     return np.asarray(distances(predicted, captured, rows).mean(axis=1))
 
@@ -47,8 +47,8 @@ def lip_vertex_error(predicted: Shapes, captured: Shapes, lips: Rows, squared: b
     """LVE: the largest error of a lip vertex per frame, (frames, vertices, 3) -> (frames,) mm, or mm².
 
     e_t = max_k |v_tk - w_tk| as Richard et al. define it ("MeshTalk", 2021: the maximal L2 error of all lip
-    vertices), and the same `squared`, as the released code of CodeTalker (Xing et al. 2023) and
-    FaceDiffuser computes the figures that are printed under the same name. The mean over frames is LVE.
+    vertices). `squared` gives the version that the released code of CodeTalker (Xing et al. 2023) and
+    FaceDiffuser computes under the same name. The mean over frames is LVE.
     """
     largest = distances(predicted, captured, lips).max(axis=1)
     return np.asarray(largest**2 if squared else largest)
@@ -59,8 +59,8 @@ def temporal_mean_vertex_error(
 ) -> dict[str, float]:
     """TMVE by region: mean distance over frames and the region's vertices, (frames, vertices, 3) -> mm each.
 
-    1/(S K) sum_j sum_k |v_jk - w_jk|, equation 4.29 of Medina 2023 for one sample; over samples of different
-    lengths weigh by frames.
+    1/(S K) sum_j sum_k |v_jk - w_jk|, equation 4.29 of Medina 2023 for one sample; weight samples of
+    different lengths by frames.
     """
     return {name: float(distances(predicted, captured, rows).mean()) for name, rows in regions.items()}
 
@@ -72,13 +72,13 @@ def dynamics_deviation(
     upper: Rows,
     motion: Literal["offset", "squared offset", "step"] = "offset",
 ) -> float:
-    """FDD: how much more the captured upper face moves than the predicted; 0 is best, below it too lively.
+    """FDD: how much more the captured upper face moves than the predicted; 0 is best, below 0 too lively.
 
     1/V sum_k (sd_t |w_tk - r_k| - sd_t |v_tk - r_k|), with sd over frames and `rest` (vertices, 3) the face
-    at rest: "offset", mm, as CodeTalker words it (Xing et al. 2023). "squared offset", mm²: squared lengths,
-    as its released code computes the published figures. "step", mm per frame: the motion is from frame to
-    frame, as FaceDiffuser words it (2023, equation 6). `predicted` and `captured` are (frames, vertices, 3),
-    not necessarily of as many frames. Raises EvaluationError on another `motion`.
+    at rest. "offset", mm: as CodeTalker's paper defines it (Xing et al. 2023). "squared offset", mm²: squared
+    lengths, as its released code computes the published figures. "step", mm per frame: the motion is from
+    frame to frame, as FaceDiffuser's paper defines it (2023, equation 6). `predicted` and `captured` are
+    (frames, vertices, 3); the numbers of frames may differ. Raises EvaluationError for another `motion`.
     """
     return float(
         (_activity(captured, rest, upper, motion) - _activity(predicted, rest, upper, motion)).mean()
@@ -93,7 +93,7 @@ def _activity(shapes: Shapes, rest: NDArray[np.floating], rows: Rows, motion: st
     lengths = np.linalg.norm(points - rest[rows], axis=2)
     powers = {"offset": 1, "squared offset": 2}
     if motion not in powers:
-        raise EvaluationError(f"no motion is called {motion!r}; take offset, squared offset or step")
+        raise EvaluationError(f"there is no motion {motion!r}; use offset, squared offset or step")
     return np.asarray((lengths ** powers[motion]).std(axis=0))
 
 
@@ -104,7 +104,7 @@ def diversity(takes: Shapes, rows: Rows = EVERY) -> float:
     (FaceDiffuser 2023, equation 7). 0 for a deterministic method. Raises EvaluationError for fewer than two.
     """
     if len(takes) < 2:
-        raise EvaluationError(f"diversity needs two takes of a line or more, not {len(takes)}")
+        raise EvaluationError(f"diversity needs at least two takes of a line, not {len(takes)}")
     first, second = np.triu_indices(len(takes), k=1)
     pairs = zip(first, second, strict=True)
     return float(np.mean([distances(takes[i], takes[j], rows).mean() for i, j in pairs]))

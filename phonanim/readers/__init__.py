@@ -1,5 +1,5 @@
-"""One file per alignment format. Each has `recognizes(file)`, which looks at the content alone,
-and `read(file)`, which returns every tier that the file holds.
+"""One file per alignment format. Each has `recognizes(file)`, which checks the content alone,
+and `read(file)`, which returns every tier of the file.
 """
 
 from __future__ import annotations
@@ -13,28 +13,28 @@ from phonanim.speech.alignment import Recording
 from phonanim.speech.alignment_file import AlignmentFile
 
 READERS = Registry("phonanim.readers", needs=("FORMAT", "recognizes", "read"))
-COMMONEST = "textgrid"  # is tried first: the other readers then need not be imported
+COMMONEST = "textgrid"  # is tried first, so that the other readers are usually not imported
 
 
 class Reader(Protocol):
     """What a module of this folder, or a plugin of the group `phonanim.readers`, offers."""
 
-    FORMAT: str  # the format in a few words, for people
+    FORMAT: str  # the format in a few words, for messages
 
     def recognizes(self, source: AlignmentFile) -> bool:
         """Whether the content is of this format."""
 
     def read(self, source: AlignmentFile) -> Recording:
-        """Every tier of the file. Raises AlignmentError where the content is damaged."""
+        """Every tier of the file. Raises AlignmentError when the content is damaged."""
 
 
 def reader_names() -> tuple[str, ...]:
-    """The formats, by the stem of their file."""
+    """The formats: the stems of this folder's files, and the plugins."""
     return READERS.names()
 
 
 def load_reader(name: str) -> Reader:
-    """The reader of one format. Raises AlignmentError when there is none, PluginError when it is broken."""
+    """The reader of one format. Raises AlignmentError if there is none, PluginError for a broken plugin."""
     found = READERS.find(name)
     if found is None:
         raise AlignmentError(f"there is no reader {name!r}; there are {', '.join(reader_names())}")
@@ -42,11 +42,11 @@ def load_reader(name: str) -> Reader:
 
 
 def find_reader(source: AlignmentFile) -> Reader:
-    """The reader that recognizes the content. Raises AlignmentError when none does."""
+    """The reader that recognizes the content. Raises AlignmentError when no reader does."""
     for reader in map(load_reader, chain([COMMONEST], READERS.search())):
         if reader.recognizes(source):
             return reader
     names = sorted(reader_names(), key=lambda name: name != COMMONEST)
     formats = ", ".join(load_reader(name).FORMAT for name in names)
-    kind = "no alignment in a known format" if source.text else "a binary file"
-    raise source.error(f"is {kind}; what can be read: {formats}")
+    kind = "not an alignment in a known format" if source.text else "a binary file of an unknown format"
+    raise source.error(f"is {kind}; readable formats: {formats}")

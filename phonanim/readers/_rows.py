@@ -1,4 +1,4 @@
-"""Rows: text files with one label a line, as many aligners write them."""
+"""Rows: text files with one label per line, as many aligners write them."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from phonanim.speech.alignment import Interval
 from phonanim.speech.alignment_file import AlignmentFile, quote_label
 
 ROWS_LOOKED_AT = 50
-"""A file is known by its first rows; a damaged one further down is the reader's to report."""
+"""A format is recognized by the first rows of a file; a damaged row further down is an error of `read`."""
 
 FEWEST_TICKS = 40_000
-"""Mean ticks of 100 ns in a label (4 ms), and more samples than in one: tells HTK times from samples."""
+"""Mean ticks of 100 ns in a label (4 ms); more than the samples in one. Separates HTK times from samples."""
 
 
 def lines(source: AlignmentFile) -> list[str]:
-    """The lines that are not empty, without blanks around them."""
+    """The lines that are not empty, stripped."""
     return [line.strip() for line in source.text.splitlines() if line.strip()]
 
 
 def all_match(source: AlignmentFile, pattern: re.Pattern[str]) -> list[re.Match[str]]:
-    """The matches of the first rows, none at all if one of them does not match."""
+    """The matches of the first rows; empty if one of them does not match."""
     found = [pattern.fullmatch(line) for line in lines(source)[:ROWS_LOOKED_AT]]
     matches = [match for match in found if match]
     return matches if len(matches) == len(found) else []
@@ -30,7 +30,7 @@ def all_match(source: AlignmentFile, pattern: re.Pattern[str]) -> list[re.Match[
 def split(
     source: AlignmentFile, pattern: re.Pattern[str], text: list[str] | None = None
 ) -> list[re.Match[str]]:
-    """The matches of all rows. Raises AlignmentError naming the first that does not match."""
+    """The matches of all rows. Raises AlignmentError, which names the first row that does not match."""
     matches = []
     for number, line in enumerate(lines(source) if text is None else text, 1):
         match = pattern.fullmatch(line)
@@ -46,12 +46,12 @@ def mean_span(matches: Sequence[re.Match[str]]) -> float:
 
 
 def from_ends(ends: Sequence[tuple[float, str]]) -> tuple[Interval, ...]:
-    """Intervals of which only the ends are known: each begins where the one before it ended."""
+    """Intervals with known ends only: each begins where the one before it ended."""
     starts = [0.0, *(end for end, _ in ends)]
     return tuple(Interval(label, start, end) for start, (end, label) in zip(starts, ends, strict=False))
 
 
 def from_starts(starts: Sequence[tuple[float, str]], end: float) -> tuple[Interval, ...]:
-    """Intervals of which only the starts are known: each ends where the next one begins."""
+    """Intervals with known starts only: each ends where the next one begins."""
     ends = [*(start for start, _ in starts[1:]), end]
     return tuple(Interval(label, start, last) for (start, label), last in zip(starts, ends, strict=True))

@@ -14,12 +14,12 @@ _ROW = re.compile(r"([A-Z]{3}):\s+(\d+)\s+(\d+)\s+(-?[\d,;-]+)\s+(.*)")
 
 
 def recognizes(source: AlignmentFile) -> bool:
-    """Whether the header says that it is a Partitur file."""
+    """Whether the header declares a Partitur file."""
     return bool(re.match(r"LHD:\s*Partitur", source.text.lstrip()))
 
 
 def read(source: AlignmentFile) -> Recording:
-    """The tier MAU, and the words (ORT) with the times that the phones of each give them."""
+    """The tier MAU, and the words (ORT) with the times of their phones."""
     rate = re.search(r"^SAM:\s*(\d+)", source.text, re.MULTILINE)
     if not rate or float(rate[1]) == 0:
         raise source.error("has no sampling rate (SAM); export it again")
@@ -37,6 +37,6 @@ def read(source: AlignmentFile) -> Recording:
 
 
 def _interval(row: re.Match[str], rate: float) -> Interval:
-    # The duration counts the samples after the first, so that neighbours leave a gap of one sample.
+    # The duration excludes the first sample, so neighbours have a gap of one sample.
     start, length = float(row[2]), float(row[3]) + 1
     return Interval(row[5].strip(), start / rate, (start + length) / rate)

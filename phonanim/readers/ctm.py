@@ -20,11 +20,11 @@ def recognizes(source: AlignmentFile) -> bool:
 
 
 def read(source: AlignmentFile) -> Recording:
-    """One tier for each utterance and channel, which stand for the speaker."""
+    """One tier for each utterance and channel, which are used as speakers."""
     tracks: dict[str, list[Interval]] = {}
     for match in split(source, _ROW, _rows(source)):
         start, length = float(match[3]), float(match[4])
-        # Times of CTM are rounded to 10 ms each, so that neighbours meet only to within that.
+        # CTM rounds times to 10 ms each, so neighbours may be that far apart.
         track = tracks.setdefault(f"{match[1]} {match[2]}", [])
         if track and abs(track[-1].end - start) < 0.0101 and start > track[-1].start:
             track[-1] = Interval(track[-1].label, track[-1].start, start)

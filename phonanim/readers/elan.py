@@ -14,12 +14,12 @@ FORMAT = "ELAN"
 
 
 def recognizes(source: AlignmentFile) -> bool:
-    """Whether it is XML of an annotation document."""
+    """Whether it is the XML of an annotation document."""
     return "<ANNOTATION_DOCUMENT" in source.text[:4000]
 
 
 def read(source: AlignmentFile) -> Recording:
-    """Every tier with annotations; those without times of their own share their parent's equally."""
+    """Every tier with annotations; those without times share their parent's time equally."""
     try:
         root = ElementTree.fromstring(source.text.strip())
         document = _Document(root)
@@ -66,7 +66,7 @@ class _Document:
         return Tier(element.attrib["TIER_ID"], tuple(intervals), number, element.get("PARTICIPANT", ""))
 
     def span(self, identity: str, depth: int) -> tuple[float, float]:
-        """Start and end in seconds; a child has its share of its parent."""
+        """Start and end in seconds; a child has an equal share of its parent."""
         if identity in self.spans:
             return self.spans[identity]
         if depth > 20:
@@ -78,7 +78,7 @@ class _Document:
 
 
 def _slots(root: ElementTree.Element) -> dict[str, float]:
-    """Seconds of each time slot; slots without a time lie evenly between their neighbours."""
+    """Seconds of each time slot; slots without a time are spaced evenly between their neighbours."""
     names = [slot.attrib["TIME_SLOT_ID"] for slot in root.iter("TIME_SLOT")]
     values = [slot.get("TIME_VALUE") for slot in root.iter("TIME_SLOT")]
     known = [(n, float(value) / 1000) for n, value in enumerate(values) if value is not None]

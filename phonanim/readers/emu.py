@@ -1,4 +1,4 @@
-"""EMU annotation JSON: `_annot.json` of an emuDB, and the `_bndl.json` that EMU-webApp exchanges."""
+"""EMU annotation JSON: `_annot.json` of an emuDB, and `_bndl.json`, the exchange format of EMU-webApp."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def recognizes(source: AlignmentFile) -> bool:
 
 
 def read(source: AlignmentFile) -> Recording:
-    """Every level of segments, with sample numbers turned into seconds."""
+    """Every level of segments, with sample numbers converted to seconds."""
     annotation = _annotation(source)
     try:
         rate = float(annotation["sampleRate"])
@@ -38,8 +38,8 @@ def _tier(level: dict[str, Any], rate: float, number: int) -> Tier:
 
 
 def _interval(item: dict[str, Any], rate: float) -> Interval:
-    # Some writers let sampleDur reach the sample before the next segment, others that segment itself;
-    # the gap of one sample is closed with the other rounding gaps.
+    # Some writers count sampleDur up to the sample before the next segment, others up to that segment.
+    # The gap of one sample is closed together with the other rounding gaps.
     start, length = float(item["sampleStart"]), float(item["sampleDur"])
     label = item["labels"][0]["value"] if item["labels"] else ""
     return Interval(str(label).strip(), start / rate, (start + length) / rate)

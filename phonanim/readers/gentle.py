@@ -17,7 +17,7 @@ def recognizes(source: AlignmentFile) -> bool:
 
 
 def read(source: AlignmentFile) -> Recording:
-    """Phones and words that were found; those that were not are told in the notes."""
+    """The phones and words that were found; the notes list the words that were not found."""
     try:
         found = [word for word in source.json["words"] if "start" in word and "phones" in word]
         lost = [str(word["word"]) for word in source.json["words"] if "start" not in word]

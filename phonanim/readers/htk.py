@@ -1,4 +1,4 @@
-"""HTK and HTS labels: begin and end in 100 ns, and a label; also many files in one (MLF)."""
+"""HTK and HTS labels: begin and end in 100 ns, and a label; also several files in one (MLF)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from phonanim.speech.alignment import Interval, Recording, Tier
 from phonanim.speech.alignment_file import AlignmentFile
 
 FORMAT = "HTK or HTS labels"
-TICKS = 1e7  # in a second
+TICKS = 1e7  # per second
 
 _MASTER = "#!MLF!#"
 _ROW = re.compile(r"(\d+)\s+(\d+)\s+(\S+)(?:\s+-?[\d.]+(?:\s+(\S+))?)?")
@@ -19,7 +19,7 @@ _STATE = re.compile(r"\[\d+\]$|_s\d$")
 
 
 def recognizes(source: AlignmentFile) -> bool:
-    """Whether all rows are two whole numbers and a label, too far apart to count samples."""
+    """Whether all rows are two whole numbers and a label, with numbers too far apart to count samples."""
     if source.text.startswith(_MASTER):
         return True
     rows = all_match(source, _ROW)
@@ -27,7 +27,7 @@ def recognizes(source: AlignmentFile) -> bool:
 
 
 def read(source: AlignmentFile) -> Recording:
-    """The phones, and the words where a fifth column has them; a master file has a pair for each file."""
+    """The phones, and the words if there is a fifth column; a master file has such a pair for each file."""
     tiers: list[Tier] = []
     for name, rows in _files(source):
         matches = split(source, _ROW, rows)
@@ -50,7 +50,7 @@ def _files(source: AlignmentFile) -> list[tuple[str, list[str]]]:
 
 
 def _phones(matches: list[re.Match[str]]) -> tuple[Interval, ...]:
-    """The phones in the middle of their contexts; the states of one phone run together."""
+    """The phones in the middle of their contexts; the states of one phone are merged."""
     merged: list[Interval] = []
     context = ""
     for match in matches:

@@ -1,4 +1,4 @@
-"""Switch data of Moho (.dat), as Papagayo and Rhubarb export it: frame and mouth shape."""
+"""Switch data of Moho (.dat), as exported by Papagayo and Rhubarb: frame and mouth shape."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from phonanim.speech.alignment_file import AlignmentFile
 
 FORMAT = "Moho switch data"
 FPS = 24.0
-"""Frames in a second: the file does not say; this is what Papagayo, Rhubarb and Moho start with."""
+"""Frames per second. The file does not contain it; this is the default of Papagayo, Rhubarb and Moho."""
 
 _ROW = re.compile(r"(\d+)\s+(\S+)")
 
 
 def recognizes(source: AlignmentFile) -> bool:
-    """Whether the first line says so."""
+    """Whether the first line is that of switch data."""
     return source.text.lstrip().startswith("MohoSwitch1")
 
 
@@ -29,7 +29,7 @@ def read(source: AlignmentFile) -> Recording:
     intervals = from_starts(starts, starts[-1][0] + 1 / FPS)
     notes = (
         f"switch data has no frame rate; {FPS:g} fps assumed",
-        "mouth shapes stand for phones: the shapes alone are known, not the sounds",
+        "mouth shapes are used as phones, because the file does not contain the sounds",
     )
     return Recording(
         (Tier("phones", intervals),), 0.0, intervals[-1].end, notes=notes, language="preston_blair"

@@ -12,20 +12,20 @@ FORMAT = "Papagayo project"
 
 
 def recognizes(source: AlignmentFile) -> bool:
-    """Whether the first line says so."""
+    """Whether the first line is that of a Papagayo project."""
     return source.text.lstrip().startswith("lipsync version 1")
 
 
 def read(source: AlignmentFile) -> Recording:
-    """For each voice its words, and its shapes as phones of the language `preston_blair`."""
+    """For each voice, its words, and its shapes as phones of the language `preston_blair`."""
     rows = iter([line.strip() for line in source.text.splitlines()][2:])
     try:
         fps, frames, voices = float(next(rows)), int(next(rows)), int(next(rows))
         tiers = [tier for number in range(voices) for tier in _voice(rows, fps, 2 * number + 1)]
         end = frames / fps
     except (*DAMAGE, StopIteration) as error:
-        raise source.error("is cut short or damaged; save it again") from error
-    notes = ("mouth shapes stand for phones: the shapes alone are known, not the sounds",)
+        raise source.error("is truncated or damaged; save it again") from error
+    notes = ("mouth shapes are used as phones, because the file does not contain the sounds",)
     return Recording(tuple(tiers), 0.0, end, notes=notes, language="preston_blair")
 
 

@@ -12,23 +12,23 @@ _MAGIC = b"ooBinaryFile"
 
 
 def recognizes(source: AlignmentFile) -> bool:
-    """Whether the bytes start as Praat starts its binary files."""
+    """Whether the first bytes are those of Praat's binary files."""
     return source.data.startswith(_MAGIC)
 
 
 def read(source: AlignmentFile) -> Recording:
-    """Every interval tier, in file order; point tiers are passed over."""
+    """Every interval tier, in file order; point tiers are ignored."""
     data = _Bytes(source.data, len(_MAGIC))
     try:
         if (kind := data.short_text()) != "TextGrid":
             raise source.error(
-                f'holds a Praat object of class "{kind}", not a TextGrid; save the TextGrid alone'
+                f'contains a Praat object of class "{kind}", not a TextGrid; save the TextGrid alone'
             )
         start, end, exists = data.real(), data.real(), data.take(">B")
         count = data.take(">i") if exists else 0
         tiers = [_read_tier(data, number) for number in range(1, int(count) + 1)]
     except (struct.error, UnicodeDecodeError) as error:
-        raise source.error("is cut short or damaged; save it again") from error
+        raise source.error("is truncated or damaged; save it again") from error
     return Recording(tuple(tier for tier in tiers if tier), start, end)
 
 
@@ -63,7 +63,7 @@ class _Bytes:
         return self._bytes(int(self.take(">B"))).decode("ascii", "replace")
 
     def text(self) -> str:
-        """Text after its length; a length of 0xFFFF says that UTF-16 follows with a length of its own."""
+        """Text after its length; a length of 0xFFFF means that a second length and UTF-16 text follow."""
         length = int(self.take(">H"))
         if length != 0xFFFF:
             return self._bytes(length).decode("latin-1")

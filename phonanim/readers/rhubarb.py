@@ -22,12 +22,12 @@ def recognizes(source: AlignmentFile) -> bool:
 
 
 def read(source: AlignmentFile) -> Recording:
-    """The cues, in the language `rhubarb`, where a shape stands for the sounds that it was drawn for."""
+    """The cues, in the language `rhubarb`, which maps each shape to the sounds that it shows."""
     try:
         cues = _cues(source)
     except (*DAMAGE, ElementTree.ParseError) as error:
         raise source.error(f"has a damaged cue ({error!r}); export it again") from error
-    notes = ("mouth shapes stand for phones: the shapes alone are known, not the sounds",)
+    notes = ("mouth shapes are used as phones, because the file does not contain the sounds",)
     end = max((cue.end for cue in cues), default=0.0)
     return Recording((Tier("phones", tuple(cues)),), 0.0, end, notes=notes, language="rhubarb")
 
@@ -42,5 +42,5 @@ def _cues(source: AlignmentFile) -> tuple[Interval, ...]:
             Interval(cue.text or "", float(cue.attrib["start"]), float(cue.attrib["end"])) for cue in found
         )
     starts = [(float(match[1]), match[2]) for match in split(source, _ROW)]
-    # The last row says where the recording's mouth comes to rest, not how long it stays so.
+    # The last row gives the start of the final rest, not its length.
     return from_starts(starts, starts[-1][0] + 0.1)

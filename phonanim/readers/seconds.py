@@ -1,4 +1,4 @@
-"""Rows of start, end and label in seconds: Audacity label tracks, Julius segmentation, and their like."""
+"""Rows of start, end and label in seconds: Audacity label tracks, Julius segmentation and similar files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _ROW = re.compile(rf"({_NUMBER})[\s,;]+({_NUMBER})[\s,;]*(.*)")
 def recognizes(source: AlignmentFile) -> bool:
     """Whether all rows are two numbers with a decimal point and a label."""
     rows = all_match(source, _ROW)
-    # Lines that begin with a backslash hold the frequencies of an Audacity selection.
+    # Lines that begin with a backslash contain the frequencies of an Audacity selection.
     return bool(rows)
 
 

@@ -10,28 +10,28 @@ from phonanim.speech.alignment_file import AlignmentFile, quote_label
 
 FORMAT = "Praat TextGrid"
 
-# Praat reads free-standing numbers, quoted strings and flags, in whatever layout, and passes over all
-# else: https://www.fon.hum.uva.nl/praat/manual/TextGrid_file_formats.html. So the long form is the
-# short form with comments, and one reader serves for both.
+# Praat reads free-standing numbers, quoted strings and flags, in any layout, and ignores everything else:
+# https://www.fon.hum.uva.nl/praat/manual/TextGrid_file_formats.html. So the long form is the short form with
+# comments, and one reader handles both.
 _TOKEN = re.compile(r'"([^"]*(?:""[^"]*)*)"|!.*|<(\w+)>|([^\s"=]+)')
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf(?:inity)?)", re.IGNORECASE)
 _CHRONOLOGICAL = "Praat chronological TextGrid text file"
 
 
 def recognizes(source: AlignmentFile) -> bool:
-    """Whether the text starts as Praat starts its text files."""
+    """Whether the first text is that of Praat's text files."""
     head = source.text[:200].lstrip()
     return (head.startswith("File type") and "ooTextFile" in head) or head.startswith(f'"{_CHRONOLOGICAL}"')
 
 
 def read(source: AlignmentFile) -> Recording:
-    """Every interval tier, in file order; point tiers are passed over."""
+    """Every interval tier, in file order; point tiers are ignored."""
     tokens = _Tokens(source)
     if (kind := tokens.string()) == _CHRONOLOGICAL:
         return _read_chronological(tokens)
     if not kind.startswith("ooTextFile") or (kind := tokens.string()) != "TextGrid":
         raise source.error(
-            f'holds a Praat object of class "{quote_label(kind)}", not a TextGrid; save the TextGrid alone'
+            f'contains a Praat object of class "{quote_label(kind)}", not a TextGrid; save the TextGrid alone'
         )
     start, end = tokens.number(), tokens.number()
     tiers = [_read_tier(tokens, number) for number in range(1, tokens.tier_count() + 1)]
@@ -107,14 +107,14 @@ class _Tokens:
     def _take(self, kind: type, expected: str) -> str | float:
         token = self._next
         if token is None:
-            raise self._damaged(f"the file ends where {expected} should stand")
+            raise self._damaged(f"the file ends where {expected} is expected")
         if type(token) is not kind:
-            raise self._damaged(f'"{quote_label(str(token))}" stands where {expected} should')
+            raise self._damaged(f'"{quote_label(str(token))}" is found where {expected} is expected')
         self._next = next(self._tokens, None)
         return token
 
     def _damaged(self, what: str) -> Exception:
-        return self.source.error(f"{self.place}: {what}; the file is cut short or damaged, save it again")
+        return self.source.error(f"{self.place}: {what}; the file is truncated or damaged, save it again")
 
 
 class _Flag(str):

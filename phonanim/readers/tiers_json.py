@@ -1,4 +1,4 @@
-"""Tiers as JSON, as the Montreal Forced Aligner and praatio write TextGrids."""
+"""TextGrid tiers as JSON, as the Montreal Forced Aligner and praatio write them."""
 
 from __future__ import annotations
 

@@ -10,13 +10,13 @@ from phonanim.speech.alignment_file import AlignmentFile
 
 FORMAT = "TIMIT labels"
 RATE = 16_000.0
-"""Samples in a second, in all of TIMIT."""
+"""Samples per second, the same for all of TIMIT."""
 
 _ROW = re.compile(r"(\d+)\s+(\d+)\s+(\S+)")
 
 
 def recognizes(source: AlignmentFile) -> bool:
-    """Whether all rows are two whole numbers and a label, too near each other to count 100 ns."""
+    """Whether all rows are two whole numbers and a label, with numbers too close to count 100 ns."""
     rows = all_match(source, _ROW)
     return bool(rows) and mean_span(rows) < FEWEST_TICKS
 

@@ -17,7 +17,7 @@ def recognizes(source: AlignmentFile) -> bool:
 
 
 def read(source: AlignmentFile) -> Recording:
-    """One tier of words for each speaker. WhisperX gives no times to numbers: they are told in the notes."""
+    """One tier of words for each speaker. WhisperX gives numbers no times; the notes list such words."""
     timed: dict[str, list[Interval]] = {}
     lost: list[str] = []
     try:

@@ -23,13 +23,13 @@ def recognizes(source: AlignmentFile) -> bool:
 
 
 def read(source: AlignmentFile) -> Recording:
-    """The one tier of the file, named by its header where that says what it is."""
+    """The one tier of the file, with the name in its header if there is one."""
     rows = lines(source)
     first = rows.index("#")
     separator = next((row.split()[1] for row in rows[:first] if re.match(r"separator\s+\S", row)), ";")
     matches = split(source, _ROW, rows[first + 1 :])
     labels = [(float(match[1]), match[3].split(separator)[0].strip()) for match in matches]
-    # A label at 0 marks the beginning of the file.
+    # A label at 0 marks the start of the file.
     intervals = from_ends([(time, label) for time, label in labels if time > 0])
     if not intervals:
         raise source.error("has no labels; align the recording again")

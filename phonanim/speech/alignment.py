@@ -1,4 +1,4 @@
-"""Alignments: the phones of one recording, as an aligner or a phonetician wrote them."""
+"""Alignments: the phones of one recording with their times, by an aligner or by hand."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["ROUNDING", "Alignment", "Interval", "Recording", "Tier", "pack_intervals", "unpack_intervals"]
 
 MAX_DURATION = 7200.0
-"""Seconds. More is a wrong unit of time or a whole session: two hours at 60 fps are 432,000 frames."""
+"""Seconds. A longer file has a wrong unit of time or is a whole session: 2 h at 60 fps are 432,000 frames."""
 
 LATE_START = 1.0
 """Seconds. A file that starts later was cut out of a longer recording, and so was its audio."""
@@ -39,8 +39,8 @@ class Alignment:
     `intervals` are in time order and do not overlap; gaps between them are silence.
     `duration` is the end of the file in seconds, `tier` the name of the tier that was read,
     `source` the path for error messages, `words` the word tier if the file has one.
-    `offset` is the time on the file's clock that is 0 here: not 0 for a file cut out of a longer one.
-    `notes` say what was assumed in reading, `language` what the format says of the labels, if anything.
+    `offset` is the time on the file's clock that is 0 here; it is not 0 for a part of a longer recording.
+    `notes` report the assumptions of the reader, `language` that of the labels if the format fixes it.
 
     Examples:
         >>> import phonanim
@@ -95,7 +95,7 @@ class Alignment:
         lexicon: Path | str | None = None,
         source: str = "TextGrid",
     ) -> Alignment:
-        """The phones of a praatio `Textgrid`, as `read_alignment` finds them in a file.
+        """The phones of a praatio `Textgrid`, found as `read_alignment` finds them in a file.
 
         `source` names the TextGrid in messages. Raises AlignmentError as `read_alignment` does.
         """
@@ -103,7 +103,7 @@ class Alignment:
         return cls.from_recording(tiers_of(textgrid), origin, tier, speaker, lexicon)
 
     def to_praatio(self) -> Textgrid:
-        """A praatio `Textgrid` with the words, where there are any, and the phones, on the file's clock."""
+        """A praatio `Textgrid` with the words (if any) and the phones, on the file's clock."""
         tiers = {"words": self.words} if self.words else {}
         tiers[self.tier or "phones"] = self.intervals
         moved = {
@@ -140,7 +140,7 @@ def _checked(tier: Tier, offset: float, source: AlignmentFile) -> tuple[Interval
     last_end = 0.0
     for number, interval in enumerate(tier.intervals, 1):
         if interval.start == interval.end and not interval.label:
-            continue  # says nothing about any time
+            continue  # covers no time
         start, end = interval.start - offset, interval.end - offset
         if fault := _fault(start, end, last_end):
             place = f'tier "{quote_label(tier.name)}", interval {number} "{quote_label(interval.label)}"'

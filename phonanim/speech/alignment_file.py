@@ -12,18 +12,18 @@ from phonanim.core.files import read_bounded
 from phonanim.errors import AlignmentError
 
 MAX_BYTES = 64 << 20
-"""Largest file that is read: two hours of speech are about 10 MB; more is another kind of file."""
+"""Largest file that is read: two hours of speech are about 10 MB, so a larger file is of another kind."""
 
 MAX_QUOTE = 40
-"""Most characters that a message quotes from a file."""
+"""Maximum number of characters that a message quotes from a file."""
 
 DAMAGE = (KeyError, IndexError, TypeError, AttributeError, ValueError, ArithmeticError)
-"""What taking the wrong shape or number out of parsed data raises."""
+"""The exceptions that parsed data of the wrong structure raise."""
 
 
 @dataclass(frozen=True)
 class AlignmentFile:
-    """The content of a file, decoded once; `name` is its path for messages, `stem` its bare name."""
+    """The content of a file, decoded once; `name` is its path for messages, `stem` its base name."""
 
     name: str
     stem: str
@@ -46,12 +46,12 @@ class AlignmentFile:
             return None
 
     def error(self, what: str) -> AlignmentError:
-        """An error that names this file, in one line whatever the file put into it."""
+        """An error that names this file, in one line whatever the file contains."""
         return AlignmentError(f"{self.name}: {_printable(what)}")
 
 
 def quote_label(text: str) -> str:
-    """What a file says, fit to be quoted in one line: short and printable."""
+    """Text from a file, made short and printable so that one line can quote it."""
     flat = _printable(text)
     return flat if len(flat) <= MAX_QUOTE else flat[: MAX_QUOTE - 1] + "…"
 
@@ -61,7 +61,7 @@ def _printable(text: str) -> str:
 
 
 def open_alignment_file(path: Path) -> AlignmentFile:
-    """The content of `path`. Raises AlignmentError when it is a folder, absent, unreadable, empty or vast."""
+    """The content of `path`. Raises AlignmentError: a folder, missing, unreadable, empty or too large."""
     if path.is_dir():
         raise AlignmentError(f"{path}: is a folder; name one alignment file in it")
     try:
@@ -75,7 +75,7 @@ def open_alignment_file(path: Path) -> AlignmentFile:
 
 
 def _decode(data: bytes) -> str:
-    """Text in the encodings that Praat writes: UTF-16 with a mark, UTF-8, or Latin-1 of old."""
+    """Text in the encodings that Praat writes: UTF-16 with a byte-order mark, UTF-8, or (old) Latin-1."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return data.decode("utf-16", errors="replace")
     try:

@@ -1,8 +1,8 @@
-"""Gestures: what the mouth does for each phone, and the segments that hold one gesture each.
+"""Gestures: what the mouth does for each phone, and the segments with one gesture each.
 
-A diphthong is two vowels and an affricate a stop and a fricative, so a model that has learned the
-parts can move a mouth for a phone that it never saw. Lips, jaw and tongue are described by numbers
-(lexicon/gestures.csv) rather than by names, for the same reason.
+A diphthong is two vowels, and an affricate is a stop and a fricative. So a model that has learned the parts
+can animate a phone that is not in its training data. For the same reason, lips, jaw and tongue are
+described by numbers (lexicon/gestures.csv) instead of names.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from phonanim.speech.phones import PhoneTrack
 class Gestures:
     """The gestures by name, their articulation, and the parts of each phone.
 
-    `articulation` (gestures, columns) holds numbers from 0 to 1 under `columns`. A part is one gesture
-    of one phone: `part_gesture` (parts,) and `part_phone` (parts,) say which; phone p is made of the
-    parts `first_part[p]` and, for `share[p]` < 1, the one after it from that share of its time on.
+    `articulation` (gestures, columns) holds numbers from 0 to 1 under `columns`. A part is one gesture of
+    one phone, given by `part_gesture` (parts,) and `part_phone` (parts,). Phone p has the part
+    `first_part[p]`; if `share[p]` < 1, the next part follows at that share of the phone's time.
     """
 
     names: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Labelled stretches of time, and the tiers and recordings that they make up."""
+"""Labelled intervals of time, and the tiers and recordings that contain them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from phonanim.core.decode import decode_number, decode_text
 from phonanim.speech.alignment_file import quote_label
 
 ROUNDING = 1e-3
-"""Seconds. Aligners write milliseconds at best; narrower gaps and overlaps come from rounding."""
+"""Seconds. Aligners write milliseconds at best, so smaller gaps and overlaps are rounding errors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,9 +23,9 @@ class Interval:
 
 @dataclass(frozen=True, slots=True)
 class Tier:
-    """One row of intervals; `number` counts from 1 as the program shows it that wrote the file.
+    """One row of intervals; `number` counts from 1, as in the program that wrote the file.
 
-    `speaker` is who speaks, where the format says so apart from the name.
+    `speaker` is the speaker if the format gives it separately from the name.
     """
 
     name: str
@@ -39,9 +39,9 @@ class Tier:
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """Everything that an alignment file holds: its interval tiers, and its first and last instant in s.
+    """The content of an alignment file: its interval tiers, and its first and last instant in seconds.
 
-    `notes` say what the reader had to assume; `language` is that of the labels where the format fixes it.
+    `notes` report the assumptions of the reader; `language` is that of the labels if the format fixes it.
     """
 
     tiers: tuple[Tier, ...]

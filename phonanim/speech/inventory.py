@@ -22,11 +22,11 @@ LIPS = ("neutral", "open", "spread", "rounded", "protruded", "teeth", "closed")
 
 @dataclass(frozen=True, slots=True)
 class Phone:
-    """One symbol of the inventory, as a row of lexicon/phones.csv.
+    """One symbol of the inventory: a row of lexicon/phones.csv.
 
-    `kind` is one of CLASSES, `lips` the shape that is seen, one of LIPS. `height` (0 open, 1 close)
-    and `backness` (0 front, 1 back) are of the tongue in vowels and glides, NaN elsewhere; `rounding`
-    is 0 to 1 for every phone. The `end_` values differ from the others in diphthongs alone.
+    `kind` is one of CLASSES, `lips` (the visible lip shape) one of LIPS. `height` (0 open, 1 close) and
+    `backness` (0 front, 1 back) describe the tongue in vowels and glides and are NaN elsewhere; `rounding`
+    is 0 to 1 for every phone. The `end_` values differ from the others in diphthongs only.
     """
 
     name: str
@@ -47,14 +47,14 @@ class Phone:
 
 @dataclass(frozen=True)
 class Inventory:
-    """The symbols in code order, and which attribute classes each belongs to.
+    """The symbols in code order, and the attribute classes of each.
 
     `attributes` is (41, 60) bool, columns in the order of `attribute_names`. The symbols are those of
-    Taylor 2017, supplement section 1, the classes those of its Table 1. Table 1 also names sounds
-    that the 41 symbols lack (en ax dx oh ia ua ea pau h). lexicon/attributes.csv keeps them as
-    published; they set nothing here, so `Diphthong-centring` is empty. One class alone would lose its
-    purpose by that: "silences: /pau/, /h/" are the pause and the boundary mark of other symbol sets,
-    so the column `added` puts our own silences, sil and sp, into it.
+    Taylor 2017, supplement section 1; the classes are those of its Table 1. Table 1 also names sounds that
+    are not among the 41 symbols (en ax dx oh ia ua ea pau h). lexicon/attributes.csv keeps them as published;
+    they have no effect here, so `Diphthong-centring` is empty. One class would become useless in this way:
+    "silences: /pau/, /h/" are the pause and the boundary mark of other symbol sets. So the column `added`
+    puts our own silences, sil and sp, into it.
     """
 
     sounds: tuple[Phone, ...]
@@ -63,7 +63,7 @@ class Inventory:
 
     @cached_property
     def phones(self) -> tuple[str, ...]:
-        """The 41 names; a phone's code is its place here."""
+        """The 41 names; the code of a phone is its index here."""
         return tuple(sound.name for sound in self.sounds)
 
     @cached_property
@@ -71,7 +71,7 @@ class Inventory:
         return {name: code for code, name in enumerate(self.phones)}
 
     def code(self, name: str) -> int:
-        """The code of a symbol. Raises KeyError when the inventory lacks it."""
+        """The code of a symbol. Raises KeyError when it is not in the inventory."""
         return self._codes[name]
 
     def codes(self, names: Iterable[str]) -> NDArray[np.uint8]:
@@ -79,20 +79,20 @@ class Inventory:
         return np.array([self._codes[name] for name in names], dtype=np.uint8)
 
     def numbers(self, column: str) -> NDArray[np.float64]:
-        """A numeric column of the phones (height, rounding, voiced, ...), (41,), NaN where it has none."""
+        """A numeric column of the phones (height, rounding, voiced, ...), (41,), NaN for empty cells."""
         return np.array([getattr(sound, column) for sound in self.sounds], dtype=np.float64)
 
     def where(self, **columns: str | bool) -> NDArray[np.bool_]:
-        """Which phones have these values, (41,): `where(place="bilabial")`, `where(kind="vowel")`."""
+        """A mask of the phones with these values, (41,): `where(place="bilabial")`, `where(kind="vowel")`."""
         return np.array([all(getattr(s, k) == v for k, v in columns.items()) for s in self.sounds])
 
     def attribute(self, name: str) -> NDArray[np.bool_]:
-        """Which phones belong to a class of Table 1, (41,). Raises ValueError when there is no such class."""
+        """A mask of the phones in a class of Table 1, (41,). Raises ValueError for an unknown class."""
         return self.attributes[:, self.attribute_names.index(name)]
 
 
 def load_inventory(folder: Path) -> Inventory:
-    """The inventory of `folder`/phones.csv and attributes.csv. Raises ValueError where they are wrong."""
+    """The inventory of `folder`/phones.csv and attributes.csv. Raises ValueError if they are inconsistent."""
     sounds = tuple(_phone(row) for row in _rows(folder / "phones.csv"))
     classes = _rows(folder / "attributes.csv")
     names = tuple(row["attribute"] for row in classes)
@@ -141,4 +141,4 @@ def _check(inventory: Inventory) -> None:
 
 
 INVENTORY = load_inventory(LEXICON)
-"""The inventory that every model and language of the package speaks."""
+"""The inventory that every model and language of the package uses."""

@@ -1,7 +1,7 @@
-"""IPA: any symbol with any marks, read as the articulation of its sounds.
+"""IPA: parse any symbol with any diacritics into the articulation of its sounds.
 
-lexicon/ipa.csv has the articulation of each symbol, lexicon/ipa_marks.csv what each diacritic changes,
-and lexicon/ipa_spellings.csv what is written otherwise.
+lexicon/ipa.csv has the articulation of each symbol, lexicon/ipa_marks.csv the effect of each diacritic, and
+lexicon/ipa_spellings.csv other spellings of IPA symbols.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from phonanim.core.lexicon import LEXICON
 
 @dataclass(frozen=True, slots=True)
 class Articulation:
-    """How one sound is made: a row of lexicon/ipa.csv.
+    """The articulation of one sound: a row of lexicon/ipa.csv.
 
-    In vowels and glides `height` (0 open, 1 close) and `backness` (0 front, 1 back) are of the tongue,
-    NaN elsewhere; `rounding` is of the lips, 0 to 1.
+    In vowels and glides, `height` (0 open, 1 close) and `backness` (0 front, 1 back) describe the tongue;
+    elsewhere they are NaN. `rounding` describes the lips, 0 to 1.
     """
 
     symbol: str
@@ -35,7 +35,7 @@ class Articulation:
 
 @lru_cache(maxsize=4096)
 def parse_ipa(label: str) -> tuple[Articulation, ...]:
-    """The sounds of a label in order, marks applied; empty where any character is not IPA."""
+    """The sounds of a label in order, diacritics applied; empty when any character is not IPA."""
     sounds: list[Articulation] = []
     for character in _spelled(label):
         if character in ipa_symbols():
@@ -74,12 +74,12 @@ def ipa_diacritics() -> dict[str, tuple[str, str]]:
 
 @cache
 def ipa_substitutes() -> dict[str, str]:
-    """What stands for characters that are not IPA but are used as such."""
+    """IPA for characters that are not IPA but are used as such."""
     return {row["spelling"]: row["ipa"] for row in _rows("ipa_spellings.csv")}
 
 
 def _spelled(label: str) -> str:
-    """The label in IPA letters and separate marks, without tone digits at its end."""
+    """The label in IPA letters and separate diacritics, without tone digits at its end."""
     label = unicodedata.normalize("NFC", label.strip()).rstrip("0123456789")
     spelled = "".join(ipa_substitutes().get(character, character) for character in label)
     return "".join(c if c in ipa_symbols() else unicodedata.normalize("NFD", c) for c in spelled)

@@ -1,4 +1,4 @@
-"""Labels: what the phone labels of each language and aligner mean in the inventory."""
+"""Labels: the inventory phones that the labels of each language and aligner stand for."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ else:
 
 Kind = Literal["phone", "closure", "silence", "noise"]
 BRACKETS = "<>[]{}()*"
-POSITIONS = ("_B", "_I", "_E", "_S")  # Kaldi marks where in the word a phone stands
+POSITIONS = ("_B", "_I", "_E", "_S")  # Kaldi's marks for the position of a phone in its word
 
 
 @dataclass(frozen=True, slots=True)
 class Sound:
-    """What a label means: phone codes in order, sharing its time equally.
+    """The meaning of a label: phone codes in order, which share its time equally.
 
-    A closure has one code for each release that may follow; the first is its own.
+    A closure has one code for each release that may follow; the first is the default.
     """
 
     codes: tuple[int, ...]
@@ -44,12 +44,12 @@ NOISE_SOUND = Sound((SILENT,), "noise")
 
 @dataclass(frozen=True, eq=False)
 class Language:
-    """The labels of one language, as lexicon/languages/<name>.toml has them.
+    """The labels of one language, from lexicon/languages/<name>.toml.
 
-    `phones` gives labels as phones of the inventory, `ipa` as IPA, `closures` the releases that may
-    follow; labels in none of them are read in the `alphabets` (IPA, SAMPA). `fold` says that case does
-    not matter, `ignore` which characters carry nothing that is seen. `labels` lists what aligners of
-    the language write, by aligner.
+    `phones` maps labels to phones of the inventory, `ipa` maps labels to IPA, `closures` lists the releases
+    that may follow. Labels in none of them are parsed in the `alphabets` (IPA, SAMPA). `fold` makes labels
+    case-insensitive, `ignore` lists characters without a visible effect. `labels` lists what aligners of the
+    language write, by aligner.
     """
 
     name: str
@@ -65,11 +65,11 @@ class Language:
 
     @lru_cache(maxsize=4096)  # noqa: B019 - the few languages live as long as the program
     def resolve(self, label: str) -> Sound | None:
-        """What a label means, None when the language does not know it."""
+        """The meaning of a label, None when it is unknown in this language."""
         return self.resolve_listed(label) or _silences().get(_bare(label)) or self._in_alphabets(label)
 
     def resolve_listed(self, label: str) -> Sound | None:
-        """What a label means that the language itself lists."""
+        """The meaning of a label that the language itself lists, else None."""
         for spelling in self._spellings(label):
             if spelling in self.phones:
                 return Sound(_codes(self.phones[spelling]))
@@ -81,7 +81,7 @@ class Language:
 
     @lru_cache(maxsize=4096)  # noqa: B019 - as above
     def nearest(self, label: str, n: int = 3) -> list[str]:
-        """The known labels most like `label` in spelling, best first."""
+        """The known labels with the most similar spelling, best first."""
         from difflib import get_close_matches
 
         known = [
@@ -93,7 +93,7 @@ class Language:
         return get_close_matches(label.lower() if self.fold else label, dict.fromkeys(known), n, cutoff=0.01)
 
     def _spellings(self, label: str) -> Iterator[str]:
-        """The label as written, then without what does not matter."""
+        """The label as written, then without the parts that have no effect."""
         label = normalize("NFC", label.strip())
         label = label.lower() if self.fold else label
         yield label
@@ -108,15 +108,15 @@ class Language:
 
 
 def language_names() -> tuple[str, ...]:
-    """The languages that are shipped, then those on PHONANIM_PATH."""
+    """The languages of the package, then those on PHONANIM_PATH."""
     return tuple(find_tables("languages"))
 
 
 @cache
 def load_language(name: str) -> Language:
-    """The language of a name, a code ("de", "de-AT") or a model ("german_mfa").
+    """The language with a name, a code ("de", "de-AT") or a model name ("german_mfa").
 
-    Raises LabelError naming the nearest when there is none.
+    Raises LabelError, which suggests the nearest names, when there is no such language.
     """
     for stem in (name, name.lower(), *re.split("[_-]", name.lower())[:1]):
         if stem in language_names():
@@ -132,7 +132,7 @@ def load_language(name: str) -> Language:
 
 
 def is_silent(label: str) -> bool:
-    """Whether a label says in every language that nobody speaks."""
+    """Whether a label means silence in every language."""
     return _bare(label) in _silences()
 
 
@@ -143,7 +143,7 @@ def _silences() -> dict[str, Sound]:
 
 
 def _bare(label: str) -> str:
-    """The label as silences.toml may have it: in lower case, without brackets or place in the word."""
+    """The label as silences.toml lists it: lower case, without brackets and word position."""
     label = label.strip().lower()
     if label.upper().endswith(POSITIONS) and label[:-2] in _silences():
         return label[:-2]
@@ -152,22 +152,22 @@ def _bare(label: str) -> str:
 
 @cache
 def _read_language(name: str) -> Language:
-    """A language by the name of its file. Raises LabelError when a file of one's own is not a language."""
+    """Read the language file of a name. Raises LabelError when a file of the user is not a valid language."""
     path = find_tables("languages")[name]
     try:
         language = _build_language(name, _toml(path))
-        if LEXICON not in path.parents:  # the tests check those that are shipped
+        if LEXICON not in path.parents:  # the tests check the languages of the package
             _check_sounds(language)
     except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
         reason = f"has no {error}" if isinstance(error, KeyError) else error
         raise LabelError(
-            f"{path}: is not a language: {reason}; docs/languages.md describes the file"
+            f"{path}: is not a valid language: {reason}; docs/languages.md describes the file"
         ) from error
     return language
 
 
 def _check_sounds(language: Language) -> None:
-    """Raise ValueError where a label stands for no phone of the inventory and for no IPA."""
+    """Raise ValueError for a label that is neither a phone of the inventory nor IPA."""
     for phones in (*language.phones.values(), *language.closures.values()):
         for phone in phones.split():
             if phone not in INVENTORY.phones:
@@ -205,7 +205,7 @@ def _codes(names: str) -> tuple[int, ...]:
 
 
 def _codes_of_ipa(sounds: str) -> tuple[int, ...]:
-    """Codes of IPA sounds with spaces between them. Raises ValueError where one is not IPA."""
+    """Codes of IPA sounds that are separated by spaces. Raises ValueError when one is not IPA."""
     names = [_read_ipa(sound) for sound in sounds.split()]
     if not all(names):
         raise ValueError(f"not IPA: {sounds}")

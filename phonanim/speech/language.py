@@ -1,4 +1,4 @@
-"""Languages: an alignment's labels become phones of the inventory. Nothing is dropped silently."""
+"""Languages: convert an alignment's labels into phones of the inventory. No label is dropped silently."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ Unknown = Literal["error", "nearest", "silence"]
 def to_phones(
     alignment: Alignment, language: str = "auto", unknown: Unknown = "error", fallback: str | None = None
 ) -> tuple[PhoneTrack, tuple[str, ...]]:
-    """The alignment in the model's inventory, and a note for every label that was not taken as written.
+    """The alignment in the model's inventory, and a note for every label that was not used as written.
 
-    Gaps are filled with silence, neighbouring silences become one, and a closure is joined to its
-    release. `auto` chooses the language by the labels. Raises LabelError for a label that the language
-    does not know, unless `unknown` says what to do instead, and for a language that is not there, unless
-    `fallback` names another.
+    Gaps are filled with silence, neighbouring silences are merged, and a closure is joined to its release.
+    `auto` chooses the language by the labels. Raises LabelError for a label that is unknown in the language,
+    unless `unknown` gives another treatment, and for a language that does not exist, unless `fallback`
+    names another.
     """
     notes = _Notes(alignment)
     chosen = _language_for(alignment, language, fallback, notes)
@@ -42,7 +42,7 @@ def to_phones(
     for interval in alignment.intervals:
         sound = chosen.resolve(interval.label) or _replaced(interval, chosen, unknown, notes)
         if sound.kind == "noise":
-            notes.add("sound that is no phone, shown as silence", interval)
+            notes.add("not a phone, shown as silence", interval)
         segments += _segments(interval, sound)
     if not any(segment.code != SILENT for segment in segments):
         notes.lines.append(f'no phone is spoken in tier "{quote_label(alignment.tier)}"')
@@ -50,7 +50,7 @@ def to_phones(
 
 
 class _Notes:
-    """What was not taken as written, one line for each label."""
+    """The labels that were not used as written, one line for each."""
 
     def __init__(self, alignment: Alignment) -> None:
         self.alignment = alignment
@@ -86,7 +86,7 @@ def _language_for(alignment: Alignment, name: str, fallback: str | None, notes: 
 
 
 def _replaced(interval: Interval, language: Language, unknown: Unknown, notes: _Notes) -> Sound:
-    """What stands for a label that the language lacks, if the caller consented to anything."""
+    """The replacement for a label that is unknown in the language, if `unknown` allows one."""
     if unknown == "error":
         tier, time = quote_label(notes.alignment.tier), interval.start + notes.alignment.offset
         place = f'{notes.alignment.source}: tier "{tier}", {time:.3f} s'
@@ -98,13 +98,13 @@ def _replaced(interval: Interval, language: Language, unknown: Unknown, notes: _
         notes.add(f"unknown in language {language.name}, shown as silence", interval)
         return SILENCE_SOUND
     near = next(iter(language.nearest(interval.label, 1)), "")
-    shown = f'"{near}"' if near else "silence: no label is like it"
+    shown = f'"{near}"' if near else "silence: no label is similar"
     notes.add(f"unknown in language {language.name}, shown as {shown}", interval)
     return language.resolve(near) or SILENCE_SOUND
 
 
 def _segments(interval: Interval, sound: Sound) -> list[Segment]:
-    """The phones of one label, each with an equal share of its time."""
+    """The phones of one label; they share its time equally."""
     if len(sound.codes) == 1 or sound.kind == "closure":
         releases = sound.codes if sound.kind == "closure" else ()
         return [Segment(sound.codes[0], interval.start, interval.end, interval.label, releases)]

@@ -1,4 +1,4 @@
-"""Which language the labels of an alignment are of, by the labels alone."""
+"""Choose the language of an alignment by its labels alone."""
 
 from __future__ import annotations
 
@@ -8,19 +8,18 @@ from collections.abc import Iterable
 from phonanim.speech.labels import Language, is_silent, language_names, load_language
 
 FIRST_TRIED = ("english", "ipa", "sampa", "mandarin", "japanese")
-"""`auto` takes the first language that knows every label, so the commonest stand first."""
+"""`auto` takes the first language that has every label, so the most common languages come first."""
 
 ENOUGH = 0.75
-"""Share of labels that makes a file ARPAbet in spite of others: SAMPA can read almost any letters, so one
-mistyped label must not turn a file into it. Real files of other alphabets stay below 0.7."""
+"""Share of labels above which a file is ARPAbet. SAMPA can parse almost any letters, so without this limit
+one mistyped label would turn a file into SAMPA. Real files of other alphabets stay below 0.7."""
 
 
 def choose_language(labels: Iterable[str]) -> Language:
-    """The first language that lists all labels or whose alphabet has them, else the one that has most.
+    """The first language that has all labels, in its list or its alphabet; else the one that has most.
 
-    ARPAbet is content with most.
-
-    A language with a list of its own is judged by that list: else every IPA label would be English.
+    ARPAbet is chosen when it has most labels. A language with a list is judged by its list; otherwise every
+    IPA label would count as English.
     """
     counts = Counter(label for label in labels if not is_silent(label))
     best, best_share = load_language(FIRST_TRIED[0]), -1.0
@@ -35,7 +34,7 @@ def choose_language(labels: Iterable[str]) -> Language:
 
 
 def recognized_share(labels: Iterable[str]) -> float:
-    """The largest share of labels that any one language knows as phones; 0 when nothing is spoken."""
+    """The largest share of labels that any one language has as phones; 0 when nothing is spoken."""
     spoken = Counter(label for label in labels if not is_silent(label))
     return _share(choose_language(spoken.elements()), spoken) if spoken else 0.0
 

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class PhoneTrack:
-    """What is said when: segment i is phone `codes[i]` from `bounds[i]` to `bounds[i + 1]`.
+    """The phones of a line: segment i is phone `codes[i]` from `bounds[i]` to `bounds[i + 1]`.
 
-    `codes` is (segments,) uint8 indices into the inventory (lexicon/phones.csv), `bounds` is
-    (segments + 1,) float64 seconds, strictly rising from 0 to the duration, `labels` are the
-    labels of the alignment that each segment came from ("" where a gap was filled with silence).
+    `codes` is (segments,) uint8, indices into the inventory (lexicon/phones.csv). `bounds` is
+    (segments + 1,) float64 seconds, strictly rising from 0 to the duration. `labels` are the labels of the
+    alignment that each segment came from ("" where a gap was filled with silence).
     """
 
     codes: NDArray[np.uint8]
@@ -27,7 +27,7 @@ class PhoneTrack:
         return float(self.bounds[-1])
 
     def segment_at(self, times: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Index of the segment that holds each time, (times,) seconds -> (times,); the ends repeat."""
+        """Index of the segment that contains each time, (times,) seconds -> (times,); clamped at the ends."""
         found = np.searchsorted(self.bounds, times, side="right") - 1
         return np.clip(found, 0, len(self.codes) - 1)
 
@@ -48,5 +48,5 @@ class PhoneTrack:
 
 
 def silent_track(duration: float) -> PhoneTrack:
-    """A track in which nothing is said, `duration` seconds long (code 0 is silence)."""
+    """A track of silence, `duration` seconds long (code 0 is silence)."""
     return PhoneTrack(np.zeros(1, np.uint8), np.array([0.0, duration]), ("",))

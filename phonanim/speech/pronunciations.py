@@ -1,4 +1,4 @@
-"""Pronunciation dictionaries: words with times become phones, where no aligner has told the phones."""
+"""Pronunciation dictionaries: convert words with times into phones when there is no phone tier."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from phonanim.speech.tiers import PHONE_NAMES, WORD_NAMES, best_named_tiers, spe
 
 NOTE = "the phones come from a dictionary and share the time of each word equally"
 
-# Dictionaries of the Montreal Forced Aligner have probabilities between the word and its phones.
+# Dictionaries of the Montreal Forced Aligner may have probabilities between the word and its phones.
 _PROBABILITY = re.compile(r"\d+\.\d+")
 _VARIANT = re.compile(r"\(\d+\)$")
 
 
 @lru_cache(maxsize=4)
 def load_pronunciations(path: Path) -> Mapping[str, tuple[str, ...]]:
-    """The first pronunciation of each word: lines of a word and its phones, as CMU and MFA write them.
+    """The first pronunciation of each word. Each line has a word and its phones, as CMU and MFA write them.
 
-    A file is read once, since that takes longer than most lines. Raises AlignmentError when it cannot be
-    read or holds none.
+    A file is read once per process, since reading takes longer than animating most lines. Raises
+    AlignmentError when it cannot be read or has no entries.
     """
     try:
         text = path.read_text("utf-8-sig")
@@ -45,7 +45,7 @@ def load_pronunciations(path: Path) -> Mapping[str, tuple[str, ...]]:
 
 
 def spell_out(recording: Recording, path: Path, source: AlignmentFile) -> Recording:
-    """The recording with a phone tier beside each tier of words, if it has no phone tier yet.
+    """The recording with a phone tier next to each word tier, if it has no phone tier yet.
 
     Raises AlignmentError for a word that the dictionary lacks, with its time.
     """

@@ -1,4 +1,4 @@
-"""Prosody: where a line's phrases, accents and questions lie, from its phones, its words and its sound."""
+"""Prosody: the phrases, accents and questions of a line, from its phones, words and audio."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 
-AHEAD = 0.8  # seconds of what comes that decide a frame
-PAUSE = 0.2  # seconds of silence that part two phrases
-LONG = 0.75  # seconds of a phrase that is an utterance, and no "yes"
-APART, TOO_NEAR = 0.35, 0.18  # seconds after an accent in which a weaker one, or any, is none
-WEAKER = 0.8  # of the strength of the one before
-REDUCED, FULL = 0.05, 0.18  # seconds of a vowel that has no accent by its length, and of one that has all
-LEAST = 0.25  # strength of an accent that is one
-ROSE = 6.0  # semitones of pitch above the voice's own that make the strongest accent
+AHEAD = 0.8  # seconds of look-ahead that decide a frame
+PAUSE = 0.2  # seconds of silence that separate two phrases
+LONG = 0.75  # seconds from which a phrase is an utterance; shorter ones are replies such as "yes"
+APART, TOO_NEAR = 0.35, 0.18  # seconds after an accent in which a weaker one, or any other, is dropped
+WEAKER = 0.8  # of the strength of the accent before
+REDUCED, FULL = 0.05, 0.18  # seconds of a vowel with accent strength 0, and of one with full strength
+LEAST = 0.25  # least strength of an accent
+ROSE = 6.0  # semitones above the voice's mean pitch that make the strongest accent
 STRESS = re.compile(r"^[A-Z]{2}([012])(?:_[BIES])?$")
-PRIMARY, SECONDARY = 'ˈ"', "ˌ%"  # of IPA and of SAMPA
+PRIMARY, SECONDARY = 'ˈ"', "ˌ%"  # stress marks of IPA and of SAMPA
 VOWELS = INVENTORY.where(kind="vowel")
 SILENT = INVENTORY.code(SILENCE)
 NONE: Array = np.zeros(0)
@@ -34,12 +34,12 @@ NONE: Array = np.zeros(0)
 class Prosody:
     """Events of a line in seconds.
 
-    Phrases last from `starts` to `ends` (phrases,), inf where the end has not come. `accents` (accents,) are
-    the middles of accented vowels, `strengths` 0 to 1. `questions` (questions, 2) are the words that end a
-    question. `duration` is the end of the line, inf while it goes on. `ahead` is how many seconds of what
-    comes may decide a frame: an event does nothing before its instant in `starts_from`, `ends_from`,
-    `long_from` (phrases, inf for a short one) or `accents_from`, where it is known so far ahead.
-    `voice` holds level and pitch where there is sound.
+    Phrases last from `starts` to `ends` (phrases,), inf while the end is unknown. `accents` (accents,) are
+    the middles of accented vowels, `strengths` their strengths 0 to 1. `questions` (questions, 2) are the
+    start and end of the words that end a question. `duration` is the end of the line, inf while it goes on.
+    `ahead` is the look-ahead in seconds that may decide a frame: an event has no effect before its instant
+    in `starts_from`, `ends_from`, `long_from` (phrases, inf for a short one) or `accents_from`, when it
+    becomes known that far ahead. `voice` holds level and pitch if there is audio.
     """
 
     starts: Array
@@ -56,7 +56,7 @@ class Prosody:
     voice: Voice | None = None
 
     def speaking(self, times: Array, rise: float = 0.3, fall: float = 0.6) -> Array:
-        """How much somebody speaks at instants, (frames,) -> (frames,) 0 to 1, with soft ends."""
+        """How much somebody speaks at instants, (frames,) -> (frames,) 0 to 1, with smooth transitions."""
         total = np.zeros(len(times))
         seen = (self.starts_from < times[-1:]) & (self.ends_from + fall > times[:1])
         for start, end in zip(self.starts_from[seen], self.ends_from[seen], strict=True):
@@ -71,7 +71,7 @@ class Prosody:
 
 
 def eased(share: Array) -> Array:
-    """From 0 to 1 with soft ends."""
+    """An ease curve from 0 to 1 with a smooth start and end."""
     share = np.clip(share, 0.0, 1.0)
     return np.asarray(share**2 * (3 - 2 * share))
 
@@ -83,9 +83,9 @@ def read_prosody(
     ended: bool = True,
     voice: Voice | None = None,
 ) -> Prosody:
-    """The prosody of phones, with the question marks of words and the pitch of a voice where they are known.
+    """The prosody of phones, with the question marks of words and the pitch of a voice if they are given.
 
-    Of a line that goes on (`ended` False), the last phrase has no end before it is sure to be one.
+    In a line that goes on (`ended` False), the last phrase has no end until its end is certain.
     """
     first, last = _phrases(track.codes != SILENT, track.bounds)
     begins, finishes = track.bounds[first], track.bounds[last + 1]
@@ -137,7 +137,7 @@ def hear_prosody(voice: Voice, ahead: float = AHEAD, ended: bool = True) -> Pros
 
 
 def _phrases(spoken: NDArray[np.bool_], bounds: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """First and last segment of each phrase; shorter silences are part of one."""
+    """First and last segment of each phrase; shorter silences do not divide a phrase."""
     edges = np.diff(np.concatenate([[0], spoken.astype(np.int8), [0]]))
     first, last = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
     apart = bounds[first[1:]] - bounds[last[:-1] + 1] >= PAUSE
@@ -145,14 +145,14 @@ def _phrases(spoken: NDArray[np.bool_], bounds: Array) -> tuple[NDArray[np.int64
 
 
 def _known(track: PhoneTrack) -> Array:
-    """When each segment is known, (segments,): where its label ends, which may be that of several."""
+    """When each segment becomes known, (segments,): the end of its label, which may cover several."""
     other = np.array([a != b for a, b in zip(track.labels, track.labels[1:], strict=False)], bool)
     last = np.append(np.flatnonzero(other), len(track.codes) - 1)
     return track.bounds[1:][last[np.searchsorted(last, np.arange(len(track.codes)))]]
 
 
 def _long(track: PhoneTrack, known: Array, first: int, last: int) -> float:
-    """When it is known that a phrase is long: the end of the label that makes it so; inf if it is short."""
+    """When a phrase is known to be long: the end of the label that makes it so; inf if it is short."""
     enough = np.flatnonzero(track.bounds[first + 1 : last + 2] >= track.bounds[first] + LONG)
     return float(known[first + enough[0]]) if len(enough) else np.inf
 
@@ -172,7 +172,7 @@ def _accents(track: PhoneTrack, known: Array, voice: Voice | None) -> tuple[Arra
 
 
 def _apart(times: Array, strengths: Array, sure: Array) -> tuple[Array, Array, Array]:
-    """Without accents that follow a stronger one too soon."""
+    """Drop accents that follow a stronger one too soon."""
     before = np.searchsorted(times, times - APART)
     near = np.diff(times, prepend=-np.inf) < TOO_NEAR
     louder = [(WEAKER * strengths[a:i] > strengths[i]).any() for i, a in enumerate(before)]
@@ -181,7 +181,7 @@ def _apart(times: Array, strengths: Array, sure: Array) -> tuple[Array, Array, A
 
 
 def stress(label: str) -> float:
-    """The stress that a label marks: 1 primary, 0.5 secondary, 0 none, NaN where it marks nothing."""
+    """The stress mark of a label: 1 primary, 0.5 secondary, 0 none, NaN when it has no mark."""
     if digit := STRESS.match(label):
         return (0.0, 1.0, 0.5)[int(digit[1])]
     if any(mark in label for mark in PRIMARY):

@@ -1,4 +1,4 @@
-"""X-SAMPA, the IPA of keyboards, by the table lexicon/sampa.tsv (J. C. Wells, 1995)."""
+"""Convert X-SAMPA, the keyboard form of IPA, by the table lexicon/sampa.tsv (J. C. Wells, 1995)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from phonanim.core.lexicon import LEXICON
 
 
 def to_ipa(label: str) -> str:
-    """The label in IPA; empty where any part of it is not X-SAMPA."""
+    """The label in IPA; empty when any part of it is not X-SAMPA."""
     parts = _pattern().findall(label.strip())
     if "".join(parts) != label.strip():
         return ""

@@ -1,4 +1,4 @@
-"""Segments: stretches of one phone on their way from labels to a contiguous track."""
+"""Segments: stretches of one phone, between labels and a contiguous track."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SILENT = INVENTORY.code(SILENCE)
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """One phone code from `start` to `end`; `releases` are the codes that it may be the closure of."""
+    """One phone code from `start` to `end`; for a closure, `releases` are the phones that may follow it."""
 
     code: int
     start: float
@@ -42,7 +42,7 @@ def fill_gaps(segments: Iterable[Segment], duration: float) -> list[Segment]:
 
 
 def merge_segments(segments: Iterable[Segment]) -> list[Segment]:
-    """The segments with silences run together and closures joined to what they release into."""
+    """Merge neighbouring silences and join closures to their releases."""
     fewer: list[Segment] = []
     for segment in segments:
         last = fewer[-1] if fewer else None

@@ -1,6 +1,6 @@
-"""Praat TextGrids by praatio: its objects from tiers and back, and files.
+"""Praat TextGrids with praatio: convert tiers to its objects and back, and write files.
 
-praatio is imported when a TextGrid is made: reading one, as most commands do, needs none of it.
+praatio is imported only when a TextGrid is made: reading one, as most commands do, does not need it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def write_textgrid(path: Path, tiers: Mapping[str, Sequence[Interval]], duration: float) -> None:
-    """Write interval tiers from 0 to `duration` seconds in Praat's long text format, whole or not at all.
+    """Write interval tiers from 0 to `duration` seconds in Praat's long text format, atomically.
 
     Gaps are filled with empty labels. Raises OutputError when intervals overlap, or when the file cannot be
     written.
@@ -29,7 +29,7 @@ def write_textgrid(path: Path, tiers: Mapping[str, Sequence[Interval]], duration
         textgrid = textgrid_from(tiers, 0.0, duration)
     except PraatioException as error:
         reason = " ".join(str(error).split())
-        raise OutputError(f"{path}: makes no TextGrid: {reason}; correct the times") from error
+        raise OutputError(f"{path}: cannot be written as a TextGrid: {reason}; correct the times") from error
     with atomic_path(path) as partial:
         textgrid.save(str(partial), "long_textgrid", includeBlankSpaces=True, reportingMode="silence")
 
@@ -42,7 +42,7 @@ def textgrid_from(tiers: Mapping[str, Sequence[Interval]], start: float, end: fl
     from praatio.data_classes.interval_tier import IntervalTier
     from praatio.data_classes.textgrid import Textgrid
 
-    start, end = float(start), float(end)  # praatio writes the repr of what it is given
+    start, end = float(start), float(end)  # praatio writes the repr of these numbers
     textgrid = Textgrid(start, end)
     for name, intervals in tiers.items():
         entries = [(interval.start, interval.end, interval.label) for interval in intervals]
@@ -51,7 +51,7 @@ def textgrid_from(tiers: Mapping[str, Sequence[Interval]], start: float, end: fl
 
 
 def tiers_of(textgrid: Textgrid) -> Recording:
-    """The interval tiers of a praatio `Textgrid`, with their numbers in it; point tiers are passed over."""
+    """The interval tiers of a praatio `Textgrid`, with their numbers in it; point tiers are ignored."""
     tiers = tuple(
         Tier(tier.name, tuple(Interval(label, start, end) for start, end, label in tier.entries), number)
         for number, tier in enumerate(textgrid.tiers, 1)

@@ -1,4 +1,4 @@
-"""Which tier of a recording holds the phones, and which the words."""
+"""Choose the phone tier and the word tier of a recording."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from collections.abc import Iterable
 from phonanim.speech.alignment_file import AlignmentFile, quote_label
 from phonanim.speech.intervals import Recording, Tier
 
-# Best first: a file may hold MAU (what was said) beside a broader `segments`.
+# Best first: a file may have MAU (as pronounced) next to a broader `segments`.
 PHONE_NAMES = (
     *("phones", "phone", "phons", "phon", "phonemes", "phoneme", "phn", "phns", "mau", "phonetic"),
     *("phonetics", "segments", "segment", "segs", "seg", "sounds", "sound", "allophones"),
 )
 WORD_NAMES = ("words", "word", "ort", "ort-mau", "orthography", "wrd", "text", "tokens", "token")
 
-# A speaker and a kind in one word; only kinds that are nothing but kinds.
+# A speaker and a kind in one word; these kinds have no other meaning.
 _JOINED = re.compile(r"(.+?)[ _:/-]+(phones?|phonemes?|segments?|words?)", re.IGNORECASE)
 
 ENOUGH_KNOWN = 0.8
-"""Share of a tier's labels that one language must know for the tier to be its phones."""
+"""Share of a tier's labels that one language must have for the tier to count as phones."""
 
 
 def phone_tier(recording: Recording, wanted: str | None, speaker: str | None, source: AlignmentFile) -> Tier:
@@ -44,7 +44,7 @@ def phone_tier(recording: Recording, wanted: str | None, speaker: str | None, so
 
 
 def word_tier(recording: Recording, phones: Tier) -> Tier | None:
-    """The tier of words that goes with a phone tier: of the same speaker, if tiers name speakers."""
+    """The word tier that goes with a phone tier: of the same speaker, if tiers name speakers."""
     speaker = speaker_of(phones)
     rest = [
         tier
@@ -56,7 +56,7 @@ def word_tier(recording: Recording, phones: Tier) -> Tier | None:
 
 
 def speaker_of(tier: Tier) -> str:
-    """Who speaks in a tier, by the format or by a name such as "SPEAKER - phones"; else empty."""
+    """The speaker of a tier, by the format or by a name such as "SPEAKER - phones"; else empty."""
     return tier.speaker or _split(tier.name)[0]
 
 
@@ -71,7 +71,7 @@ def _spoken_by(tiers: Iterable[Tier], speaker: str, source: AlignmentFile) -> tu
 
 
 def _choices(tiers: Iterable[Tier]) -> str:
-    """The options that tell tiers apart."""
+    """The options that distinguish the tiers."""
     speakers = [speaker_of(tier) for tier in tiers]
     names = ", ".join(f'"{quote_label(name)}"' for name in speakers)
     return (
@@ -96,7 +96,7 @@ def _wanted(tiers: Iterable[Tier], wanted: str, source: AlignmentFile) -> Tier:
 
 
 def best_named_tiers(tiers: Iterable[Tier], names: tuple[str, ...]) -> list[Tier]:
-    """Of each speaker the tiers that bear the best of the names that occur."""
+    """For each speaker, the tiers with the best of the names that occur."""
     named = [tier for tier in tiers if _kind(tier.name) in names]
     best: dict[str, int] = {}
     for tier in named:
@@ -105,7 +105,7 @@ def best_named_tiers(tiers: Iterable[Tier], names: tuple[str, ...]) -> list[Tier
 
 
 def _by_content(tiers: Iterable[Tier]) -> list[Tier]:
-    """The tier whose labels a language knows best, if it knows most of them."""
+    """The tier with the largest share of labels that a language has, if that is most of them."""
     from phonanim.speech.language_choice import recognized_share
 
     shares = [(recognized_share(_labels(tier)), tier) for tier in tiers if _labels(tier)]

@@ -1,7 +1,7 @@
-"""What a sound looks like: the phones of the inventory that a camera could not tell from it.
+"""Map a sound to the phones of the inventory that look most like it.
 
-What is seen decides, not what is heard: closed lips, teeth on the lip, rounding, the height of the
-jaw, then the place of the tongue.
+Only the visible articulation counts: closed lips, teeth on the lip, rounding, the height of the jaw, then the
+place of the tongue.
 """
 
 from __future__ import annotations
@@ -12,20 +12,20 @@ from functools import cache, lru_cache
 from phonanim.speech.inventory import INVENTORY, Phone
 from phonanim.speech.ipa import Articulation, ipa_symbols, parse_ipa
 
-# Costs of a difference, by how much of it is seen. Lips that shut (1) or stay open (0) outweigh all
-# else; voice is not seen at all and breaks ties alone, as between p and b.
+# Costs of a difference, by its visibility. Lips that shut (1) or stay open (0) outweigh everything else;
+# voicing is invisible and only breaks ties, as between p and b.
 LIPS, ROUNDING, CONTACT, HEIGHT = 4.0, 2.0, 1.5, 1.5
 PLACE, HISS, SPREAD = 1.0, 1.0, 0.8
 MANNER, BACKNESS, VOICE = 0.35, 0.2, 0.2
 
 DIPHTHONG_NEAR = 0.6
-"""Farthest that a pair of vowels may be from a diphthong of the inventory to be taken as it."""
+"""Largest distance of a pair of vowels from a diphthong of the inventory that replaces it."""
 
 AFFRICATE_NEAR = 1.0
-"""Farthest that a stop with a fricative may be from an affricate of the inventory to be taken as it."""
+"""Largest distance of a stop with a fricative from an affricate of the inventory that replaces it."""
 
-# Places of the tongue from the lip to the throat, in steps of about equal visibility. What the lips
-# make leaves the tongue in the middle.
+# Places of the tongue from the lip to the throat, in steps of about equal visibility. Lip sounds leave the
+# tongue in the middle.
 PLACES = {
     **{"linguolabial": 0.0, "dental": 1.0, "alveolar": 2.0, "postalveolar": 3.0, "retroflex": 3.3},
     **{"alveolo-palatal": 3.6, "palatal": 4.0, "labial-palatal": 4.0, "velar": 5.0, "labial-velar": 5.0},
@@ -36,18 +36,18 @@ STOPS = frozenset({"plosive", "implosive", "click", "tap", "trill", "affricate"}
 FRICATIVES = frozenset({"fricative", "sibilant", "lateral fricative"})
 GLIDES = {"j": "i", "w": "u", "ɥ": "y", "ɰ": "ɯ"}
 
-# Consonants that make one label together: n nasal, s stop, f fricative, l lateral.
+# Consonants that form one label together: n nasal, s stop, f fricative, l lateral.
 CLUSTERS = frozenset({"", "n", "s", "f", "l", "a", "ns", "nf", "nl", "nn", "ss", "sf", "sl", "nsf", "nss"})
 LONGEST = 4
-"""Most vowels and glides in one label; more is a word."""
+"""Maximum number of vowels and glides in one label; more is a word."""
 
 
 @lru_cache(maxsize=4096)
 def to_visible_phones(label: str) -> tuple[str, ...]:
-    """The phones that look like an IPA label, in order; empty where it is not one sound in IPA.
+    """The phones that look like an IPA label, in order; empty when it is not one sound in IPA.
 
     A label may be one sound, a diphthong or triphthong, an affricate, a double stop, a nasal with its
-    stop, or glides with their vowel. Words are refused, so that a tier of words is not taken for phones.
+    stop, or glides with their vowel. Words are refused, so that a word tier is not mistaken for phones.
     """
     sounds = parse_ipa(label)
     if any(sound.vowel for sound in sounds):
@@ -59,7 +59,7 @@ def to_visible_phones(label: str) -> tuple[str, ...]:
 
 
 def visual_distance(start: Articulation, end: Articulation, phone: Phone) -> float:
-    """How differently a camera sees a sound that goes from `start` to `end`, and a phone of the inventory."""
+    """Visual distance between a sound that goes from `start` to `end` and a phone of the inventory."""
     if start.vowel:
         return (_vowel_distance(start, phone, False) + _vowel_distance(end, phone, True)) / 2
     return _consonant_distance(start, phone)
@@ -79,7 +79,7 @@ def _vowel_distance(sound: Articulation, phone: Phone, at_end: bool) -> float:
 
 
 def lip_spread(height: float, backness: float, rounding: float) -> float:
-    """How far the corners of the mouth are drawn apart: most in [i]; not in open, back or rounded vowels."""
+    """How far the mouth corners are spread: most in [i]; 0 in open, back or rounded vowels."""
     return height * (1 - backness) * (rounding == 0)
 
 
@@ -107,9 +107,9 @@ def lip_closure(sound: Articulation) -> float:
 
 
 def constriction(sound: Articulation) -> float:
-    """How far tongue or lips close the way: 1 in stops and nasals, 0.5 in laterals, 0 in the rest.
+    """How far tongue or lips close the vocal tract: 1 in stops and nasals, 0.5 in laterals, 0 otherwise.
 
-    Teeth leave a way beside the lip, so [ɱ] is as open as a lateral.
+    Teeth on the lip leave an opening, so [ɱ] counts like a lateral.
     """
     if sound.place == "labiodental":
         return 0.0 if _family(sound) in ("fricative", "approximant") else 0.5
@@ -125,7 +125,7 @@ def _family(sound: Articulation) -> str:
 
 
 def _vowels(sounds: tuple[Articulation, ...]) -> tuple[str, ...]:
-    """Vowels and glides: a diphthong of the inventory where one is near, else one after the other."""
+    """Vowels and glides: a diphthong of the inventory if one is close, else one phone after the other."""
     first, rest = sounds[0], sounds[1:]
     if not first.vowel:
         return (_nearest(first, "consonant")[0], *(_vowels(rest) if rest else ()))
@@ -143,7 +143,7 @@ def _consonants(sounds: tuple[Articulation, ...]) -> tuple[str, ...]:
         return ()
     first, rest = sounds[0], sounds[1:]
     if rest and constriction(first) == constriction(rest[0]) == 1.0 and _family(first) == _family(rest[0]):
-        # Made at once, as in [k͡p]: the lips hide the tongue.
+        # Simultaneous, as in [k͡p]: the lips hide the tongue.
         return _consonants((max(first, rest[0], key=lip_closure), *rest[1:]))
     if rest and first.manner in STOPS and rest[0].manner == "sibilant":
         affricate, far = _nearest(replace(rest[0], manner="affricate"), "affricate")
@@ -153,7 +153,7 @@ def _consonants(sounds: tuple[Articulation, ...]) -> tuple[str, ...]:
 
 
 def _nearest(start: Articulation, kind: str, end: Articulation | None = None) -> tuple[str, float]:
-    """The name of the phone of a kind that looks most like a sound, and how far it is."""
+    """The name of the phone of a kind that looks most like a sound, and its distance."""
     ranked = [(visual_distance(start, end or start, phone), phone.name) for phone in _phones(kind)]
     far, name = min(ranked, key=lambda pair: pair[0])
     return name, far

@@ -96,12 +96,18 @@ def test_failure_without_a_word(fake: Fake) -> None:
 
 DAMAGED = [
     ({"end": "sys.exit(0)"}, r"line.wav: the Montreal Forced Aligner wrote no TextGrid; run it by hand"),
-    ({"grid": "oops"}, r"line.wav: what the Montreal Forced Aligner wrote is no alignment in a known format"),
-    ({"phones": [("0", "1.0", "t")]}, r"lasts 4.52 s, but what the Montreal Forced Aligner wrote 1.00 s"),
-    ({"phones": [("0", "4.52", "sil")]}, r"the Montreal Forced Aligner found no phone; check that text and"),
+    (
+        {"grid": "oops"},
+        r"line.wav: the output of the Montreal Forced Aligner is not an alignment in a known format",
+    ),
+    (
+        {"phones": [("0", "1.0", "t")]},
+        r"lasts 4.52 s, but the output of the Montreal Forced Aligner lasts 1.00 s",
+    ),
+    ({"phones": [("0", "4.52", "sil")]}, r"the Montreal Forced Aligner found no phone; check that the text"),
     (
         {"phones": [("0", "0.5", "t"), ("0.5", "1.0", "spn"), ("1.0", "4.52", "")]},
-        r"the dictionary lacks the word 'guten' at 0.50 s; add it to a dictionary of your own",
+        r"the word 'guten' at 0.50 s is not in the dictionary; add it to a dictionary of your own",
     ),
 ]
 
@@ -122,7 +128,7 @@ def test_it_is_not_installed(fake: Fake, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("text", [None, "...", ""])
 def test_it_needs_a_text(text: str | None, fake: Fake) -> None:
-    with pytest.raises(OptionError, match=r"needs what is said; give it with --text or --text-file"):
+    with pytest.raises(OptionError, match=r"needs the spoken words; give them with --text or --text-file"):
         align(fake(), text)
 
 

@@ -70,12 +70,12 @@ def test_words_that_the_dictionary_lacks(line, pocketsphinx):
 
 
 def test_no_words(line, pocketsphinx):
-    with pytest.raises(OptionError, match="the text holds no word; give what is said"):
+    with pytest.raises(OptionError, match="the text has no words; give the words of the recording"):
         align(line, "...")
 
 
 def test_another_text(line, pocketsphinx):
-    with pytest.raises(AlignmentError, match=r"line.wav: the text cannot be found in the sound"):
+    with pytest.raises(AlignmentError, match=r"line.wav: the text cannot be found in the audio"):
         align(line, "yes " * 400)
 
 

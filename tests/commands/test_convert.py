@@ -93,7 +93,7 @@ def test_two_takes_on_one_page(take):
         (["take.npz", "-o", "a.csv", "--fps", "0"], "frames per second"),
         (["none.npz", "-o", "a.csv"], "none.npz"),
         (["a.tsv", "-o", "a.csv"], "a.tsv: this format can only be written; those that can be read are .csv"),
-        (["broken.glb", "-o", "a.csv"], "broken.glb: is no binary glTF 2.0 file"),
+        (["broken.glb", "-o", "a.csv"], "broken.glb: is not a binary glTF 2.0 file"),
     ],
 )
 def test_what_cannot_be_converted(take, capsys, arguments, message):

@@ -218,14 +218,14 @@ def test_what_is_no_recording(ears: str, tmp_path: Path, capfd: pytest.CaptureFi
     assert run(["stream", str(tmp_path / "a.wav"), "--model", ears]) == 2
     out, err = capfd.readouterr()
     assert out == ""
-    assert "a.wav: is no recording that can be read" in err
+    assert "a.wav: is not a readable recording" in err
 
 
 def test_a_recording_of_nothing(ears: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     path = written(tmp_path / "a.wav", np.zeros(0))
     assert run(["stream", str(path), "--model", ears]) == 2
     said = capfd.readouterr().err.splitlines()
-    assert said[1:] == [f"phonanim: {path}: holds no sound; record it again"]
+    assert said[1:] == [f"phonanim: {path}: contains no samples; record it again"]
 
 
 def test_a_recording_that_is_cut_short(ears: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -233,7 +233,7 @@ def test_a_recording_that_is_cut_short(ears: str, tmp_path: Path, capfd: pytest.
     path.write_bytes(path.read_bytes()[: 44 + 16000])
     assert run(["stream", str(path), "--model", ears]) == 0
     out, err = capfd.readouterr()
-    assert "the recording is cut short: 0.50 s of 1.00 are there; copy it again" in err
+    assert "the recording is truncated: it contains 0.50 s of 1.00 s; copy it again" in err
     assert len(frames(out)) == 31
 
 

@@ -91,7 +91,7 @@ def house(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def made_up_alignment(sound: Sound, text: str | None, name: str) -> SpeechAlignment:
     """Two phones in any sound, but none in that of one clip."""
     if name == "clip20":
-        raise AlignmentError(f"{name}: the text cannot be found in the sound")
+        raise AlignmentError(f"{name}: the text cannot be found in the audio")
     phones = Interval("M", 0.1, 0.4), Interval("AA", 0.4, sound.duration - 0.1)
     return SpeechAlignment((), phones, sound.duration)
 

@@ -48,7 +48,7 @@ def test_damaged_cards(local):
     ):
         read_card(local / "mine")
     (local / "mine/model.json").write_text("[]")
-    with pytest.raises(ModelError, match=r"mine/model.json: is not a table of facts"):
+    with pytest.raises(ModelError, match=r"mine/model.json: is not a JSON object"):
         read_card(local / "mine")
 
 

@@ -37,7 +37,7 @@ def test_a_full_disk_is_one_line(tmp_path):
 def test_places_that_hold_no_file(tmp_path):
     with pytest.raises(OutputError, match=r"is a folder; name a file in it"):
         write_text(tmp_path, "")
-    with pytest.raises(OutputError, match=r"the folder .*missing does not exist; make it first"):
+    with pytest.raises(OutputError, match=r"the folder .*missing does not exist; create it first"):
         write_text(tmp_path / "missing" / "a.csv", "")
     (tmp_path / "device.csv").symlink_to("/dev/null")
     with pytest.raises(OutputError, match=r"device.csv: is not a plain file; name another"):

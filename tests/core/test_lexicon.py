@@ -64,7 +64,7 @@ def test_a_file_that_is_no_language_is_named(own: Path, text: str, fault: str) -
     path.write_text(text)
     with pytest.raises(LabelError) as error:
         load_language("aaa")
-    assert str(error.value).startswith(f"{path}: is not a language: {fault}")
+    assert str(error.value).startswith(f"{path}: is not a valid language: {fault}")
     assert str(error.value).endswith("; docs/languages.md describes the file")
 
 

@@ -115,9 +115,9 @@ def test_a_text_that_nobody_says(tmp_path: Path) -> None:
     pytest.importorskip("soundfile")
     film = make_film(tmp_path / "a.mp4")
     film.with_suffix(".txt").write_text("xqzzt")
-    assert "a.txt: the pronouncing dictionary lacks 'xqzzt'" in why(film)
+    assert "a.txt: not in the pronouncing dictionary: 'xqzzt'" in why(film)
     film.with_suffix(".txt").write_text("a very long sentence that cannot be said in so short a time " * 3)
-    assert "a.txt: the text cannot be found in the sound" in why(film)
+    assert "a.txt: the text cannot be found in the audio" in why(film)
 
 
 def test_two_films_of_one_name(tmp_path: Path) -> None:

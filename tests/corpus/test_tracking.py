@@ -145,7 +145,7 @@ def test_an_appearance_model_tracks(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_is_no_model(tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match="is no appearance model"):
+    with pytest.raises(ModelError, match="is not an appearance model"):
         aam_tracker(tmp_path)
 
 

@@ -54,7 +54,7 @@ def test_matlab_files_that_cannot_be_used(tmp_path, monkeypatch):
     path = tmp_path / "F01_B01_S01_R01_N.mat"
     path.write_bytes(b"none")
     (recording,) = load_dataset("hprc").recordings(tmp_path)
-    with pytest.raises(CorpusError, match=r"R01_N\.mat: is no MATLAB file of named signals"):
+    with pytest.raises(CorpusError, match=r"R01_N\.mat: is not a MATLAB file of named signals"):
         recording.frames()
     savemat(path, {"a": samples.structures([samples.signal("TT", 100, np.zeros((5, 6)), [])] * 2)})
     with pytest.raises(CorpusError, match=r"R01_N\.mat: has no element AUDIO; it has TT"):

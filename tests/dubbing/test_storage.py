@@ -195,7 +195,7 @@ def test_errors_name_the_url_and_the_rest_is_done(memory):
     )
     errors = [outcome.error for outcome in outcomes if outcome.error]
     assert len(errors) == 1
-    assert errors[0].startswith("memory:///show/lines/bad.TextGrid: is no alignment in a known format")
+    assert errors[0].startswith("memory:///show/lines/bad.TextGrid: is not an alignment in a known format")
 
 
 def test_cells_may_be_urls_and_paths(memory, lines, root):

@@ -56,7 +56,7 @@ def test_nothing_half_made_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 def test_a_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("PHONANIM_CACHE", str(tmp_path / "file"))
-    with pytest.raises(OutputError, match=r"features: cannot be made .*; set PHONANIM_CACHE to a folder"):
+    with pytest.raises(OutputError, match=r"features: cannot be created .*; set PHONANIM_CACHE to a folder"):
         encode(Loudness([]), speech())
 
 

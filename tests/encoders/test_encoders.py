@@ -104,9 +104,9 @@ def test_features_at_instants() -> None:
 
 
 def test_recordings_without_sound() -> None:
-    with pytest.raises(AudioError, match="the recording holds no sound; record it again"):
+    with pytest.raises(AudioError, match="the recording contains no samples; record it again"):
         encode(Loudness([]), Sound(np.zeros(0, np.float32), RATE))
-    with pytest.raises(AudioError, match="holds samples that are no numbers; export it again"):
+    with pytest.raises(AudioError, match="has samples that are not finite numbers; export it again"):
         encode(Loudness([]), Sound(np.array([0, np.nan], np.float32), RATE))
 
 
@@ -123,7 +123,7 @@ def test_stereo_of_any_depth_sounds_the_same(subtype: str, tmp_path: Path) -> No
 def test_a_file_that_is_no_recording(tmp_path: Path) -> None:
     pytest.importorskip("soundfile")
     (tmp_path / "a.wav").write_bytes(b"not audio at all")
-    with pytest.raises(AudioError, match=r"a.wav: is no recording that can be read"):
+    with pytest.raises(AudioError, match=r"a.wav: is not a readable recording"):
         read_sound(tmp_path / "a.wav")
 
 
@@ -137,7 +137,7 @@ def test_weights_that_are_missing(name: str, tmp_path: Path, monkeypatch: pytest
     monkeypatch.setenv("PHONANIM_ENCODERS", str(tmp_path))
     monkeypatch.setattr("phonanim.encoders._weights.find_spec", lambda name: None)
     name_of = "Whisper" if name == "whisper" else name
-    with pytest.raises(ModelError, match=rf"^{name_of} has no weights here: .*{name}$"):
+    with pytest.raises(ModelError, match=rf"^{name_of} has no weights: .*{name}$"):
         load_encoder(name)
 
 

@@ -66,7 +66,7 @@ def test_hidden_weights_that_are_not_whole(tmp_path: Path, monkeypatch: pytest.M
     with pytest.raises(ModelError, match=r"preprocessor_config.json: is no JSON"):
         load_encoder("hubert")
     edit_hidden(tmp_path, conv_stride=[5, 2, 2, 2, 2, 2, 1])
-    with pytest.raises(ModelError, match=r"hubert: steps 160 samples, not 320; get another model"):
+    with pytest.raises(ModelError, match=r"hubert: a step has 160 samples, not 320; get another model"):
         load_encoder("hubert")
     edit_hidden(tmp_path, hidden_size=48)
     with pytest.raises(ModelError, match=r"hubert: cannot be read as HubertModel"):

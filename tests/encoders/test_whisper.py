@@ -101,7 +101,7 @@ def test_a_ctranslate2_file(tmp_path: Path) -> None:
     [
         (b"", "requires a buffer of 4 bytes"),
         (ctranslate2_bytes()[:-2], "cannot reshape"),
-        (ctranslate2_bytes(kind=9), "encoder/x is of a type 9 that is not known"),
+        (ctranslate2_bytes(kind=9), "encoder/x is of an unknown type 9"),
         (ctranslate2_bytes(version=3), "it is version 3 of 'WhisperSpec', not 6 of 'WhisperSpec'"),
         (ctranslate2_bytes(name="Other"), "it is version 6 of 'Other'"),
         (
@@ -128,7 +128,7 @@ def test_damaged_ctranslate2_files(data: bytes, message: str, tmp_path: Path, mo
         ("layers.0.fc1.weight", lambda t: t[0], r"block0_wide is \(8,\), not \(8, 8\)"),
         ("conv1.bias", lambda t: t[:4], r"conv1_bias is \(4,\), not \(8,\)"),
         ("embed_positions.weight", lambda t: t[:9], r"positions is \(9, 8\), not \(600, 8\)"),
-        ("layers.0.fc1.weight", lambda t: t * np.nan, "block0_wide holds numbers that are not finite"),
+        ("layers.0.fc1.weight", lambda t: t * np.nan, "block0_wide has numbers that are not finite"),
     ],
 )
 def test_whisper_weights_of_another_shape(
@@ -160,7 +160,7 @@ def test_whisper_without_its_heads(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     with pytest.raises(ModelError, match="2 blocks of 8 dims and 3 heads"):
         load_encoder("whisper")
     (place / "config.json").unlink()
-    with pytest.raises(ModelError, match=r"config.json beside it does not tell the attention heads"):
+    with pytest.raises(ModelError, match=r"config.json next to it does not give the attention heads"):
         load_encoder("whisper")
     (place / "model.safetensors").write_bytes(b"x")
     with pytest.raises(ModelError, match=r"model.safetensors: cannot be read .*; get it again"):

@@ -164,7 +164,7 @@ def test_templates_take_each_side_from_its_own_rest():
         ({"template": np.zeros((4, 3))}, r"the template has shape \(4, 3\), a frame \(50, 3\)"),
         ({"lips": (1, 2)}, r"lip vertices \(1, 2\): four below 50 are needed"),
         ({"lips": (1, 2, 3, 50)}, "four below 50 are needed: upper, lower, right corner, left"),
-        ({"masks": {"lips": np.array([50])}}, "mask lips names vertex 50, the mesh ends at 49"),
+        ({"masks": {"lips": np.array([50])}}, "mask lips has vertex 50, but the last vertex is 49"),
     ],
 )
 def test_settings_that_do_not_fit(change, message):

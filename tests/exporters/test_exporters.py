@@ -114,7 +114,7 @@ def written(tmp_path):
 
 @pytest.mark.parametrize("suffix", WRITABLE)
 def test_destinations_that_cannot_be_written(tmp_path, suffix):
-    with pytest.raises(OutputError, match=r"the folder .*nowhere does not exist; make it first"):
+    with pytest.raises(OutputError, match=r"the folder .*nowhere does not exist; create it first"):
         save(line_for(suffix), tmp_path / "nowhere" / f"a{suffix}", **OPTIONS.get(suffix, {}))
     (tmp_path / f"a{suffix}").mkdir()
     with pytest.raises(OutputError, match=r"is a folder; name a file in it"):

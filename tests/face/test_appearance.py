@@ -114,7 +114,7 @@ def test_a_saved_model_is_the_same_model(model: AppearanceModel, tmp_path: Path)
 
 def test_a_folder_without_a_model(tmp_path: Path) -> None:
     with pytest.raises(
-        ModelError, match=r"is no appearance model .*make one with `phonanim corpus appearance`"
+        ModelError, match=r"is not an appearance model .*make one with `phonanim corpus appearance`"
     ):
         load_appearance(tmp_path)
 
@@ -127,7 +127,7 @@ def test_a_model_of_another_format(model: AppearanceModel, tmp_path: Path) -> No
 
 def test_shapes_that_do_not_agree(model: AppearanceModel, tmp_path: Path) -> None:
     save_appearance(replace(model, basis=model.basis[:, :-1]), tmp_path, {})
-    with pytest.raises(ModelError, match="is no appearance model .*shapes do not agree"):
+    with pytest.raises(ModelError, match="is not an appearance model .*shapes do not match"):
         load_appearance(tmp_path)
 
 

@@ -79,9 +79,9 @@ def test_masks_by_region(tmp_path):
     [
         ("masks.pkl", b"x", "a pickle may run code when it is read"),
         ("words.txt", b"lips", "cannot be read as vertex numbers: invalid literal"),
-        ("empty.txt", b"", "is no list of vertex numbers"),
-        ("minus.txt", b"-1 2", "is no list of vertex numbers"),
-        ("half.json", b"[0.5]", "is no list of vertex numbers"),
+        ("empty.txt", b"", "is not a list of vertex numbers"),
+        ("minus.txt", b"-1 2", "is not a list of vertex numbers"),
+        ("half.json", b"[0.5]", "is not a list of vertex numbers"),
         ("torn.json", b"[1", "cannot be read as JSON"),
         ("torn.npy", b"x", "cannot be read as a NumPy array"),
         ("none.npy", b"", "cannot be read as a NumPy array"),
@@ -105,7 +105,9 @@ def test_a_mask_needs_a_region(tmp_path):
 
 
 def test_a_mask_of_another_mesh():
-    with pytest.raises(EvaluationError, match="mask lips names vertex 7, the mesh ends at 4; take another"):
+    with pytest.raises(
+        EvaluationError, match="mask lips has vertex 7, but the last vertex is 4; use another"
+    ):
         check_masks({"lips": np.array([3, 7])}, 5)
 
 

@@ -27,7 +27,7 @@ def test_the_number_of_columns(kind: str) -> None:
 
 
 def test_unknown_features_are_refused() -> None:
-    with pytest.raises(ValueError, match="there are no features 'sounds', only indicators, raw, all"):
+    with pytest.raises(ValueError, match="there are no features 'sounds'; use one of indicators, raw, all"):
         window_features("sounds", track_of("sil 1"), np.zeros(1))
 
 

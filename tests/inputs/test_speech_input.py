@@ -40,7 +40,7 @@ def test_a_recording_alone(line: Path, model: str, capsys: pytest.CaptureFixture
     assert run(["animate", "a.wav", "--model", model, "-o", "a.csv", "--rig", "arkit"]) == 0
     said = capsys.readouterr().err
     assert said.startswith("read a.wav: 0 phones in ")
-    assert "there is no alignment: closures of the lips are as heard, none is enforced" in said
+    assert "there is no alignment: lip closures are as predicted from the audio, none is enforced" in said
     animation = animate(Path("a.wav"), replace(DEFAULTS, model=model))
     sound = read_sound(line / "a.wav")
     assert animation.audio == Path("a.wav")
@@ -63,11 +63,11 @@ def test_an_alignment_with_its_recording(line: Path, model: str) -> None:
 def test_the_model_that_reads_says_what_it_needs(line: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["animate", "a.wav", "-o", "a.csv"]) == 2
     assert capsys.readouterr().err == (
-        "phonanim: a.wav: is a recording, and this model reads alignments; say what is spoken with --text, "
-        "or choose a --model that hears\n"
+        "phonanim: a.wav: is a recording, and this model needs an alignment; give the spoken words with "
+        "--text, or choose an audio-driven --model\n"
     )
     assert not (line / "a.csv").exists()
-    with pytest.raises(AlignmentError, match="or choose a --model that hears$"):
+    with pytest.raises(AlignmentError, match="or choose an audio-driven --model$"):
         read_speech_input(Path("a.wav"), DEFAULTS, None, "both")
 
 
@@ -75,7 +75,7 @@ def test_nothing_to_hear(line: Path, model: str, capsys: pytest.CaptureFixture[s
     (line / "a.wav").unlink()
     assert run(["animate", "a.TextGrid", "--model", model, "-o", "a.csv"]) == 2
     assert (
-        "a.TextGrid: has no recording beside it for this model to hear; give --audio"
+        "a.TextGrid: has no recording next to it for this audio-driven model; give --audio"
         in capsys.readouterr().err
     )
     with pytest.raises(AudioError, match="give --audio$"):
@@ -90,7 +90,7 @@ def test_a_recording_that_is_none(
     (line / "b.wav").write_bytes(content)
     assert run(["animate", "b.wav", "--model", model, "-o", "b.csv"]) == 2
     said = capsys.readouterr().err
-    assert said.startswith("phonanim: b.wav: is no recording that can be read")
+    assert said.startswith("phonanim: b.wav: is not a readable recording")
     assert said.count("\n") == 1
     assert not (line / "b.csv").exists()
 
@@ -117,9 +117,9 @@ def test_what_is_odd_about_the_sound_is_said(
     for name in ("a.TextGrid", "b.wav", "c.wav"):
         assert run(["animate", name, "--model", model, "-o", "o.csv", "--rig", "arkit"]) == 0
         said[name] = capsys.readouterr().err
-    assert "the recording is cut short: 2.26 s of 4.52 are there; copy it again" in said["b.wav"]
-    assert "the sound was silent; is it the right one?" in said["c.wav"]
-    assert "the sound was silent; is it the right one?" in said["a.TextGrid"]
+    assert "the recording is truncated: it contains 2.26 s of 4.52 s; copy it again" in said["b.wav"]
+    assert "the audio was silent; check that it is the right one" in said["c.wav"]
+    assert "the audio was silent; check that it is the right one" in said["a.TextGrid"]
 
 
 def test_an_alignment_cut_out_of_a_longer_recording(

@@ -60,7 +60,8 @@ def test_accessors_that_cannot_be_read():
     packed = {"buffer": 0, "extensions": {"EXT_meshopt_compression": {}}}
     for view in (packed, {"buffer": 1}):
         with pytest.raises(
-            RigError, match=r"compressed .*; write it plain with: npx|outside the file; pack it with: npx"
+            RigError,
+            match=r"compressed .*; save an uncompressed copy with: npx|outside the file; pack it with: npx",
         ):
             glb_of(spec, [view], b"12345678").accessor(0)
 
@@ -68,9 +69,9 @@ def test_accessors_that_cannot_be_read():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda data: b"", r"is no binary glTF 2\.0 file; export the character as \.glb"),
-        (lambda data: b"\0" * 40, r"is no binary glTF 2\.0 file"),
-        (lambda data: data[:-4], r"is cut short or padded"),
+        (lambda data: b"", r"is not a binary glTF 2\.0 file; export the character as \.glb"),
+        (lambda data: b"\0" * 40, r"is not a binary glTF 2\.0 file"),
+        (lambda data: data[:-4], r"is truncated or padded"),
         (lambda data: data.replace(b'"asset"', b"'asset'"), r"has no readable JSON chunk; export it again"),
     ],
 )
@@ -98,7 +99,7 @@ def draco(tree):
 def test_compressed_meshes_are_not_read_as_noughts(tmp_path):
     shipped = read_glb(SHIPPED)
     glb = Glb(draco(copy.deepcopy(shipped.tree)), shipped.binary, "a.glb")
-    message = r"a\.glb: its meshes are compressed \(KHR_draco_mesh_compression\); write it plain with: npx"
+    message = r"compressed \(KHR_draco_mesh_compression\); save an uncompressed copy with: npx"
     with pytest.raises(RigError, match=message):
         glb.accessor(glb.tree["meshes"][0]["primitives"][0]["attributes"]["POSITION"])
     path = tmp_path / "a.glb"

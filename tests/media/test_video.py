@@ -133,27 +133,27 @@ def test_one_frame_is_no_recording(tmp_path: Path) -> None:
 def test_no_sound(tmp_path: Path) -> None:
     write_film(frames(), tmp_path / "a.mp4", Fraction(25))
     assert not open_film(tmp_path / "a.mp4").has_sound
-    with pytest.raises(CorpusError, match=r"a\.mp4: has no sound; phones are found in what is heard"):
+    with pytest.raises(CorpusError, match=r"a\.mp4: has no audio track; the phones are found in the audio"):
         read_sound(tmp_path / "a.mp4")
 
 
 def test_no_picture(tmp_path: Path) -> None:
     write_sound(TONE, tmp_path / "a.flac")
-    with pytest.raises(CorpusError, match=r"a\.flac: holds no picture; give a film of the speaking face"):
+    with pytest.raises(CorpusError, match=r"a\.flac: contains no picture; give a video of the speaking face"):
         open_film(tmp_path / "a.flac")
 
 
 def test_no_film_at_all(tmp_path: Path) -> None:
     (tmp_path / "a.mp4").write_text("this is no film")
-    with pytest.raises(CorpusError, match=r"a\.mp4: cannot be read as a film: "):
+    with pytest.raises(CorpusError, match=r"a\.mp4: cannot be read as a video: "):
         open_film(tmp_path / "a.mp4")
-    with pytest.raises(CorpusError, match=r"none\.mp4: cannot be read as a film: "):
+    with pytest.raises(CorpusError, match=r"none\.mp4: cannot be read as a video: "):
         list(read_frames(tmp_path / "none.mp4"))
 
 
 def test_without_the_library(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(sys.modules, "av", None)
     with pytest.raises(
-        MissingExtraError, match=r"films need the video library: pip install 'phonanim\[video\]'"
+        MissingExtraError, match=r"videos need the video library: pip install 'phonanim\[video\]'"
     ):
         open_film(tmp_path / "a.mp4")

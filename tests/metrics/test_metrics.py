@@ -74,7 +74,7 @@ def test_dynamics_deviation_by_hand():
     assert squared == pytest.approx(np.std([0, 4, 0]) / 2)
     assert metrics.dynamics_deviation(still, moving, rest, rows, "step") == 0  # as long a step each time
     with pytest.raises(
-        EvaluationError, match="no motion is called 'jump'; take offset, squared offset or step"
+        EvaluationError, match="there is no motion 'jump'; use offset, squared offset or step"
     ):
         metrics.dynamics_deviation(still, moving, rest, rows, "jump")
 
@@ -82,7 +82,7 @@ def test_dynamics_deviation_by_hand():
 def test_diversity_is_the_mean_over_pairs():
     takes = np.array([mesh((0, 0)), mesh((1, 1)), mesh((4, 4))])
     assert metrics.diversity(takes) == pytest.approx((1 + 4 + 3) / 3)
-    with pytest.raises(EvaluationError, match="diversity needs two takes of a line or more, not 1"):
+    with pytest.raises(EvaluationError, match="diversity needs at least two takes of a line, not 1"):
         metrics.diversity(takes[:1])
 
 

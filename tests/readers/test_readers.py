@@ -112,8 +112,8 @@ DAMAGED = [
     ("rhubarb", '"start": 0.3', '"start": "x"', r"has a damaged cue \(.*\); export it again"),
     ("moho", "13 E", "13", r'row 3 "13" is damaged'),
     ("moho", "\n1 rest\n7 MBP\n13 E\n19 MBP\n25 rest", "", r"has no frames; export it again"),
-    ("papagayo", "12 E", "", r"is cut short or damaged; save it again"),
-    ("papagayo", "\n24\n48", "\n0\n48", r"is cut short or damaged; save it again"),
+    ("papagayo", "12 E", "", r"is truncated or damaged; save it again"),
+    ("papagayo", "\n24\n48", "\n0\n48", r"is truncated or damaged; save it again"),
 ]
 
 
@@ -140,9 +140,11 @@ def test_circular_annotations() -> None:
 
 def test_damaged_binary_grids(tmp_path: Path) -> None:
     data = SAMPLES["praat_binary"][0].data
-    with pytest.raises(AlignmentError, match=r"x: is cut short or damaged; save it again"):
+    with pytest.raises(AlignmentError, match=r"x: is truncated or damaged; save it again"):
         read_alignment(written(tmp_path, data[:-3]))
-    with pytest.raises(AlignmentError, match=r'x: holds a Praat object of class "TextGrim", not a TextGrid'):
+    with pytest.raises(
+        AlignmentError, match=r'x: contains a Praat object of class "TextGrim", not a TextGrid'
+    ):
         read_alignment(written(tmp_path, data.replace(b"TextGrid", b"TextGrim")))
 
 
@@ -158,9 +160,9 @@ def test_words_without_numbers() -> None:
         (b" \n\n", r"is empty; align the recording again"),
         (bytes(range(256)) * 4, r"is a binary file; what can be read: Praat TextGrid, .*EMU"),
         (b"RIFF\x00\x00", r"is a binary file"),
-        (b"dear diary", r"is no alignment in a known format; what can be read: Praat TextGrid"),
-        (b"{", r"is no alignment in a known format"),
-        (b"[" * 100_000, r"is no alignment in a known format"),
+        (b"dear diary", r"is not an alignment in a known format; readable formats: Praat TextGrid"),
+        (b"{", r"is not an alignment in a known format"),
+        (b"[" * 100_000, r"is not an alignment in a known format"),
     ],
 )
 def test_files_that_are_no_alignment(tmp_path: Path, data: bytes, message: str) -> None:

@@ -156,11 +156,11 @@ def test_headers_that_make_no_sense(tmp_path: Path, start: float, end: float, me
     ("old", "new", "message"),
     [
         ('"TextGrid"', '"PitchTier"', r'holds a Praat object of class "PitchTier", not a TextGrid'),
-        ("0.3\n0.5\n", "0.3\n", r'tier 2 "phones", entry 3 of 5: .* stands where a number should'),
-        ('0.6\n1\n"sil"\n', "", r'tier 2 "phones", entry 5 of 5: the file ends where a number should stand'),
-        ('"M"', "M", r'tier 2 "phones", entry 4 of 5: "0.6" stands where a text in quotes should'),
-        ("1\n5\n", "1\n-5\n", r"tier 2: the count is -5; the file is cut short or damaged"),
-        ("<exists>", "", r'header: "2.0" stands where <exists> should'),
+        ("0.3\n0.5\n", "0.3\n", r'tier 2 "phones", entry 3 of 5: .* is found where a number is expected'),
+        ('0.6\n1\n"sil"\n', "", r'tier 2 "phones", entry 5 of 5: the file ends where a number is expected'),
+        ('"M"', "M", r'tier 2 "phones", entry 4 of 5: "0.6" is found where a text in quotes is expected'),
+        ("1\n5\n", "1\n-5\n", r"tier 2: the count is -5; the file is truncated or damaged"),
+        ("<exists>", "", r'header: "2.0" is found where <exists> is expected'),
     ],
 )
 def test_damaged_files(tmp_path: Path, old: str, new: str, message: str) -> None:

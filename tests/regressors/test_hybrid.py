@@ -134,11 +134,11 @@ def test_animate_takes_both(line: Path, model: str, capsys: pytest.CaptureFixtur
     assert len(found.provenance["audio_sha256"]) == 64
     assert not any("lasts" in note for note in found.provenance["notes"])
     assert run(["animate", "a.wav", "--model", model, "-o", "a.csv"]) == 2
-    assert "is a recording, and this model reads alignments; say what is" in capsys.readouterr().err
+    assert "is a recording, and this model needs an alignment; give the" in capsys.readouterr().err
     (line / "a.wav").unlink()
     assert run(["animate", "a.TextGrid", "--model", model, "-o", "a.csv"]) == 2
     said = capsys.readouterr().err
-    assert said.endswith("has no recording beside it for this model to hear; give --audio\n")
+    assert said.endswith("has no recording next to it for this audio-driven model; give --audio\n")
     assert said.count("\n") == 1
     assert not (line / "a.csv").exists()
 

@@ -107,7 +107,7 @@ def test_silences_are_shared_and_run_together(label: str, language: str) -> None
 def test_noise_is_silent_but_noted(label: str) -> None:
     track, notes = to_phones(alignment(["B", label, "IY", label, label]))
     assert track.codes.tolist() == INVENTORY.codes(["b", "sil", "iy", "sil"]).tolist()
-    assert notes == (f'"{label}" at 0.12 s and 2 more: sound that is no phone, shown as silence',)
+    assert notes == (f'"{label}" at 0.12 s and 2 more: not a phone, shown as silence',)
 
 
 def test_labels_stay_with_their_segments() -> None:

@@ -48,7 +48,7 @@ def test_times_keep_every_digit(tmp_path):
 
 def test_overlapping_intervals_are_refused(tmp_path):
     overlapping = (Interval("AA", 0.0, 0.6), Interval("M", 0.5, 1.0))
-    message = r"a.TextGrid: makes no TextGrid: Two intervals .* overlap in time: .*; correct the times"
+    message = r"a.TextGrid: cannot be written as a TextGrid: Two intervals .* overlap in time: .*; correct"
     with pytest.raises(OutputError, match=message) as error:
         write_textgrid(tmp_path / "a.TextGrid", {"phones": overlapping}, 1.0)
     assert "\n" not in str(error.value)
@@ -56,5 +56,5 @@ def test_overlapping_intervals_are_refused(tmp_path):
 
 
 def test_nowhere_to_write():
-    with pytest.raises(OutputError, match="does not exist; make it first"):
+    with pytest.raises(OutputError, match="does not exist; create it first"):
         write_textgrid(Path("/nowhere/a.TextGrid"), {"phones": PHONES}, 2.0)

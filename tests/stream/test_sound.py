@@ -88,7 +88,7 @@ def test_odd_sounds(sound: str, options: Options) -> None:
     found = streamed(samples.astype(np.float32), options, 160)
     stream = SoundStream(options)
     stream.take(Samples(samples.astype(np.float32)))
-    said = {"silent": "the sound was silent; is it", "clipped": "the sound is clipped: 100 % of its samples"}
+    said = {"silent": "the audio was silent; check", "clipped": "the audio is clipped: 100 % of its samples"}
     assert said[sound] in " ".join(stream.notes)
     assert found.shape == (31, 55)
     assert np.isfinite(found).all()
