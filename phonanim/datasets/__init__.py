@@ -1,7 +1,7 @@
-"""Data sets of others, read as their owners lay them out: one module each, named after its file.
+"""Public data sets, read in their original layouts: one module each; its name is the data set's name.
 
-Each module has `CARD`, the facts about the data set, and `recordings(folder)`, which looks at the names of
-the files alone; motion and sound are read when they are asked for. A name that begins with `_` is a helper.
+Each module has `CARD`, the facts about the data set, and `recordings(folder)`, which uses only the names of
+the files; motion and sound are loaded on demand. A name that begins with `_` is a helper.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from phonanim.speech.alignment import Interval
 DATASETS = Registry("phonanim.datasets", needs=("CARD", "recordings"))
 
 SPLITS = ("train", "validation", "test", "test_b", "")
-"""`test_b` is of speakers that training lacks; recordings without a split take no part in the paper."""
+"""`test_b` has speakers that are not in the training data; recordings without a split are unused there."""
 
 KINDS = ("vertices", "controls", "sensors")
 
@@ -32,8 +32,8 @@ KINDS = ("vertices", "controls", "sensors")
 class Frames:
     """Motion: `values` (frames, points, axes) of vertices and sensors, (frames, controls) of controls.
 
-    `names` are those of the points or controls, empty where they are only numbered; `unit` is that of the
-    values: "mm" wherever it is known, "as distributed" otherwise, and empty for controls.
+    `names` are those of the points or controls, empty if they are only numbered; `unit` is that of the
+    values: "mm" if it is known, "as distributed" otherwise, and empty for controls.
     """
 
     values: NDArray[np.float32]
@@ -44,9 +44,9 @@ class Frames:
 
 @dataclass(frozen=True)
 class Recording:
-    """One recording of a data set; what takes time to read is a function without arguments.
+    """One recording of a data set; slow parts are functions without arguments.
 
-    `sound` and `phones` are None where the data set has none; `phones` gives intervals in seconds.
+    `sound` and `phones` are None if the data set has none; `phones` gives intervals in seconds.
     """
 
     name: str
@@ -60,7 +60,7 @@ class Recording:
 
 @dataclass(frozen=True)
 class Card:
-    """The facts about a data set: `kind` is one of KINDS; `assumed` says what no publication states."""
+    """The facts about a data set: `kind` is one of KINDS; `assumed` lists what no publication gives."""
 
     title: str
     kind: str
@@ -79,7 +79,7 @@ class Dataset(Protocol):
     CARD: Card
 
     def recordings(self, folder: Path) -> Iterator[Recording]:
-        """The recordings in a folder, sorted by name. Raises CorpusError where it is laid out otherwise."""
+        """The recordings in a folder, sorted by name. Raises CorpusError for another layout."""
 
 
 def dataset_names() -> tuple[str, ...]:
@@ -88,15 +88,15 @@ def dataset_names() -> tuple[str, ...]:
 
 
 def load_dataset(name: str) -> Dataset:
-    """The module of one data set. Raises OptionError when there is none of that name."""
+    """The module of one data set. Raises OptionError for an unknown name."""
     found = DATASETS.find(name)
     if found is None:
-        raise OptionError(f"no data set is called {name!r}; there are {', '.join(dataset_names())}")
+        raise OptionError(f"there is no data set {name!r}; there are {', '.join(dataset_names())}")
     return cast("Dataset", found)
 
 
 def not_found(folder: Path, title: str, *looked_for: str) -> CorpusError:
-    """An error that says which files a data set would have."""
+    """An error that lists the files that a data set should have."""
     return CorpusError(f"{folder}: is not laid out as {title}; looked for {' or '.join(looked_for)}")
 
 

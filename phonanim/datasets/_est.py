@@ -1,4 +1,4 @@
-"""Tracks of the Edinburgh Speech Tools, as mngu0 and MOCHA-TIMIT keep articulography."""
+"""Tracks of the Edinburgh Speech Tools, the articulography format of mngu0 and MOCHA-TIMIT."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from phonanim.datasets import Frames
 from phonanim.errors import CorpusError
 
 MARK, END = b"EST_File Track", b"EST_Header_End\n"
-BEFORE = 2  # columns before the channels: time, and whether the frame is there
+BEFORE = 2  # columns before the channels: time, and whether the frame is valid
 
 
 @dataclass(frozen=True)
@@ -26,14 +26,14 @@ class Track:
 
 
 def read_est(path: Path) -> Track:
-    """Read a track, text or binary. Raises CorpusError when it is none, or is cut short."""
+    """Read a track, text or binary. Raises CorpusError when it is not a track, or is truncated."""
     try:
         data = path.read_bytes()
     except OSError as error:
         raise CorpusError(f"{path}: cannot be read: {error.strerror}") from error
     head, end, body = data.partition(END)
     if not (data.startswith(MARK) and end):
-        raise CorpusError(f"{path}: is no EST track; its first line is not {MARK.decode()!r}")
+        raise CorpusError(f"{path}: is not an EST track; its first line is not {MARK.decode()!r}")
     fields = dict(
         line.split(None, 1) for line in head.decode("latin-1").splitlines() if len(line.split()) > 1
     )
@@ -56,14 +56,14 @@ def _table(fields: dict[str, str], body: bytes, columns: int) -> NDArray[np.floa
     if len(table) < max(2, frames):
         raise ValueError(f"{len(table)} frames of {frames}")
     if not np.median(np.diff(table[:, 0])) > 0:
-        raise ValueError("its time does not go on")
+        raise ValueError("its times do not increase")
     return table[: frames or None]
 
 
 def sensors(path: Path, channels: Mapping[str, tuple[str, ...]], scale: float) -> Frames:
     """Sensors of a track in mm, (frames, sensors, axes): the channels of each, times `scale`.
 
-    Sensors that the track lacks are left out. Raises CorpusError when it has none.
+    Sensors that are not in the track are left out. Raises CorpusError when none is left.
     """
     track = read_est(path)
     kept = {name: axes for name, axes in channels.items() if set(axes) <= set(track.names)}

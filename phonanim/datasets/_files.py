@@ -1,4 +1,4 @@
-"""What several layouts share: sounds and arrays in folders, lists of names, numbers within names."""
+"""Common parts of several layouts: sounds and arrays in folders, lists of names, numbers in names."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ Split = Callable[[str, str], str]  # speaker, sentence -> split
 
 
 def sound_loader(path: Path) -> Callable[[], Sound] | None:
-    """A function that reads a recording, where there is one."""
+    """A function that reads a recording, or None if there is no file."""
     return partial(read_sound, path) if path.is_file() else None
 
 
 def load_array(path: Path) -> NDArray[np.float32]:
-    """Numbers of a `.npy` file. Raises CorpusError when it is damaged; objects are not read."""
+    """Numbers of a `.npy` file. Raises CorpusError when it is damaged; pickled objects are refused."""
     try:
         return np.load(path, allow_pickle=False).astype(np.float32)
     except (OSError, ValueError, EOFError) as error:
@@ -31,13 +31,13 @@ def load_array(path: Path) -> NDArray[np.float32]:
 
 
 def last_number(path: Path) -> tuple[int, str]:
-    """A key that sorts files by the last number in their stem."""
+    """A sort key of files by the last number in their stem."""
     found = re.findall(r"\d+", path.stem)
     return int(found[-1]) if found else -1, path.name
 
 
 def read_list(path: Path) -> tuple[str, ...]:
-    """The names in a text file, one a line. Raises CorpusError."""
+    """The names in a text file, one per line. Raises CorpusError."""
     try:
         return tuple(path.read_text(encoding="utf-8").split())
     except (OSError, UnicodeDecodeError) as error:
@@ -47,8 +47,8 @@ def read_list(path: Path) -> tuple[str, ...]:
 def faceformer_recordings(
     folder: Path, fps: float, split: Split, axes: int, unit: str = ""
 ) -> Iterator[Recording]:
-    """Recordings in the layout that FaceFormer introduced: `vertices_npy/<speaker>_<sentence>.npy` beside
-    `wav/`, of the same names. Arrays are (frames, vertices * axes), or (frames, controls) with `axes` 1.
+    """Recordings in the layout of FaceFormer: `vertices_npy/<speaker>_<sentence>.npy` next to `wav/` with
+    the same names. Arrays are (frames, vertices * axes), or (frames, controls) with `axes` 1.
     """
     for path in sorted((folder / "vertices_npy").glob("*.npy")):
         speaker, _, sentence = path.stem.rpartition("_")
@@ -62,10 +62,10 @@ def faceformer_recordings(
 
 
 def frames_of(path: Path, fps: float, axes: int, names: tuple[str, ...] = (), unit: str = "") -> Frames:
-    """Motion of a `.npy` file. Raises CorpusError when its shape does not fit the names or axes."""
+    """Motion of a `.npy` file. Raises CorpusError when its shape does not match the names or axes."""
     values = load_array(path)
     flat = values.reshape(len(values), -1) if values.ndim else values
     if flat.ndim != 2 or flat.shape[1] % axes or (names and flat.shape[1] != axes * len(names)):
         wanted = axes * len(names) if names else f"a multiple of {axes}"
-        raise CorpusError(f"{path}: has the shape {values.shape}; needed are frames of {wanted} numbers")
+        raise CorpusError(f"{path}: has the shape {values.shape}; frames need {wanted} numbers each")
     return Frames(flat.reshape(len(flat), -1, axes) if axes > 1 else flat, fps, names, unit)

@@ -1,4 +1,4 @@
-"""Data sets of one speaker whose layout is not published: arrays, sounds and labels of the same names."""
+"""Data sets of one speaker without a published layout: arrays, sounds and labels with the same names."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ def list_recordings(
     cuts: Cuts = EIGHTY_TWENTY,
     seed: int = 0,
 ) -> Iterator[Recording]:
-    """Recordings `<motion>/<name>.npy`, `wav/<name>.wav` and maybe `phones/<name>.TextGrid` or `.lab`.
+    """Recordings `<motion>/<name>.npy`, `wav/<name>.wav` and optional `phones/<name>.TextGrid` or `.lab`.
 
-    The split is that of `train.lst` and `test.lst`, one name a line; drawn where there are no lists.
-    Raises CorpusError when the folder holds no such arrays.
+    The split is that of `train.lst` and `test.lst`, one name per line; without these files it is drawn.
+    Raises CorpusError when the folder has no such arrays.
     """
     paths = sorted((folder / motion).glob("*.npy"))
     if not paths:

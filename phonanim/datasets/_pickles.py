@@ -1,7 +1,7 @@
-"""Pickles of arrays, read without calling anything that a pickle names.
+"""Read pickles of arrays without calling anything that a pickle names.
 
-A pickle is a program. Here it can only build numbers, texts, lists, dicts and arrays of plain numbers:
-each name that real files use stands for a checked constructor of our own, and no NumPy object takes its
+A pickle is a program. Here it can only build numbers, texts, lists, dicts and arrays of plain numbers: each
+name that real files use is mapped to a checked constructor of this module, and no NumPy object takes its
 state from the file.
 """
 
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from phonanim.errors import CorpusError
 
 PLAIN_DTYPE = re.compile(r"[<>|=]?([biufc]\d{1,2}|S\d{1,9}|U\d{1,9})")
-MOST_STEPS = 4_000_000  # operations of one file; the largest known one has a tenth of this
+MOST_STEPS = 4_000_000  # operations in one file; the largest known file has a tenth of this
 DEEPEST = 50  # containers within containers
 FAULTS = (
     OSError,
@@ -51,7 +51,7 @@ def read_pickle(path: Path) -> Any:
 
 
 def _check_steps(stream: BinaryIO, size: int) -> None:
-    """Raise ValueError where a pickle has too many steps, or one that needs more memory than the file has."""
+    """Raise ValueError for too many steps, or for a step that needs more memory than the file has."""
     for number, (operation, argument, _) in enumerate(pickletools.genops(stream)):
         if number > MOST_STEPS:
             raise ValueError(f"it has more than {MOST_STEPS:,} steps")
@@ -60,11 +60,11 @@ def _check_steps(stream: BinaryIO, size: int) -> None:
 
 
 class _Type:
-    """A dtype that is still to be told its byte order."""
+    """A dtype whose byte order is not set yet."""
 
     def __init__(self, name: Any, align: Any = False, copy: Any = False) -> None:
         if not isinstance(name, str) or not PLAIN_DTYPE.fullmatch(name):
-            raise pickle.UnpicklingError(f"it holds an array of {name!r}, which are no plain numbers")
+            raise pickle.UnpicklingError(f"it has an array of {name!r}, which are not plain numbers")
         self.dtype = np.dtype(name)
 
     def __setstate__(self, state: Any) -> None:
@@ -75,7 +75,7 @@ class _Type:
 
 
 class _Array:
-    """An array that is still to be filled."""
+    """An array that is not filled yet."""
 
     value: NDArray[Any] | None = None
 
@@ -85,21 +85,21 @@ class _Array:
 
 
 class _Subtype:
-    """Stands for numpy.ndarray, which a pickle may name and never call."""
+    """Replaces numpy.ndarray, which a pickle may name but not call."""
 
     def __new__(cls, *arguments: Any) -> _Subtype:
-        raise pickle.UnpicklingError("it wants to call numpy.ndarray")
+        raise pickle.UnpicklingError("it tries to call numpy.ndarray")
 
 
 def _array(content: Any, kind: Any, shape: Any, order: Any = "C") -> NDArray[Any]:
-    """A copy of bytes as an array, once their number is that of the shape."""
+    """A copy of bytes as an array, after checking their number against the shape."""
     if isinstance(content, str):
         content = content.encode("latin1")
     if not (isinstance(kind, _Type) and isinstance(content, bytes | bytearray) and isinstance(shape, tuple)):
-        raise pickle.UnpicklingError("it holds an array that is not of plain numbers")
+        raise pickle.UnpicklingError("it has an array that is not of plain numbers")
     counts = [int(count) for count in shape]
     if min(counts, default=0) < 0 or math.prod(counts) * kind.dtype.itemsize != len(content):
-        raise pickle.UnpicklingError(f"it holds {len(content)} bytes for an array of shape {shape}")
+        raise pickle.UnpicklingError(f"it has {len(content)} bytes for an array of shape {shape}")
     if kind.dtype.itemsize == 0:
         return np.zeros(counts, kind.dtype)
     return (
@@ -109,7 +109,7 @@ def _array(content: Any, kind: Any, shape: Any, order: Any = "C") -> NDArray[Any
 
 def _reconstruct(subtype: Any, shape: Any, code: Any) -> _Array:
     if subtype is not _Subtype:
-        raise pickle.UnpicklingError("it holds an array of an unknown class")
+        raise pickle.UnpicklingError("it has an array of an unknown class")
     return _Array()
 
 
@@ -119,12 +119,12 @@ def _scalar(kind: Any, content: Any = b"") -> Any:
 
 def _encode(text: Any, encoding: Any = "latin1") -> bytes:
     if not isinstance(text, str) or encoding not in ("latin1", "latin-1"):
-        raise pickle.UnpicklingError(f"it wants to encode as {encoding!r}")
+        raise pickle.UnpicklingError(f"it tries to encode as {encoding!r}")
     return text.encode("latin1")
 
 
 def _no_bytes() -> bytes:
-    """What protocols 0 to 2 call for bytes of no length."""
+    """Called by protocols 0 to 2 for empty bytes."""
     return b""
 
 
@@ -141,27 +141,27 @@ CONSTRUCTORS = {
 
 
 class _Arrays(pickle.Unpickler):
-    """Knows numbers, texts, containers and arrays."""
+    """Unpickles numbers, texts, containers and arrays only."""
 
     def find_class(self, module: str, name: str) -> Any:
-        """The constructor of our own for a name. Raises UnpicklingError for every other name."""
+        """The constructor of this module for a name. Raises UnpicklingError for every other name."""
         public = module.replace("numpy._core", "numpy.core")
         if (public, name) not in CONSTRUCTORS:
-            raise pickle.UnpicklingError(f"it wants to run {module}.{name}")
+            raise pickle.UnpicklingError(f"it tries to run {module}.{name}")
         return CONSTRUCTORS[public, name]
 
 
 def _finished(value: Any, depth: int = 0, done: dict[int, Any] | None = None) -> Any:
-    """Containers with real arrays in them. Raises UnpicklingError for an array that was never filled.
+    """Containers with finished arrays in them. Raises UnpicklingError for an array that was never filled.
 
-    A container that stands in many places is finished once: `done` maps its identity to the result.
+    A container that is referenced several times is finished once: `done` maps its identity to the result.
     """
     done = {} if done is None else done
     if depth > DEEPEST:
         raise pickle.UnpicklingError(f"it nests more than {DEEPEST} containers")
     if isinstance(value, _Array):
         if value.value is None:
-            raise pickle.UnpicklingError("it holds an array without content")
+            raise pickle.UnpicklingError("it has an array without content")
         return value.value
     if isinstance(value, dict | list | tuple):
         if id(value) not in done:
@@ -170,5 +170,5 @@ def _finished(value: Any, depth: int = 0, done: dict[int, Any] | None = None) ->
             done[id(value)] = parts if isinstance(value, dict) else type(value)(parts.values())
         return done[id(value)]
     if isinstance(value, _Type | _Subtype) or callable(value):
-        raise pickle.UnpicklingError("it holds something that is neither a number, a text nor an array")
+        raise pickle.UnpicklingError("it has something that is not a number, a text or an array")
     return value

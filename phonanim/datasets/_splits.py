@@ -1,4 +1,4 @@
-"""Splits that are drawn, and recordings cut into pieces."""
+"""Draw random splits, and cut recordings into pieces."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from phonanim.datasets import Frames, Recording
 from phonanim.media.audio import Sound
 from phonanim.speech.alignment import Interval
 
-Cuts = Sequence[tuple[str, float]]  # a split, and the part of all that ends where it does
+Cuts = Sequence[tuple[str, float]]  # a split, and the cumulative share at which it ends
 EIGHTY_TEN_TEN: Cuts = (("train", 0.8), ("validation", 0.9), ("test", 1.0))
 EIGHTY_TWENTY: Cuts = (("train", 0.8), ("test", 1.0))
 
 
 def draw_splits(groups: Mapping[str, str], cuts: Cuts, rng: np.random.Generator) -> dict[str, str]:
-    """The split of each name; every group is divided in the same parts."""
+    """The split of each name; every group is divided in the same proportions."""
     members: dict[str, list[str]] = defaultdict(list)
     for name, group in sorted(groups.items()):
         members[group].append(name)
@@ -32,7 +32,7 @@ def draw_splits(groups: Mapping[str, str], cuts: Cuts, rng: np.random.Generator)
 
 
 def cut_pieces(recording: Recording, seconds: float, length: float) -> Iterator[Recording]:
-    """A recording cut into pieces of `length` seconds, numbered from 1; what is left over is dropped."""
+    """Cut a recording into pieces of `length` seconds, numbered from 1; the remainder is dropped."""
     for number in range(int(seconds / length + 1e-6)):
         start = number * length
         yield replace(

@@ -1,4 +1,4 @@
-"""BEAT: 30 people who talk and read, with the 51 weights that an iPhone tracks, at 60 frames a second."""
+"""BEAT: 30 people who talk and read, with the 51 weights that an iPhone tracks, at 60 frames per second."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ SPEAKERS = ("2", "4", "6", "8")
 PIECE = 10.0  # seconds
 SEED = 42
 NAME = re.compile(r"(\d+)_([^_]+)_(\d+)_(\d+)_(\d+)")
-READ = "0"  # the type of English reading; 1 is conversation, then come other languages
+READ = "0"  # the type of English reading; 1 is conversation, higher numbers are other languages
 EMOTIONS = {64: "neutral", 72: "happiness", 80: "anger", 86: "sadness", 94: "contempt", 102: "surprise",
             110: "fear", 118: "disgust"}  # fmt: skip
 """The last text of each emotion."""
 
 
 def recordings(folder: Path) -> Iterator[Recording]:
-    """Pieces of 10 s, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
+    """Pieces of 10 s, sorted by name. Raises CorpusError for another layout."""
     paths = [path for path in sorted(folder.glob("*/*.json")) if NAME.fullmatch(path.stem)]
     if not paths:
         raise not_found(folder, "BEAT", "<speaker>/<speaker>_<name>_<type>_<first>_<last>.json")
@@ -52,7 +52,7 @@ def recordings(folder: Path) -> Iterator[Recording]:
 
 
 def group_of(stem: str) -> str:
-    """Speaker and emotion of a recording that takes part in the split; empty for others."""
+    """Speaker and emotion of a recording in the split; empty for others."""
     match = NAME.fullmatch(stem)
     if match is None or match[1] not in SPEAKERS or match[3] != READ:
         return ""
@@ -63,7 +63,7 @@ def group_of(stem: str) -> str:
 def _pieces(path: Path) -> Iterator[Recording]:
     audio = path.with_suffix(".wav")
     if not audio.is_file():
-        raise CorpusError(f"{audio}: is missing; BEAT is needed with its sound")
+        raise CorpusError(f"{audio}: is missing; fetch the audio of BEAT too")
     speaker = path.stem.split("_")[1]
     grid = path.with_suffix(".TextGrid")
     phones = partial(intervals, grid) if grid.is_file() else None
@@ -81,7 +81,7 @@ def load(path: Path) -> Frames:
         names = tuple(document["names"])
         fps = round((len(times) - 1) / (times[-1] - times[0]), 2)
     except (OSError, ValueError, KeyError, TypeError, IndexError, ZeroDivisionError) as error:
-        raise CorpusError(f"{path}: holds no facial weights ({error!r}); fetch it again") from error
+        raise CorpusError(f"{path}: has no facial weights ({error!r}); fetch it again") from error
     if values.shape[1:] != (len(names),):
         raise CorpusError(f"{path}: has frames of {values.shape[1:]} weights, but {len(names)} names")
     return Frames(values, fps, names)

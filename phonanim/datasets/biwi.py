@@ -1,4 +1,4 @@
-"""BIWI: 14 people, 40 sentences said plainly and with emotion, dense meshes at 25 frames a second."""
+"""BIWI: 14 people, 40 sentences in neutral and emotional speech, dense meshes at 25 frames per second."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SENTENCES = 40
 
 
 def recordings(folder: Path) -> Iterator[Recording]:
-    """The recordings, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
+    """The recordings, sorted by name. Raises CorpusError for another layout."""
     if (folder / "vertices_npy").is_dir():
         yield from faceformer_recordings(folder, FPS, split_of, 3, UNIT)
         return

@@ -1,4 +1,4 @@
-"""HPRC: eight speakers, 720 sentences at two rates, sensors and sound in one MATLAB file each."""
+"""HPRC: eight speakers, 720 sentences at two rates, sensors and sound in one MATLAB file per recording."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ AUDIO = "AUDIO"
 
 
 def recordings(folder: Path) -> Iterator[Recording]:
-    """The recordings, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
+    """The recordings, sorted by name. Raises CorpusError for another layout."""
     paths = [path for path in folder.glob("**/*.mat") if NAME.fullmatch(path.stem)]
     if not paths:
-        raise not_found(folder, "HPRC", "F01_B01_S01_R01_N.mat and the like, at any depth")
+        raise not_found(folder, "HPRC", "files like F01_B01_S01_R01_N.mat, at any depth")
     for path in sorted(paths, key=lambda path: path.stem):
         frames, sound, phones = partial(_frames, path), partial(_sound, path), partial(_phones, path)
         yield Recording(path.stem, path.stem[:3], "", frames, sound, phones)
@@ -49,7 +49,7 @@ def _frames(path: Path) -> Frames:
         values = np.stack([np.asarray(track["SIGNAL"])[:, :3] for track in tracks.values()], axis=1)
         rate = float(next(iter(tracks.values()))["SRATE"])
     except DAMAGE as error:
-        raise CorpusError(f"{path}: holds no sensors with SRATE and SIGNAL ({error!r})") from error
+        raise CorpusError(f"{path}: has no sensors with SRATE and SIGNAL ({error!r})") from error
     return Frames(values.astype(np.float32), rate, tuple(tracks), "mm")
 
 

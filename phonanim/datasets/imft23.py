@@ -24,5 +24,5 @@ FPS = 50.0
 
 
 def recordings(folder: Path) -> Iterator[Recording]:
-    """The recordings, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
+    """The recordings, sorted by name. Raises CorpusError for another layout."""
     return list_recordings(folder, "IMFT'23", "params", FPS, 1)

@@ -25,5 +25,5 @@ SENSORS = ("TD", "TB", "BR", "BL", "TT", "UL", "LC", "LL", "LI", "LJ")
 
 
 def recordings(folder: Path) -> Iterator[Recording]:
-    """The recordings, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
+    """The recordings, sorted by name. Raises CorpusError for another layout."""
     return list_recordings(folder, "IMT'22", "ema", FPS, 3, SENSORS)

@@ -25,6 +25,6 @@ HELD_OUT = 50 / 2543
 
 
 def recordings(folder: Path) -> Iterator[Recording]:
-    """The recordings, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
+    """The recordings, sorted by name. Raises CorpusError for another layout."""
     cuts = (("train", 1 - HELD_OUT), ("test", 1.0))
     return list_recordings(folder, "KB-2k", "aam", FPS, 1, cuts=cuts)

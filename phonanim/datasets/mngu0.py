@@ -32,7 +32,7 @@ SPLITS = {"train": "trainfiles.txt", "validation": "validationfiles.txt", "test"
 
 
 def recordings(folder: Path) -> Iterator[Recording]:
-    """The recordings, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
+    """The recordings, sorted by name. Raises CorpusError for another layout."""
     paths = sorted(folder.glob("mngu0_s1_ema_basic*/**/*.ema"))
     if not paths:
         raise not_found(folder, "mngu0", "mngu0_s1_ema_basic*/*.ema")

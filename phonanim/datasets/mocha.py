@@ -34,7 +34,7 @@ NAME = re.compile(r"([a-z]+\d)_(\d{3})")
 
 
 def recordings(folder: Path) -> Iterator[Recording]:
-    """The recordings, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
+    """The recordings, sorted by name. Raises CorpusError for another layout."""
     paths = [path for path in folder.glob("*/*.ema") if NAME.fullmatch(path.stem)]
     if not paths:
         raise not_found(folder, "MOCHA-TIMIT", "<speaker>/<speaker>_<NNN>.ema")

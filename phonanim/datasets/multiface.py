@@ -1,4 +1,4 @@
-"""Multiface: 13 people, 50 sentences each, whole heads at 30 frames a second."""
+"""Multiface: 13 people, 50 sentences each, whole heads at 30 frames per second."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ CARD = Card(
     "four: test_b",
     source="Wuu et al. 2022; split of Stan 2023, section 4.1.3",
     assumed="which nine speakers (here the first by name); sentences in alphabetical order without regard to "
-    "case; there is a split only where all 50 are at hand; `.bin` holds three 32-bit floats a vertex, "
+    "case; there is a split only if all 50 are available; `.bin` has three 32-bit floats per vertex, "
     "little-endian, mm",
 )
 FPS = 30.0
@@ -33,7 +33,7 @@ SENTENCES, TRAINING = 50, 9
 
 
 def recordings(folder: Path) -> Iterator[Recording]:
-    """The recordings, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
+    """The recordings, sorted by name. Raises CorpusError for another layout."""
     sequences = sorted(path for path in folder.glob("*/tracked_mesh/SEN_*") if path.is_dir())
     if not sequences:
         raise not_found(folder, "Multiface", "<capture>/tracked_mesh/SEN_<sentence>/")
@@ -52,7 +52,7 @@ def recordings(folder: Path) -> Iterator[Recording]:
 
 
 def split_of(speaker: int, sentence: str, sentences: Sequence[str]) -> str:
-    """The split by the place of the speaker and of the sentence among all."""
+    """The split by the indices of the speaker and of the sentence among all."""
     if len(sentences) != SENTENCES:
         return ""
     place = sentences.index(sentence)
@@ -78,4 +78,4 @@ def read_mesh(path: Path) -> NDArray[np.float32]:
         rows = [line.split()[1:4] for line in path.read_text().splitlines() if line.startswith("v ")]
         return np.array(rows, np.float32).reshape(-1, 3)
     except ValueError as error:
-        raise CorpusError(f"{path}: holds no vertices ({error}); fetch it again") from error
+        raise CorpusError(f"{path}: has no vertices ({error}); fetch it again") from error

@@ -1,4 +1,4 @@
-"""UUDaMM: two actors in conversation, the controls of one character, at 30 frames a second."""
+"""UUDaMM: two actors in conversation, the controls of one character, at 30 frames per second."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ PIECES, TRAIN, VALIDATION = 2537, 2029, 254
 
 
 def recordings(folder: Path) -> Iterator[Recording]:
-    """The pieces, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
+    """The pieces, sorted by name. Raises CorpusError for another layout."""
     if not any((folder / "vertices_npy").glob("*_*.npy")):
         raise not_found(folder, "UUDaMM", "vertices_npy/<speaker>_<number>.npy")
     return faceformer_recordings(folder, FPS, split_of, 1)
 
 
 def split_of(speaker: str, number: str) -> str:
-    """The split of a piece, the same for both speakers, who are in one conversation."""
+    """The split of a piece, the same for both speakers of a conversation."""
     place = _order().get(int(number)) if number.isdigit() else None
     if place is None:
         return ""

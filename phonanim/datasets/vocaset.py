@@ -1,4 +1,4 @@
-"""VOCASET: 12 people, 40 sentences each, meshes in the topology of FLAME at 60 frames a second."""
+"""VOCASET: 12 people, 40 sentences each, meshes in the topology of FLAME at 60 frames per second."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ TEST = ("FaceTalk_170809_00138_TA", "FaceTalk_170731_00024_TA")
 
 
 def recordings(folder: Path) -> Iterator[Recording]:
-    """The recordings, sorted by name. Raises CorpusError where the folder is laid out otherwise."""
+    """The recordings, sorted by name. Raises CorpusError for another layout."""
     vertices, index = folder / "data_verts.npy", folder / "subj_seq_to_idx.pkl"
     if vertices.is_file() and index.is_file():
         return _raw(folder, vertices, read_index(index))
@@ -62,7 +62,7 @@ def read_index(path: Path) -> dict[tuple[str, str], tuple[int, ...]]:
             for sentence, rows in sorted(sentences.items())
         }
     except (AttributeError, TypeError, ValueError) as error:
-        raise CorpusError(f"{path}: is no index of rows by speaker and sentence ({error})") from error
+        raise CorpusError(f"{path}: is not an index of rows by speaker and sentence ({error})") from error
 
 
 def _raw(
@@ -80,12 +80,12 @@ def _raw(
 
 
 def _frames(path: Path, rows: tuple[int, ...]) -> Frames:
-    """Some rows of the one large array, of which no more than they is read."""
+    """Some rows of the one large array; only these rows are read."""
     try:
         values = np.load(path, mmap_mode="r", allow_pickle=False)[list(rows)]
     except (ValueError, EOFError, IndexError) as error:
         raise CorpusError(
-            f"{path}: does not hold the frames of the index ({error}); fetch it again"
+            f"{path}: does not have the frames of the index ({error}); fetch it again"
         ) from error
     return Frames(values.astype(np.float32) * METRES, FPS, unit="mm")
 
@@ -96,7 +96,7 @@ def _sounds(path: Path) -> Any:
 
 
 def _sound(path: Path, speaker: str, sentence: str) -> Sound:
-    """A recording of 16-bit samples out of the one file of them."""
+    """A recording of 16-bit samples from the file that has them all."""
     try:
         found = _sounds(path)[speaker][sentence]
         samples, rate = (np.asarray(found["audio"]) / 32768).astype(np.float32), int(found["sample_rate"])

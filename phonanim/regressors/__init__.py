@@ -33,10 +33,10 @@ CHECKPOINT = "checkpoint.pt"  # the state of a training, in the model's folder u
 
 @dataclass(frozen=True)
 class Examples:
-    """What a regressor learns from: per clip the phones, instants (frames,) s, and modes (frames, m).
+    """Training data of a regressor: per clip the phones, instants (frames,) s, and modes (frames, m).
 
-    `weights` (clips,) scale the clips' squared errors; `sounds` (clips,) are there where a regressor hears,
-    `styles` (clips,) where clips are spoken in several, numbered from 0.
+    `weights` (clips,) scale the clips' squared errors. `sounds` (clips,) are the recordings, for audio-driven
+    regressors; `styles` (clips,) are numbers from 0, for clips in several speaking styles.
     """
 
     tracks: tuple[PhoneTrack, ...]
@@ -61,11 +61,10 @@ class Examples:
 
 
 class Regressor(Protocol):
-    """What each file of this folder, or a plugin of the group `phonanim.regressors`, has as `REGRESSOR`.
+    """The class that each file of this folder, or a plugin of `phonanim.regressors`, has as `REGRESSOR`.
 
-    `config_class` is a frozen dataclass.
-
-    One that is driven by "phones" ignores the sound, one by "audio" the track; "both" needs both.
+    `config_class` is a frozen dataclass. `input_modality` is the input that is used: "phones" ignores the
+    sound, "audio" ignores the track, "both" needs both.
     """
 
     input_modality: ClassVar[InputModality]
@@ -81,7 +80,7 @@ class Regressor(Protocol):
         rng: np.random.Generator,
         progress: Progress,
     ) -> Regressor:
-        """Learn from examples; `validation` serves early stopping alone."""
+        """Learn from examples; `validation` is used for early stopping only."""
 
     def predict(
         self, track: PhoneTrack, times: NDArray[np.float64], sound: Sound | None = None
@@ -93,12 +92,12 @@ class Regressor(Protocol):
 
     @classmethod
     def from_tensors(cls, config: Any, tensors: Tensors) -> Regressor:
-        """The regressor that `tensors` describes. Raises KeyError or ValueError where they do not fit."""
+        """The regressor that `tensors` describes. Raises KeyError or ValueError when they do not match."""
 
 
 @dataclass(frozen=True)
 class Model:
-    """A trained regressor with the face that its modes belong to, and its card (model.json).
+    """A trained regressor with the face of its modes, and its card (model.json).
 
     Examples:
         >>> import phonanim
@@ -122,7 +121,7 @@ class Model:
     ) -> NDArray[np.float32]:
         """Modes at the instants start + n / fps, -> (frames, modes) float32.
 
-        Raises ModelError when what drives the model is not given.
+        Raises ModelError when the input that the model needs is missing.
         """
         modality = self.regressor.input_modality
         if track is None and sound is not None and modality == "audio":
@@ -133,7 +132,7 @@ class Model:
 
 
 def kinds() -> tuple[str, ...]:
-    """Every kind of regressor: the stems of this folder's files."""
+    """Every kind of regressor: the stems of this folder's files, and the plugins."""
     return REGRESSORS.names()
 
 
@@ -143,7 +142,7 @@ def kind_of(regressor: Regressor) -> str:
 
 
 def regressor_class(kind: str) -> type[Regressor]:
-    """The class behind a kind. Raises ModelError with the nearest name when there is none."""
+    """The class of a kind. Raises ModelError, which suggests the nearest name, when there is none."""
     found = REGRESSORS.find(kind)
     if found is None:
         near = get_close_matches(kind, kinds(), n=1)
@@ -154,7 +153,7 @@ def regressor_class(kind: str) -> type[Regressor]:
 
 
 def make_config(kind: str, values: dict[str, Any], where: str) -> Any:
-    """The Config of a kind from a table of values. Raises ModelError naming a key that is amiss."""
+    """The Config of a kind from a table of values. Raises ModelError, which names an invalid key."""
     config = regressor_class(kind).config_class
     known = [field.name for field in fields(config)]
     for key in values:
@@ -191,7 +190,7 @@ def save(model: Model, folder: Path) -> None:
 
 
 def load(folder: Path) -> Model:
-    """Read a model folder. Raises ModelError naming the file when anything in it is amiss.
+    """Read a model folder. Raises ModelError, which names the file when anything in it is invalid.
 
     Nothing in a model is executed: weights are safetensors, the rest is JSON.
     """
@@ -204,13 +203,13 @@ def load(folder: Path) -> Model:
         regressor = regressor_class(kind).from_tensors(config, tensors)
     except (KeyError, ValueError) as error:
         raise ModelError(
-            f"{folder / 'weights.safetensors'}: does not fit its model.json ({error}); train it again"
+            f"{folder / 'weights.safetensors'}: does not match its model.json ({error}); train it again"
         ) from error
     return Model(regressor, face, card)
 
 
 def load_face(path: Path) -> FaceModel:
-    """The reference face that a model folder holds. Raises ModelError when it is damaged."""
+    """The reference face of a model folder. Raises ModelError when it is damaged."""
     tensors = _load_tensors(path)
     try:
         mean, modes, std = (tensors[name].astype(np.float64) for name in ("mean", "modes", "std"))
@@ -218,7 +217,7 @@ def load_face(path: Path) -> FaceModel:
     except KeyError as error:
         raise ModelError(f"{path}: lacks the tensor {error}; fetch or train the model again") from error
     if modes.shape != (len(std), *mean.shape) or len(indices) != len(mean):
-        raise ModelError(f"{path}: its shapes do not agree; fetch or train the model again")
+        raise ModelError(f"{path}: its shapes do not match; fetch or train the model again")
     return FaceModel(mean, modes, std, indices)
 
 
@@ -228,7 +227,7 @@ def _load_card(folder: Path) -> dict[str, Any]:
         card = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise ModelError(
-            f"{path}: cannot be read as a model ({error}); `phonanim models` lists those at hand"
+            f"{path}: cannot be read as a model ({error}); `phonanim models` lists the available ones"
         ) from error
     if not isinstance(card, dict) or card.get("format") != FORMAT:
         raise ModelError(f"{path}: is not a model of format {FORMAT}; train it again with this version")
@@ -250,5 +249,5 @@ def _load_tensors(path: Path) -> Tensors:
         raise ModelError(f"{path}: cannot be read ({error}); fetch or train the model again") from error
     for name, tensor in tensors.items():
         if tensor.dtype.kind == "f" and not np.isfinite(tensor).all():
-            raise ModelError(f"{path}: the tensor {name!r} holds numbers that are not finite; train it again")
+            raise ModelError(f"{path}: the tensor {name!r} has numbers that are not finite; train it again")
     return tensors

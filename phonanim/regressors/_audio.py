@@ -1,4 +1,4 @@
-"""What the audio-driven regressors share: an encoder hears, a decoder turns what it hears into modes."""
+"""Common part of the audio-driven regressors: an encoder makes features, a decoder maps them to modes."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ Self = TypeVar("Self", bound="AudioRegressor")
 
 @dataclass(frozen=True)
 class AudioRegressor(AudioModel):
-    """An audio-driven model that is learned from recordings, and stored."""
+    """An audio-driven model that can be trained and stored."""
 
     def tensors(self) -> Tensors:
-        """The decoder's weights, how features are scaled and mixed, and the encoder's identity in bytes."""
+        """The decoder's weights, the scaling and mixing of features, and the encoder's identity in bytes."""
         told = np.frombuffer(self.identity.encode(), np.uint8)
         heard: Tensors = {"centre": self.centre, "scale": self.scale, "mix": self.mix, "identity": told}
         return heard | {f"decoder_{name}": tensor for name, tensor in self.weights.items()}
 
     @classmethod
     def from_tensors(cls: type[Self], config: Any, tensors: Tensors) -> Self:
-        """Raises ValueError when a tensor is not of the size that the configuration gives it."""
+        """Raises ValueError when the size of a tensor does not match the configuration."""
         layers, dims = tensors["centre"].shape
         modes = len(tensors["decoder_output_bias"]) // (config.widths[1] if config.decoder == "mlp" else 1)
         shapes = {f"decoder_{n}": shape for n, shape in decoder_shapes(config, dims, modes).items()}
@@ -49,10 +49,10 @@ class AudioRegressor(AudioModel):
         progress: Progress,
         journal: Path | None = None,
     ) -> Self:
-        """Learn from recordings; early stopping on `validation`.
+        """Train on recordings; early stopping on `validation`.
 
-        With a folder as `journal`, the state after each epoch is kept there, and training goes on from
-        it; loss.csv beside it has the errors. Raises ModelError when the examples have no sounds.
+        If `journal` is a folder, the state after each epoch is saved there, and an interrupted training is
+        continued from it; loss.csv in it has the errors. Raises ModelError when the examples have no sounds.
         """
         require_torch()
         from phonanim.regressors._torch_audio import fit_audio

@@ -10,13 +10,13 @@ Decoder = Literal["mlp", "lstm", "gru", "transformer", "convolution"]
 
 @dataclass(frozen=True)
 class Settings:
-    """What can be chosen of an audio-driven regressor; `phisanet` and `two_stage` have the published values.
+    """Settings of an audio-driven regressor; `phisanet` and `two_stage` have the published values.
 
-    `encoder` is one of phonanim.encoders; `inputs` its last layer ("enc"), or all of them in weights that
-    are learned ("all_enc"). `rate` is in hertz, `window` in steps. The weights of the loss are those of
-    the velocity and acceleration of the modes (Medina 2023, eq. 4.8), of the phone classifier (4.20)
-    and of connectionist temporal classification (4.28). `normalize` scales targets for the loss: each
-    mode to 0..1, or all by one number, which makes the loss the squared error in millimetres.
+    `encoder` is one of phonanim.encoders; `inputs` is its last layer ("enc"), or all layers with learned
+    weights ("all_enc"). `rate` is in hertz, `window` in steps. The weights of the loss are those of the
+    velocity and acceleration of the modes (Medina 2023, eq. 4.8), of the phone classifier (4.20) and of
+    connectionist temporal classification (4.28). `normalize` scales targets for the loss: each mode to 0..1,
+    or all modes by one number, which makes the loss the squared error in millimetres.
     """
 
     encoder: str = "whisper"

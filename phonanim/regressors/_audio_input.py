@@ -1,4 +1,4 @@
-"""How an audio-driven model predicts: it encodes the sound, and decodes its steps by stretches."""
+"""Prediction of audio-driven models: encode the sound, then decode its steps in stretches."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from phonanim.regressors._steps import (
 )
 from phonanim.speech.phones import PhoneTrack
 
-CHUNK, AROUND = 60.0, 3.0  # seconds decoded at a time, and heard before and after them
+CHUNK, AROUND = 60.0, 3.0  # seconds decoded at a time, and seconds of context before and after them
 
 
 class AudioInput(ABC):
-    """What all regressors that hear share: a sound is encoded, and its steps are decoded by stretches.
+    """Base of the audio-driven regressors: a sound is encoded, and its steps are decoded in stretches.
 
-    `config` has `encoder` and `rate`, `identity` is that of the encoder that the model learned from.
+    `config` has `encoder` and `rate`; `identity` is that of the encoder of the training.
     """
 
     config: Any
@@ -40,8 +40,8 @@ class AudioInput(ABC):
     def predict(self, track: PhoneTrack | None, times: Array, sound: Sound | None = None) -> Floats:
         """Modes at instants of a sound, (times,) seconds -> (times, modes), interpolated between steps.
 
-        The same settings give the same bytes. Raises ModelError when the encoder is not the one that the
-        model learned from.
+        The same settings give the same bytes. Raises ModelError when the encoder is not the one of the
+        training.
         """
         if sound is None:
             raise ModelError("an audio-driven model needs a recording")
@@ -50,24 +50,24 @@ class AudioInput(ABC):
         return interpolate_rows(self.modes_at_steps(features, grid), (times - grid[0]) * self.config.rate)
 
     def encode(self, sound: Sound, track: PhoneTrack | None = None) -> Features:
-        """Features of a sound. Raises ModelError when their encoder is not the one that was learned from."""
+        """Features of a sound. Raises ModelError when their encoder is not the one of the training."""
         encoder = cached_encoder(self.config.encoder)
         if encoder.identity != self.identity:
             raise ModelError(
-                f"the model learned from {self.identity!r}, and {encoder.identity!r} is here: "
+                f"the model was trained with {self.identity!r}, but the encoder is {encoder.identity!r}: "
                 "set PHONANIM_ENCODERS to its weights, or train it again"
             )
         return self.input_features(self.config, sound, track)
 
     @classmethod
     def input_features(cls, config: Any, sound: Sound, track: PhoneTrack | None) -> Features:
-        """What models of this kind are given of a sound, to be asked for at steps."""
+        """The features of a sound that models of this kind use; sampled at steps later."""
         return sound_features(cached_encoder(config.encoder), sound, track)
 
     def modes_at_steps(self, features: Features, grid: Array) -> Floats:
         """Modes at steps, (steps,) seconds of `step_times` -> (steps, modes).
 
-        Each stretch is decoded with what is around it, so that memory stays bounded.
+        Each stretch is decoded with its context, so that memory use stays bounded.
         """
         around, size = round(AROUND * self.config.rate), round(CHUNK * self.config.rate)
         found = []
@@ -83,18 +83,18 @@ class AudioInput(ABC):
 
 
 def check_sounds(examples: Examples) -> None:
-    """Raise ModelError when there is nothing to hear in examples."""
+    """Raise ModelError when examples have no recordings."""
     if len(examples.sounds) != len(examples) or not all(examples.sounds):
-        raise ModelError("an audio-driven regressor learns from recordings: give it clips with sound")
+        raise ModelError("an audio-driven regressor is trained on recordings: give it clips with sound")
 
 
 def identity_in(tensors: Tensors) -> str:
-    """The identity of an encoder that a model was stored with."""
+    """The identity of the encoder in the tensors of a stored model."""
     return tensors["identity"].astype(np.uint8).tobytes().decode()
 
 
 def fitting(tensors: Tensors, shapes: dict[str, tuple[int, ...]]) -> dict[str, Floats]:
-    """The tensors of these names. Raises ValueError when one is not of its shape."""
+    """The tensors of these names. Raises ValueError when one has another shape."""
     for name, shape in shapes.items():
         if tensors[name].shape != shape:
             raise ValueError(f"{name} is {tensors[name].shape}, not {shape}")

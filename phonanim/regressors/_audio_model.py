@@ -1,4 +1,4 @@
-"""The audio-driven model with one decoder, which `regressors/_torch_audio.py` trains."""
+"""The audio-driven model with one decoder, trained by `regressors/_torch_audio.py`."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from phonanim.regressors._steps import Floats
 
 @dataclass(frozen=True)
 class AudioModel(AudioInput):
-    """A trained model: `centre` and `scale` (layers, dims) of the features, `mix` (layers,) if all take part.
+    """A trained model: `centre` and `scale` (layers, dims) of the features, `mix` (layers,) for all layers.
 
-    `weights` are the decoder's (regressors/_decoders.py), `identity` is the encoder's that it learned from.
+    `weights` are the decoder's (regressors/_decoders.py); `identity` is the encoder's in training.
     """
 
     config: Settings
@@ -35,7 +35,7 @@ class AudioModel(AudioInput):
         return decode(self.config, self.weights, self.mix_layers(values)[None])[0]
 
     def mix_layers(self, values: Floats) -> Floats:
-        """What the decoder gets, (steps, layers, dims) -> (steps, dims)."""
+        """The input of the decoder, (steps, layers, dims) -> (steps, dims)."""
         normal = (values - self.centre) * self.scale
         return (
             normal[:, -1]
@@ -45,5 +45,5 @@ class AudioModel(AudioInput):
 
     @property
     def layer_shares(self) -> Floats:
-        """How much of each layer is heard, (layers,), sum 1 (Medina 2023, eq. 4.14)."""
+        """The weight of each layer, (layers,), sum 1 (Medina 2023, eq. 4.14)."""
         return softmax(self.mix)

@@ -1,8 +1,8 @@
-"""Convolutions over time in NumPy: what each step is made from is known exactly, so that it can be streamed.
+"""Convolutions over time in NumPy, with an exact receptive field per step, so that they can be streamed.
 
-Medina (2023), section 5.4: blocks of a convolution, a rectifier and a normalization. The normalization here
-is over the channels of a step (Ba et al. 2016): over time, as the group normalization of the thesis, a
-step would depend on all of the sequence.
+Medina (2023), section 5.4: blocks of a convolution, a rectifier and a normalization. Here the normalization
+is over the channels of a step (Ba et al. 2016). With a normalization over time, as the group normalization of
+the thesis, a step would depend on the whole sequence.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ Floats = NDArray[np.float32]
 
 
 def receptive_field(config: Settings) -> int:
-    """Steps that one step is made from: 1 + sum of (kernel - 1) * dilation (eq. 5.1, 5.2)."""
+    """Steps that affect one step: 1 + sum of (kernel - 1) * dilation (eq. 5.1, 5.2)."""
     return 1 + sum(reach for _, reach in _layers(config))
 
 
 def steps_before(config: Settings) -> int:
-    """Steps that one step is made from that lie before it."""
+    """Steps before a step that affect it."""
     return receptive_field(config) - 1 - config.ahead
 
 
 def convolve(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> Floats:
-    """All layers, (sequences, steps, dims) -> (sequences, steps, channels); the ends repeat."""
+    """All layers, (sequences, steps, dims) -> (sequences, steps, channels); clamped at the ends."""
     around = ((0, 0), (steps_before(config), config.ahead), (0, 0))
     return convolve_within(config, weights, np.pad(signal, around, mode="edge"))
 
@@ -48,13 +48,13 @@ def convolve_within(config: Settings, weights: Mapping[str, Floats], signal: Flo
 
 
 def convolution_shapes(config: Settings, dims: int) -> tuple[dict[str, tuple[int, ...]], int]:
-    """Shapes of all weights, and how many channels come out. Raises ModelError when layers disagree."""
+    """Shapes of all weights, and the number of output channels. Raises ModelError if layers do not match."""
     counts = {len(config.kernels), len(config.dilations), len(config.channels)}
     if len(counts) > 1 or not config.kernels:
         raise ModelError("kernels, dilations and channels differ in length; give each layer one of each")
     if not 0 <= config.ahead < receptive_field(config):
         most = receptive_field(config) - 1
-        raise ModelError(f"ahead is {config.ahead} steps; the layers see 0 to {most} beyond the first")
+        raise ModelError(f"ahead is {config.ahead} steps; these layers allow 0 to {most}")
     shapes: dict[str, tuple[int, ...]] = {}
     for layer, (size, channels) in enumerate(zip(config.kernels, config.channels, strict=True)):
         shapes[f"kernel{layer}"] = (size, dims, channels)
@@ -65,6 +65,6 @@ def convolution_shapes(config: Settings, dims: int) -> tuple[dict[str, tuple[int
 
 
 def _layers(config: Settings) -> Iterator[tuple[int, int]]:
-    """Dilation of each layer, and steps between the first and the last that it looks at."""
+    """Dilation of each layer, and steps between its first and last input."""
     for kernel, dilation in zip(config.kernels, config.dilations, strict=True):
         yield dilation, (kernel - 1) * dilation

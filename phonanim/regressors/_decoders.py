@@ -1,4 +1,4 @@
-"""Decoders of the audio-driven regressors, run in NumPy: features of sound in, modes of the face out.
+"""Decoders of the audio-driven regressors in NumPy: map audio features to modes of the face.
 
 Medina (2023), sections 3.2.1.1 and 4.2. `_torch_audio` trains the same layers under the same names.
 """
@@ -18,8 +18,8 @@ from phonanim.regressors._recurrent import recurrent_names, run_gru, run_lstm
 Floats = NDArray[np.float32]
 Shapes = dict[str, tuple[int, ...]]
 GATES = {"gru": 3, "lstm": 4}
-WIDER = 4  # of the fully connected layers in a transformer, over its dims
-OVERLAP = 3  # windows of a transformer that see each step
+WIDER = 4  # width of the fully connected layers of a transformer, relative to its dims
+OVERLAP = 3  # windows of a transformer that include each step
 
 
 def decode(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> Floats:
@@ -44,8 +44,8 @@ def output(weights: Mapping[str, Floats], signal: Floats) -> Floats:
 def _mlp(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> Floats:
     """Sliding windows over one sequence, (steps, dims) -> (steps, modes).
 
-    The window of widths[0] steps that ends at a step predicts the last widths[1]; what overlaps is
-    averaged (Taylor 2017, with windows that end where they predict by Medina 2023, 3.2.1.1).
+    The window of widths[0] steps that ends at a step predicts the last widths[1] steps; overlapping
+    predictions are averaged (Taylor 2017, with windows that end where they predict by Medina 2023, 3.2.1.1).
     """
     wide, narrow = config.widths
     padded = np.pad(signal, ((wide - 1, 0), (0, 0)), mode="edge")
@@ -62,7 +62,7 @@ def _mlp(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> Flo
 
 
 def _in_windows(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> Floats:
-    """Attention within windows as long as those of training, for it knows no positions beyond them."""
+    """Attention within windows of the training length, because there are no positions beyond it."""
     wide, steps = len(weights["positions"]), signal.shape[1]
     signal = np.pad(signal, ((0, 0), (0, max(0, wide - steps)), (0, 0)), mode="edge")
     last = signal.shape[1] - wide
@@ -85,7 +85,7 @@ def _attentive(config: Settings, weights: Mapping[str, Floats], signal: Floats) 
 
 
 def decoder_shapes(config: Settings, dims: int, modes: int) -> Shapes:
-    """Name and shape of every weight of a decoder that hears `dims` features."""
+    """Name and shape of every weight of a decoder with `dims` input features."""
     known = {"mlp": _mlp_shapes, "transformer": _transformer_shapes, "convolution": convolution_shapes}
     shapes, last = known.get(config.decoder, _recurrent_shapes)(config, dims)
     outputs = modes * (config.widths[1] if config.decoder == "mlp" else 1)

@@ -1,4 +1,4 @@
-"""The model that samples motion from noise and sound, which `regressors/_torch_diffusion.py` trains."""
+"""The model that samples motion from noise and sound, trained by `regressors/_torch_diffusion.py`."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from phonanim.regressors._facediffuser_config import Config
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
-UNHEARD = 10**6  # the turn whose noise stands for no sound, beyond all turns of sampling
-BEYOND = 5  # steps that are sampled after the last one
+UNHEARD = 10**6  # the turn of the noise that replaces the sound, beyond all turns of sampling
+BEYOND = 5  # extra steps that are sampled after the last one
 Self = TypeVar("Self", bound="Denoiser")
 
 
@@ -26,7 +26,7 @@ Self = TypeVar("Self", bound="Denoiser")
 class Denoiser(AudioInput):
     """A trained model: `centre` and `scale` (1, dims) of the features, `low` and `span` (modes,) of targets.
 
-    `weights` are the network's (regressors/_diffusion.py), `identity` is the encoder's that it learned from.
+    `weights` are the network's (regressors/_diffusion.py); `identity` is the encoder's in training.
     """
 
     config: Config
@@ -46,7 +46,7 @@ class Denoiser(AudioInput):
     def modes_at_steps(self, features: Features, grid: Array) -> Floats:
         """Modes at steps, (steps,) seconds of `step_times` -> (steps, modes).
 
-        What sees the noise looks a step ahead, and makes the last one jump: a few more are sampled.
+        The network looks a step ahead, which makes the last step jump, so a few extra steps are sampled.
         """
         return super().modes_at_steps(features, extend_steps(grid, self.config.rate))[: len(grid)]
 
@@ -65,18 +65,18 @@ class Denoiser(AudioInput):
         return step_noise(self.config.seed, turn, first, count, len(self.low))[None]
 
     def normalize_features(self, values: Floats) -> Floats:
-        """What the network hears of features, (steps, layers, dims) -> (steps, dims)."""
+        """The network's input for features, (steps, layers, dims) -> (steps, dims)."""
         return np.asarray((values[:, -1] - self.centre[0]) * self.scale[0])
 
     def embed_sound(self, values: Floats) -> Floats:
-        """What stays the same while sampling, (n, steps, dims) -> (n, steps, size)."""
+        """The part that is constant during sampling, (n, steps, dims) -> (n, steps, size)."""
         return embed(self.config.sound, tensors_with_prefix(self.weights, "sound_"), values)
 
     def unscale_modes(self, motion: Floats) -> Floats:
-        """Modes in the unit of the targets, any shape that ends in modes."""
+        """Modes in the unit of the targets; any shape whose last axis is modes."""
         return np.asarray(motion * self.span + self.low)
 
 
 def extend_steps(grid: Array, rate: float) -> Array:
-    """Steps that go on for a little after the last one, (steps,) seconds -> (steps + BEYOND,)."""
+    """Steps that continue beyond the last one, (steps,) seconds -> (steps + BEYOND,)."""
     return np.append(grid, grid[-1] + np.arange(1, BEYOND + 1) / rate)

@@ -1,7 +1,7 @@
-"""Denoising diffusion in NumPy: a network that sees through noise, and the sampling that starts from it.
+"""Denoising diffusion in NumPy: a network that removes noise, and the sampling that starts from noise.
 
 After the text of FaceDiffuser (Stan 2023), sections 3.4, 5.2, 6 and 8. `_torch_diffusion` trains the same
-layers under the same names. Time 0 is the motion itself, time `timesteps` almost pure noise.
+layers under the same names. Time 0 is the motion without noise, time `timesteps` almost pure noise.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ Floats = NDArray[np.float32]
 Weights = Mapping[str, Floats]
 Shapes = dict[str, tuple[int, ...]]
 
-POOLED = 2  # channels that become one
-REACH = 1  # steps at each side that the convolution sees
-SLOWEST = 1e4  # of the waves that tell the time, in their first one's wavelength (Ho et al. 2020)
-BETAS = (1e-4, 0.02)  # of the first and last of 1000 steps (Ho et al. 2020); the thesis names none
+POOLED = 2  # channels that are merged into one
+REACH = 1  # steps on each side in the convolution
+SLOWEST = 1e4  # longest wavelength of the time embedding, relative to the shortest (Ho et al. 2020)
+BETAS = (1e-4, 0.02)  # of the first and last of 1000 steps (Ho et al. 2020); the thesis gives none
 BLOCK = 1500  # steps whose noise is drawn at once
 
 
 def signal_share(timesteps: int) -> NDArray[np.float64]:
-    """The share of the signal's power that is left at each time, (timesteps + 1,), falling from 1.
+    """The share of the signal's power that remains at each time, (timesteps + 1,), falling from 1.
 
     prod (1 - beta), with beta on a straight line (eq. 1), scaled so that the last share is the same
     for any number of timesteps.
@@ -37,17 +37,17 @@ def signal_share(timesteps: int) -> NDArray[np.float64]:
 
 
 def add_noise(motion: Floats, share: float, noise: Floats) -> Floats:
-    """Motion under noise, of which `share` of the power is left, any shape (eq. 1 from time 0 on)."""
+    """Add noise to motion so that `share` of the signal's power remains, any shape (eq. 1 from time 0 on)."""
     return np.asarray(np.sqrt(share) * motion + np.sqrt(1 - share) * noise, np.float32)
 
 
 def sampling_times(timesteps: int, steps: int) -> NDArray[np.int64]:
-    """The times at which the network is asked: `steps` of them, evenly from the last to the first."""
+    """The times at which the network is evaluated: `steps` of them, evenly from the last to the first."""
     return np.round(np.linspace(timesteps, 1, steps)).astype(np.int64)
 
 
 def step_noise(seed: int, turn: int, first: int, count: int, modes: int) -> Floats:
-    """Noise of `count` steps from `first` on, (count, modes); the same whichever stretch asks for it."""
+    """Noise of `count` steps from `first` on, (count, modes); independent of how steps are divided."""
     blocks = range(first // BLOCK, (first + count - 1) // BLOCK + 1)
     numbers = [
         np.random.default_rng([seed, turn, block]).standard_normal((BLOCK, modes), np.float32)
@@ -66,9 +66,9 @@ def sample_motion(
 ) -> Floats:
     """Motion from noise (section 3.4.1), heard (n, steps, dims) -> (n, steps, modes) in the targets' scale.
 
-    The motion that the network sees in the noise is diffused again to the next time, with `noise` of that
-    turn, (n, steps, modes). `heard` is embedded: the sound takes no part in the loop. With `unheard`, what
-    is embedded of no sound, both predictions are combined.
+    The motion that the network estimates is diffused again to the next time, with `noise` of that turn,
+    (n, steps, modes). `heard` is the embedded sound, which is constant in the loop. If `unheard`, the
+    embedding of no sound, is given, both predictions are combined.
     """
     if not config.diffusion:
         return denoise(config, weights, noise(0), 0, heard)
@@ -86,7 +86,7 @@ def guided_motion(
 ) -> Floats:
     """The motion w F(x, t, a) + (1 - w) F(x, t, nothing), with w the `guidance`.
 
-    Equation 8 prints w at the unconditional part, its text says that a low one hears less: the text holds.
+    Equation 8 has w at the unconditional part, but its text says that a low w uses less audio, as here.
     """
     found = denoise(config, weights, seen, time, heard)
     if unheard is None:
@@ -96,10 +96,10 @@ def guided_motion(
 
 
 def denoise(config: Config, weights: Weights, seen: Floats, time: int, heard: Floats) -> Floats:
-    """The motion that the network takes to be under the noise (eq. 4), (n, steps, modes) -> the same.
+    """The network's estimate of the motion without noise (eq. 4), (n, steps, modes) -> the same.
 
-    Embeddings of sound, noise and time side by side, recurrent layers, the style as a factor of what
-    they give, a linear layer.
+    The embeddings of sound, noise and time are concatenated; recurrent layers, the style as a factor of
+    their output, and a linear layer follow.
     """
     signal = heard
     if config.diffusion:
@@ -128,7 +128,7 @@ def embed(kind: str, weights: Weights, signal: Floats) -> Floats:
 
 
 def pool_channels(kind: str, signal: Floats) -> Floats:
-    """The greater or the mean of neighbouring channels, (n, steps, 2 size) -> (n, steps, size)."""
+    """The maximum or the mean of neighbouring channels, (n, steps, 2 size) -> (n, steps, size)."""
     if kind == "conv":
         return signal
     pairs = signal.reshape(*signal.shape[:2], -1, POOLED)
@@ -142,7 +142,7 @@ def embed_times(weights: Weights, times: NDArray[np.integer]) -> Floats:
 
 
 def time_waves(times: NDArray[np.integer], size: int) -> Floats:
-    """Sines and cosines that tell times apart, (n,) -> (n, size) (Vaswani et al. 2017; Ho et al. 2020)."""
+    """Sines and cosines that encode times, (n,) -> (n, size) (Vaswani et al. 2017; Ho et al. 2020)."""
     angles = times[:, None] * SLOWEST ** -(np.arange(size // 2) / (size // 2))
     return np.concatenate([np.sin(angles), np.cos(angles)], axis=1).astype(np.float32)
 
@@ -150,8 +150,8 @@ def time_waves(times: NDArray[np.integer], size: int) -> Floats:
 def mask_sound(strategy: str, share: float, heard: Floats, rng: np.random.Generator) -> Floats:
     """Sound as the network gets it in training, (n, steps, dims) -> the same (section 6.1.1).
 
-    "full" strategies take all of the features of a `share` of the sequences, "partial" ones a `share` of
-    the features of all; they become zero, or random numbers.
+    "full" strategies mask all features of a `share` of the sequences, "partial" ones a `share` of the
+    features of all sequences; masked features become zero or random numbers.
     """
     if strategy == "none":
         return heard
@@ -160,14 +160,14 @@ def mask_sound(strategy: str, share: float, heard: Floats, rng: np.random.Genera
 
 
 def no_sound(strategy: str, shape: tuple[int, ...], rng: np.random.Generator) -> Floats:
-    """What stands for no sound: zeros, or random numbers where the network was trained with them."""
+    """The replacement of absent sound: zeros, or random numbers if the network was trained with them."""
     if strategy.endswith("random"):
         return rng.standard_normal(shape, np.float32)
     return np.zeros(shape, np.float32)
 
 
 def weight_shapes(config: Config, dims: int, modes: int) -> Shapes:
-    """Name and shape of every weight of a network that hears `dims` features."""
+    """Name and shape of every weight of a network with `dims` input features."""
     shapes, before = embedding_shapes(config.sound, "sound_", dims, config.latent)
     if config.diffusion:
         more, size = embedding_shapes(config.noise, "noise_", modes, config.latent)
@@ -184,7 +184,7 @@ def weight_shapes(config: Config, dims: int, modes: int) -> Shapes:
 
 
 def embedding_shapes(kind: str, name: str, dims: int, size: int) -> tuple[Shapes, int]:
-    """The weights of an embedding, and how many channels it gives."""
+    """The weights of an embedding, and its number of output channels."""
     if kind == "none":
         return {}, dims
     shapes: Shapes = {f"{name}first": (dims, size), f"{name}first_bias": (size,)}

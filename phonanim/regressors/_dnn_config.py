@@ -12,9 +12,9 @@ from phonanim.features.indicators import WIDTH
 class Config:
     """The defaults are ours; `taylor2017` in benchmarks/configs has the published values.
 
-    `features` is one of phonanim.features.inputs.FEATURES, `reach` the input window (Kx) in frames where
-    these are "raw", `width` the output window (Ky) in frames, `hidden` the units of each hidden layer.
-    `networks` of them are trained, each from another start, and their mean is taken.
+    `features` is one of phonanim.features.inputs.FEATURES, `reach` the input window (Kx) in frames for "raw"
+    features, `width` the output window (Ky) in frames, `hidden` the units of each hidden layer. `networks` is
+    the number of networks, each trained from another start; their mean is the prediction.
     """
 
     features: str = "all"

@@ -1,4 +1,4 @@
-"""What prediction and training of regressors/dynamic_visemes.py share: settings, and where units look."""
+"""Settings of regressors/dynamic_visemes.py, and the places in a unit at which phones are sampled."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-# Where in a unit its phones are looked up, as shares of its time; the outer ones see its neighbours.
+# Where the phones of a unit are sampled, as shares of its time; the outer positions are in its neighbours.
 PLACES = np.array([-0.4, 0.1, 0.3, 0.5, 0.7, 0.9, 1.4])
 
 
@@ -15,10 +15,10 @@ PLACES = np.array([-0.4, 0.1, 0.3, 0.5, 0.7, 0.9, 1.4])
 class Config:
     """`clusters` is the published number; `doubt`, `join` and `rate` were chosen on validation clips.
 
-    A gesture lasts `shortest` to `longest` seconds. `unit` is what stands for a cluster: its "median",
-    the gesture nearest to the centre, or the "mean" of its gestures. `doubt` is the share of the
-    probability that phones of the same attribute classes and all phones have in each unit. `step` is
-    the grid of seconds on which units may begin.
+    A gesture lasts `shortest` to `longest` seconds. `unit` is the representative of a cluster: its "median",
+    the gesture nearest to the centre, or the "mean" of its gestures. `doubt` is the share of the probability
+    that each unit gives to phones of the same attribute classes and to all phones. `step` is the grid of
+    seconds on which units may begin.
     """
 
     clusters: int = 150

@@ -1,4 +1,4 @@
-"""The weighted mean of regressors, which ensemble.py and late_fusion.py are."""
+"""The weighted mean of regressors, for ensemble.py and late_fusion.py."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class MeanOfModels:
 
     @classmethod
     def from_tensors(cls: type[Self], config: Any, tensors: Tensors) -> Self:
-        """Raises KeyError or ValueError where a member's tensors do not fit."""
+        """Raises KeyError or ValueError when a member's tensors do not match."""
         kinds, configs, weights = _members(config)
         members = [
             regressor_class(kind).from_tensors(

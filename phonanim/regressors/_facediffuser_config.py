@@ -8,8 +8,8 @@ from typing import Literal
 
 from phonanim.errors import ModelError
 
-# How a signal may be embedded: as it is; by one layer; by two; by a layer and a convolution, which the
-# thesis follows by pooling (section 8.3). What is pooled it does not say: here pairs of channels.
+# How a signal can be embedded: not at all; by one layer; by two; by a layer and a convolution with pooling
+# (section 8.3 of the thesis). The thesis does not define the pooling: here pairs of channels are merged.
 EMBEDDINGS = ("none", "linear", "mlp", "conv", "max", "average")
 MASKS = ("none", "full zero", "partial zero", "full random", "partial random")
 
@@ -18,14 +18,14 @@ MASKS = ("none", "full zero", "partial zero", "full random", "partial random")
 class Config:
     """The published values of the vertex version (Table 8), training on windows of at most `window` steps.
 
-    That for rigs has `noise` "none", `latent` 128, `timesteps` 1000, 100 epochs, and 4 layers of 1024 (its
-    own recordings) or 2 of 256 (ARKit). `sound` and `noise` are embedded by one of EMBEDDINGS.
-    `masking` is one of MASKS, for the share `masked`; `guidance` weighs what is heard against
-    what is not (eq. 8), 1 hears alone. `steps` of the `timesteps` are sampled. `autoencoder` epochs of a
-    first stage learn the decoder without sound (appendix B). `style` is spoken, of as many `styles` as
-    Examples.styles tell apart. Without `diffusion` it is the recurrent network of the ablation (8.4).
-    `delta` is where the Huber loss (eq. 5) becomes linear, in the targets' scale: that of `scale` is one
-    number for all modes, that of `modes` one for each.
+    The version for rigs has `noise` "none", `latent` 128, `timesteps` 1000, 100 epochs, and 4 layers of 1024
+    (its own recordings) or 2 of 256 (ARKit). `sound` and `noise` are embedded by one of EMBEDDINGS. `masking`
+    is one of MASKS, for the share `masked`; `guidance` weights the prediction with audio against the one
+    without (eq. 8), and 1 uses audio only. `steps` of the `timesteps` are sampled. `autoencoder` is the
+    number of epochs of a first stage that trains the decoder without sound (appendix B). `style` is the style
+    of the output, out of the `styles` of Examples.styles. Without `diffusion` it is the recurrent network of
+    the ablation (8.4). `delta` is where the Huber loss (eq. 5) becomes linear, in the targets' scale: `scale`
+    is one number for all modes, `modes` one for each.
     """
 
     encoder: str = "whisper"

@@ -1,4 +1,4 @@
-"""Training of regressors/dynamic_visemes.py: gestures cut from recordings, clustered, and their phones."""
+"""Training of regressors/dynamic_visemes.py: cut recordings into gestures, cluster them, count phones."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from phonanim.speech.inventory import INVENTORY, N_PHONES
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
-POINTS = 9  # of a gesture's path, evenly over its time
-STARTS = 4  # of k-means, of which the best counts
+POINTS = 9  # of a gesture's path, spaced evenly over its time
+STARTS = 4  # runs of k-means, of which the best is used
 
 
 @dataclass(frozen=True)
 class Gestures:
     """Pieces of the recordings: `paths` (gestures, points, modes), `durations` (gestures,) in seconds,
-    the phones heard at PLACES of each, `phones` (gestures, places), and the clips' `weights`.
+    `phones` (gestures, places) at PLACES of each, and the clips' `weights`.
     """
 
     paths: Array
@@ -69,10 +69,10 @@ def cut_gestures(examples: Examples, shortest: float, longest: float) -> Gesture
 def gesture_bounds(
     target: NDArray[np.floating], times: Array, shortest: float, longest: float
 ) -> NDArray[np.int64]:
-    """Frames (bounds,) at which gestures begin and end: the first, the last, and where the mouth is slowest.
+    """Frames (bounds,) at which gestures begin and end: the first, the last, and minima of the mouth's speed.
 
-    Of two minima of speed nearer than `shortest` seconds the slower counts; a gesture longer than
-    `longest` is cut evenly.
+    If two minima are closer than `shortest` seconds, the slower one is used; a gesture longer than `longest`
+    is cut evenly.
     """
     speed = np.linalg.norm(np.gradient(target, times, axis=0), axis=1)
     speed = np.convolve(np.pad(speed, 1, mode="edge"), [0.25, 0.5, 0.25], mode="valid")
@@ -88,7 +88,7 @@ def gesture_bounds(
 
 
 def sample_paths(target: NDArray[np.floating], times: Array, starts: Array, lengths: Array) -> Array:
-    """Paths at POINTS evenly through each gesture, -> (gestures, points, modes)."""
+    """Paths at POINTS evenly spaced in each gesture, -> (gestures, points, modes)."""
     at = starts[:, None] + lengths[:, None] * np.linspace(0, 1, POINTS)
     return np.stack([np.interp(at, times, mode) for mode in target.T], axis=2)
 
@@ -131,10 +131,10 @@ def weighted_means(values: Array, labels: NDArray[np.int64], weights: Array, cou
 
 
 def phone_shares(found: Gestures, labels: NDArray[np.int64], count: int, doubt: float) -> Array:
-    """P_k(phone | unit), (places, 41, units): counted, and with `doubt` what is alike.
+    """P_k(phone | unit), (places, 41, units): counts, smoothed by `doubt`.
 
-    Half of the doubt goes to phones by their likeness to those that were counted, half to all phones
-    as often as they are heard, so that a phone never recorded still finds the units of its class.
+    Half of the doubt goes to phones by their similarity to the counted ones, half to all phones by their
+    frequency. So a phone that is not in the recordings still gets the units of its class.
     """
     shares = np.zeros((len(PLACES), N_PHONES, count))
     for place, phones in zip(shares, found.phones.T, strict=True):
@@ -146,7 +146,7 @@ def phone_shares(found: Gestures, labels: NDArray[np.int64], count: int, doubt: 
 
 
 def phone_similarity() -> Array:
-    """How alike phones are by their attribute classes, (41, 41); each row sums to one."""
+    """Similarity of phones by their attribute classes, (41, 41); each row sums to one."""
     classes = INVENTORY.attributes.astype(np.float64)
     common = classes @ classes.T
     either = classes.sum(axis=1)[:, None] + classes.sum(axis=1) - common

@@ -1,4 +1,4 @@
-"""Training of regressors/hmm.py: states aligned with frames, and trees grown over their statistics."""
+"""Training of regressors/hmm.py: align states with frames, and grow trees on their statistics."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from phonanim.regressors._hmm_config import (
 )
 
 Array = NDArray[np.float64]
-FLOOR = 1e-3  # of the variance of all frames: no leaf is surer than that
+FLOOR = 1e-3  # of the variance of all frames: least variance of a leaf
 CHUNK = 65536  # frames at once
 
 
 @dataclass(frozen=True)
 class Frames:
-    """All clips at the models' rate: `values` (frames, 3 * modes), in a phone each, clip after clip.
+    """All clips at the models' rate: `values` (frames, 3 * modes), clip after clip, each frame in a phone.
 
-    Phone i is `contexts[i]` (phones, 5) and has the frames `starts[i]` to `starts[i + 1]`, which weigh
+    Phone i is `contexts[i]` (phones, 5). Its frames are `starts[i]` to `starts[i + 1]`, with the weight
     `weights[i]`. Phones too short for a frame are left out.
     """
 
@@ -40,7 +40,7 @@ class Frames:
 
 @dataclass(frozen=True)
 class Statistics:
-    """How often, the sum and the sum of squares: `count` (models,), `total`, `squares` (models, n)."""
+    """Counts, sums and sums of squares: `count` (models,), `total`, `squares` (models, n)."""
 
     count: Array
     total: Array
@@ -56,11 +56,11 @@ class Tree:
     no: NDArray[np.int32]
     means: Array
     variances: Array
-    leaf_of: NDArray[np.int64]  # of each model that it was grown from
+    leaf_of: NDArray[np.int64]  # of each model of the training data
 
 
 def fit_trees(config: Config, train: Examples, progress: Progress) -> dict[str, Any]:
-    """Divide phones evenly at first, then cluster and align in turn; returns the fields of `Trees`."""
+    """Start with evenly divided phones, then cluster and align in turn; returns the fields of `Trees`."""
     frames = observe_modes(train, config.rate)
     contexts, model = np.unique(frames.contexts, axis=0, return_inverse=True)
     place, members = list_questions()
@@ -85,7 +85,7 @@ def fit_trees(config: Config, train: Examples, progress: Progress) -> dict[str, 
 
 
 def observe_modes(train: Examples, rate: float) -> Frames:
-    """Modes at `rate` by cubic splines, with their differences, and the phones that they lie in.
+    """Modes at `rate` by cubic splines, with their differences, and the phones of the frames.
 
     Raises MissingExtraError.
     """
@@ -111,14 +111,14 @@ def observe_modes(train: Examples, rate: float) -> Frames:
 
 
 def append_differences(path: Array) -> NDArray[np.float32]:
-    """(frames, modes) -> (frames, 3 * modes): values, first and second differences; the ends repeat."""
+    """(frames, modes) -> (frames, 3 * modes): values, first and second differences; clamped at the ends."""
     padded = np.concatenate([path[:1], path, path[-1:]])
     around = np.stack([padded[:-2], padded[1:-1], padded[2:]])
     return np.asarray(np.einsum("wk,kfm->fwm", WINDOWS, around).reshape(len(path), -1), np.float32)
 
 
 def divide_evenly(lengths: NDArray[np.int64], states: int) -> NDArray[np.int64]:
-    """State of each frame where phones of some lengths in frames are divided evenly, (frames,)."""
+    """State of each frame when phones of these lengths in frames are divided evenly, (frames,)."""
     within = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
     return np.asarray(within * states // np.repeat(lengths, lengths))
 
@@ -126,7 +126,7 @@ def divide_evenly(lengths: NDArray[np.int64], states: int) -> NDArray[np.int64]:
 def pool_statistics(
     frames: Frames, model: NDArray[np.int64], chosen: NDArray[np.bool_], count: int
 ) -> Statistics:
-    """Statistics of the chosen frames (frames,) of each model, of which there are `count`."""
+    """Statistics of the chosen frames (frames,) of each of `count` models."""
     phone = np.repeat(np.arange(len(model)), np.diff(frames.starts))[chosen]
     return gather_statistics(frames.values[chosen], frames.weights[phone], model[phone], count)
 
@@ -142,10 +142,11 @@ def gather_statistics(
 
 
 def grow_tree(found: Statistics, asked: NDArray[np.bool_], leaf: int, mdl: float) -> Tree:
-    """Split models by their answers (models, questions) as long as the description gets shorter.
+    """Split models by their answers (models, questions) as long as the description length decreases.
 
-    Gaussians of independent columns; splitting pays when the log likelihood rises by mdl * n * ln(frames)
-    (Shinoda and Watanabe 2000), the price of another mean and variance of n columns.
+    The leaves are Gaussians with independent columns. A split is made when the log likelihood rises by at
+    least mdl * n * ln(frames), the cost of another mean and variance of n columns (Shinoda and
+    Watanabe 2000).
     """
     count, n = found.count.sum(), found.total.shape[1]
     mean = found.total.sum(axis=0) / count
@@ -174,7 +175,7 @@ def grow_tree(found: Statistics, asked: NDArray[np.bool_], leaf: int, mdl: float
 
 
 def best_question(rows: Array, asked: NDArray[np.bool_], leaf: int, price: float, floor: Array) -> int | None:
-    """The question that raises the likelihood of models' statistics most, or None where none pays."""
+    """The question that raises the likelihood of models' statistics most, None if no split pays."""
     whole = rows.sum(axis=0)
     yes = asked.T.astype(np.float64) @ rows
     no = whole - yes
@@ -194,7 +195,7 @@ def fit_gaussians(rows: Array, floor: Array) -> tuple[Array, Array, Array]:
 
 
 def align_states(frames: Frames, trees: list[Tree], model: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The likeliest state of each frame, (frames,); phones keep their bounds (Viterbi).
+    """The most likely state of each frame, (frames,), within the bounds of phones (Viterbi).
 
     Phones with fewer frames than states stay divided evenly.
     """
@@ -203,7 +204,7 @@ def align_states(frames: Frames, trees: list[Tree], model: NDArray[np.int64]) ->
     fit = np.empty((len(phone), states))
     for state, tree in enumerate(trees):
         fit[:, state] = log_likelihood(frames.values, tree, tree.leaf_of[model[phone]])
-    moved = np.zeros((len(phone), states), bool)  # into this state, from the one before
+    moved = np.zeros((len(phone), states), bool)  # whether this state was entered from the one before
     scores = np.full((len(lengths), states), -np.inf)
     scores[:, 0] = fit[frames.starts[:-1], 0]
     for step in range(1, int(lengths.max())):
@@ -229,7 +230,7 @@ def _walk_back(frames: Frames, moved: NDArray[np.bool_], states: int) -> NDArray
 
 
 def log_likelihood(values: NDArray[np.float32], tree: Tree, leaf: NDArray[np.int64]) -> Array:
-    """Of each frame (frames, n) under its leaf (frames,), up to a constant."""
+    """Log likelihood of each frame (frames, n) in its leaf (frames,), up to a constant."""
     found = np.empty(len(values))
     scale = (1 / np.sqrt(tree.variances)).astype(np.float32)
     shift = tree.means.astype(np.float32)
@@ -242,10 +243,10 @@ def log_likelihood(values: NDArray[np.float32], tree: Tree, leaf: NDArray[np.int
 
 
 def flatten_trees(trees: list[Tree], states: int) -> dict[str, NDArray[Any]]:
-    """All trees end to end; the last is that of the durations."""
+    """All trees, concatenated; the last one is for durations."""
     nodes = np.cumsum([0, *(len(t.question) for t in trees)])
     leaves = np.cumsum([0, *(len(t.means) for t in trees[:-1])])
-    leaves[-1] = 0  # durations have leaves of their own
+    leaves[-1] = 0  # durations have separate leaves
     yes = [np.where(t.question == LEAF, t.yes + leaves[i], t.yes + nodes[i]) for i, t in enumerate(trees)]
     *others, durations = trees
     means, variances = (np.concatenate([getattr(t, n) for t in others]) for n in ("means", "variances"))

@@ -1,4 +1,4 @@
-"""What prediction and training of regressors/hmm.py share: settings, and the questions about phones."""
+"""Common part of prediction and training of regressors/hmm.py: settings, and the questions about phones."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ WINDOWS = np.array([[0.0, 1.0, 0.0], [-0.5, 0.0, 0.5], [1.0, -2.0, 1.0]])
 
 @dataclass(frozen=True)
 class Config:
-    """`rate` is the models' frames a second: five states need more of them than a camera delivers.
+    """`rate` is the models' frames per second: five states need more frames than a camera delivers.
 
-    A node is split when both sides keep `leaf` frames and the likelihood grows by more than `mdl` times
-    the minimum description length of another Gaussian (Shinoda and Watanabe 2000); `mdl` above 1 allows
-    for neighbouring frames that tell little new. `alignments` counts the Viterbi passes.
+    A node is split when both sides keep `leaf` frames and the likelihood grows by more than `mdl` times the
+    minimum description length of another Gaussian (Shinoda and Watanabe 2000). A `mdl` above 1 accounts for
+    neighbouring frames, which are nearly redundant. `alignments` is the number of Viterbi passes.
     """
 
     states: int = 5
@@ -32,7 +32,7 @@ class Config:
 
 
 def list_questions() -> tuple[NDArray[np.int8], NDArray[np.uint8]]:
-    """Everything that can be asked: is the phone at a place this one, or of this attribute class?
+    """All questions: is the phone at a place this one, or of this attribute class?
 
     Places (questions,) from 0, two phones before, to 4; members (questions, 41).
     """
@@ -43,7 +43,7 @@ def list_questions() -> tuple[NDArray[np.int8], NDArray[np.uint8]]:
 
 
 def quinphones(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Each phone between its neighbours, (segments,) -> (segments, 5); silence lies beyond the ends."""
+    """Each phone with its neighbours, (segments,) -> (segments, 5); silence beyond the ends."""
     silence = np.full(CONTEXT, INVENTORY.code("sil"), np.uint8)
     whole = np.concatenate([silence, codes, silence])
     return np.lib.stride_tricks.sliding_window_view(whole, 2 * CONTEXT + 1)
@@ -52,5 +52,5 @@ def quinphones(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def answer_questions(
     contexts: NDArray[np.uint8], place: NDArray[np.int8], members: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
-    """What quinphones (rows, 5) answer to every question, (rows, questions)."""
+    """The answers of quinphones (rows, 5) to every question, (rows, questions)."""
     return members[np.arange(len(members)), contexts[:, place]].astype(bool)

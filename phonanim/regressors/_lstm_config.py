@@ -1,4 +1,4 @@
-"""What prediction and training of regressors/lstm.py share: settings, and the inputs of the network."""
+"""Common part of prediction and training of regressors/lstm.py: settings, and the inputs of the network."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
-LAYERS = 2  # recurrent ones
+LAYERS = 2  # recurrent layers
 TRIPHONE = 3 * N_PHONES + 2
 
 
@@ -22,9 +22,9 @@ TRIPHONE = 3 * N_PHONES + 2
 class Config:
     """Sizes, dropout and batch are the published ones; rate and epochs were chosen on validation clips.
 
-    `features` is "triphone" (the contextual labels of Fan 2015: the phone at hand, the one before, the
-    one after, and the place in it) or one of phonanim.features.inputs.FEATURES. `units` is the width of each
-    layer; of a bidirectional one, half look back and half ahead. `batch` counts utterances.
+    `features` is "triphone" (the contextual labels of Fan 2015: the current phone, the one before, the one
+    after, and the position in it) or one of phonanim.features.inputs.FEATURES. `units` is the width of each
+    layer; in a bidirectional layer, half of them for each direction. `batch` counts utterances.
     """
 
     features: str = "triphone"
@@ -38,7 +38,7 @@ class Config:
 
 
 def sequence_features(features: str, track: PhoneTrack, times: Array, clusters: NDArray[np.int8]) -> Floats:
-    """What the network sees at instants, (times,) seconds -> (times, features)."""
+    """The network's input at instants, (times,) seconds -> (times, features)."""
     return (
         triphones(track, times)
         if features == "triphone"
@@ -47,14 +47,14 @@ def sequence_features(features: str, track: PhoneTrack, times: Array, clusters: 
 
 
 def n_inputs(features: str) -> int:
-    """How many columns `sequence` has."""
+    """Number of input columns."""
     return TRIPHONE if features == "triphone" else n_features(features)
 
 
 def triphones(track: PhoneTrack, times: Array) -> Floats:
-    """Phones before, at and after instants as indicators, the share of the phone past, and its length.
+    """Phones before, at and after instants, one-hot; the elapsed share of the phone; and its length.
 
-    (times,) seconds -> (times, 125); the length in seconds, at most 1.
+    (times,) seconds -> (times, 125); the length is in seconds, at most 1.
     """
     segment = track.segment_at(times + TICK)
     around = np.clip(segment[:, None] + np.array([-1, 0, 1]), 0, len(track.codes) - 1)

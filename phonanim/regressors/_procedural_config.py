@@ -1,4 +1,4 @@
-"""What prediction and training of regressors/procedural.py share: settings, and the gestures at hand."""
+"""Common part of prediction and training of regressors/procedural.py: settings, and nearby gestures."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from phonanim.speech.gestures import GESTURES, split_parts
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
-REACH = 5  # gestures on either side that can be felt
-SHORT, LONG = 0.01, 0.2  # seconds; durations count for dominance between these
+REACH = 5  # gestures on either side that have an effect
+SHORT, LONG = 0.01, 0.2  # seconds; durations are clamped to these for dominance
 TABLES = ("target", "strength", "onset", "offset")
 
 
 @dataclass(frozen=True)
 class Config:
-    """`own` and `shared` are the ridge penalties of a gesture's own part and of the articulation's."""
+    """`own` and `shared` are the ridge penalties of a gesture's individual part and of the articulation's."""
 
     steps: int = 600
     batch: int = 4096
@@ -29,7 +29,7 @@ class Config:
 
 @dataclass(frozen=True)
 class Neighbours:
-    """The gestures around instants, each (times, 2 REACH + 1); `begin`, `end` in seconds from there."""
+    """The gestures around instants, each (times, 2 REACH + 1); `begin`, `end` in seconds relative to them."""
 
     gesture: NDArray[np.int64]
     begin: NDArray[np.float32]
@@ -38,7 +38,7 @@ class Neighbours:
 
 
 def neighbours(track: PhoneTrack, times: Array) -> Neighbours:
-    """The gestures that can be felt at instants, (times,) seconds."""
+    """The gestures that have an effect at instants, (times,) seconds."""
     parts = split_parts(track)
     here = np.clip(np.searchsorted(parts.bounds, times, side="right") - 1, 0, len(parts.parts) - 1)
     around = here[:, None] + np.arange(-REACH, REACH + 1)

@@ -13,7 +13,7 @@ Floats = NDArray[np.float32]
 def run_lstm(signal: Floats, forward: Floats, recurrent: Floats, bias: Floats) -> Floats:
     """One LSTM layer, (sequences, frames, before) -> (sequences, frames, sides * size).
 
-    Side 0 runs from the first frame to the last, side 1, if there is one, back (Hochreiter and
+    Side 0 runs forwards. Side 1, if there is one, runs backwards (Hochreiter and
     Schmidhuber 1997, with the forget gate of Gers 2000).
     """
     sides = len(forward)
@@ -36,7 +36,7 @@ def run_lstm(signal: Floats, forward: Floats, recurrent: Floats, bias: Floats) -
 def run_gru(signal: Floats, forward: Floats, recurrent: Floats, bias: Floats, recur_bias: Floats) -> Floats:
     """One layer of gated recurrent units, (sequences, steps, before) -> (sequences, steps, sides * size).
 
-    Side 0 runs from the first step to the last, side 1, if there is one, back (Cho et al. 2014, in the
+    Side 0 runs forwards. Side 1, if there is one, runs backwards (Cho et al. 2014, in the
     form of Medina's reference 30 and of torch: gates reset, update, new).
     """
     sides = len(forward)

@@ -37,16 +37,16 @@ def training_rows(
 
 
 def cluster_table(features: str, train: Examples, rng: np.random.Generator) -> NDArray[np.int8]:
-    """Clusters of phone pairs for "indicators"; none for features that do not look at them."""
+    """Clusters of phone pairs for "indicators"; empty for features that do not use them."""
     return fit_clusters(train, rng) if features == "indicators" else NO_CLUSTERS
 
 
 def fit_clusters(train: Examples, rng: np.random.Generator) -> NDArray[np.int8]:
     """k-means over the face parameters at phone pairs (Taylor 2017, supplement 1.3), -> (41, 41) int8.
 
-    Each pair seen in training is described by its mean modes in the frame before and the frame after
-    the change; consonant-vowel pairs fall into 2 clusters, vowel-consonant and consonant-consonant
-    pairs into 3 each. Pairs never seen are -1.
+    Each pair in the training data is described by its mean modes in the frame before and the frame after the
+    change; consonant-vowel pairs form 2 clusters, vowel-consonant and consonant-consonant pairs 3 each. Pairs
+    that are not in the data are -1.
     """
     sums: dict[tuple[int, int], list[NDArray[np.float32]]] = {}
     for track, times, target in zip(train.tracks, train.times, train.targets, strict=True):

@@ -1,4 +1,4 @@
-"""The steps of audio-driven models: when they lie, and the features of a sound at them."""
+"""The steps of audio-driven models: their times, and the features of a sound at them."""
 
 from __future__ import annotations
 
@@ -19,30 +19,30 @@ FIRST = 0.02  # seconds: the middle of the first frame of 25 fps video is a step
 
 @lru_cache(maxsize=4)
 def cached_encoder(name: str) -> Encoder:
-    """An encoder, read once."""
+    """An encoder, loaded once."""
     return load_encoder(name)
 
 
 def sound_features(encoder: Encoder, sound: Sound, track: PhoneTrack | None) -> Features:
-    """Features of a sound; phones are taken from the alignment, if anything is said in it."""
+    """Features of a sound; phones come from the alignment, unless it is all silence."""
     if encoder.identity.startswith("phones") and track is not None and track.codes.any():
         return track_features(track)
     return encode(encoder, sound)
 
 
 def step_times(duration: float, rate: float) -> Array:
-    """Instants at which a model of some rate predicts, (steps,) seconds."""
+    """Instants at which a model of a rate predicts, (steps,) seconds."""
     first = FIRST % (1 / rate)
     return first + np.arange(max(1, int(np.floor((duration - first) * rate + 1e-6)) + 1)) / rate
 
 
 def features_at_steps(features: Features, times: Array, rate: float) -> Floats:
-    """Features at steps: interpolated, or averaged where steps are further apart than the features."""
+    """Features at steps: interpolated, or averaged if steps are further apart than the features."""
     return features.at(times, 1 / rate)
 
 
 def interpolate_rows(values: Floats, place: Array) -> Floats:
-    """Rows of `values` at fractional places, interpolated; the ends repeat."""
+    """Rows of `values` at fractional indices, interpolated; clamped at the ends."""
     place = np.clip(place, 0, len(values) - 1)
     below = np.floor(place).astype(np.int64)
     share = (place - below).astype(np.float32)[:, None]

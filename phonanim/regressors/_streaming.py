@@ -1,4 +1,4 @@
-"""What the audio-driven regressors that can be streamed say of themselves: what they hear, and how late."""
+"""Common part of the audio-driven regressors that can be streamed: receptive field and latency."""
 
 from __future__ import annotations
 
@@ -15,44 +15,44 @@ from phonanim.regressors._steps import Floats, cached_encoder
 
 @dataclass(frozen=True)
 class Streamed(AudioRegressor):
-    """A regressor of convolutions: each step is made from so many steps before it and so many after it."""
+    """A convolutional regressor: each step depends on a fixed number of steps before and after it."""
 
     @property
     def receptive_field(self) -> int:
-        """Steps that one step is made from."""
+        """Number of steps that affect one step."""
         return receptive_field(self.config)
 
     @property
     def before(self) -> int:
-        """Steps before one that it is made from; a stream is warm when it has heard as many."""
+        """Steps before a step that affect it; a stream is warm after as many steps."""
         return steps_before(self.config)
 
     @property
     def ahead(self) -> int:
-        """Steps after one that it is made from."""
+        """Steps after a step that affect it."""
         return int(self.config.ahead)
 
     @property
     def encoder(self) -> Cepstra:
-        """The encoder. Raises ModelError when it is none that hears a bounded stretch around each step."""
+        """The encoder. Raises ModelError when its features depend on the whole recording."""
         found = cached_encoder(self.config.encoder)
         if not isinstance(found, Cepstra):
             raise ModelError(
-                f"the encoder {self.config.encoder!r} hears a whole recording and cannot be streamed; "
+                f"the encoder {self.config.encoder!r} needs a whole recording and cannot be streamed; "
                 "train with mfcc or mfcc_live"
             )
         return found
 
     @property
     def look_ahead(self) -> float:
-        """Seconds of sound beyond an instant that its frame is made from.
+        """Seconds of sound after an instant that affect its frame.
 
-        The steps ahead, what the encoder hears around each, and one step, as frames lie between steps.
+        It is the sum of the steps ahead, the encoder's reach, and one step, as frames are between steps.
         """
         return (self.ahead + 1) / self.config.rate + self.encoder.reach / RATE
 
     def step(self, values: Floats) -> Floats:
-        """Modes of the steps that have all they are made from, (steps, layers, dims) -> (steps', modes).
+        """Modes of the steps whose receptive field is complete, (steps, layers, dims) -> (steps', modes).
 
         steps' = steps - receptive_field + 1.
         """

@@ -1,4 +1,4 @@
-"""What every training with torch shares; imported by `fit` alone, never to animate."""
+"""Common parts of training with torch; imported by `fit` only, never to animate."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ except ImportError as error:
 
 
 def seeded_generator(rng: np.random.Generator) -> torch.Generator:
-    """A torch generator that follows the numpy one; also seeds torch's own, which initializes layers."""
+    """A torch generator seeded by the numpy one; also seeds torch's default, which initializes layers."""
     seed = int(rng.integers(2**31))
     torch.manual_seed(seed)
     return torch.Generator().manual_seed(seed)

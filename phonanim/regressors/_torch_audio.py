@@ -1,4 +1,4 @@
-"""Gradient descent for the audio-driven regressors; imported by their `fit` alone."""
+"""Gradient descent for the audio-driven regressors; imported by their `fit` only."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ from phonanim.speech.inventory import N_PHONES
 
 Floats = NDArray[np.float32]
 Model = TypeVar("Model", bound=AudioModel)
-LONGEST_STEP = 1.0  # norm of a gradient, beyond which it is shortened: recurrent ones explode
-BLANK = N_PHONES  # the label of connectionist temporal classification that stands for no phone
+LONGEST_STEP = 1.0  # largest norm of a gradient, because gradients of recurrent layers explode
+BLANK = N_PHONES  # the label of "no phone" in connectionist temporal classification
 CURVE = "loss.csv"
-STILL = 1e-6  # deviation of a feature that never moved
+STILL = 1e-6  # standard deviation below which a feature counts as constant
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Steps:
 
 
 def gather_steps(kind: type[AudioInput], config: Any, examples: Examples) -> Steps:
-    """What a kind of model hears in examples, and what is to be learned from it, at the model's steps."""
+    """Inputs and targets of a kind of model from examples, at the model's steps."""
     values, targets, codes, segments = [], [], [], []
     for track, times, target, sound in zip(
         examples.tracks, examples.times, examples.targets, examples.sounds, strict=True
@@ -81,7 +81,7 @@ def gather_steps(kind: type[AudioInput], config: Any, examples: Examples) -> Ste
 
 @dataclass(frozen=True)
 class Scaling:
-    """Features to mean 0 and deviation 1 for each dim of each layer, targets as the configuration says."""
+    """Features to mean 0 and deviation 1 for each dim of each layer, targets as configured."""
 
     centre: Floats
     scale: Floats
@@ -90,12 +90,12 @@ class Scaling:
 
     @classmethod
     def of(cls, config: Settings, steps: Steps) -> Scaling:
-        """Of the training clips."""
+        """Compute the scaling of the training clips."""
         centre = steps.values.mean(axis=0, dtype=np.float64)
         square = np.zeros_like(centre)
         for begin in range(0, len(steps.values), 8192):
             square += ((steps.values[begin : begin + 8192] - centre) ** 2).sum(axis=0)
-        # What never moved says nothing, and would drown all else the first time that it does.
+        # A constant feature has no information; scaled by its tiny deviation, any change would dominate.
         deviation = np.sqrt(square / len(steps.values))
         scale = (deviation > STILL) / (deviation + 1e-3)
         targets = steps.targets
@@ -117,8 +117,8 @@ def fit_audio(
     """Train on random windows of the clips; the weights with the least validation error are kept.
 
     The error is the mean square of modes (that is, of landmarks, mm²) over whole clips, decoded as in use.
-    Every epoch draws its chance from a seed of its own, so that a training that went on after a halt ends
-    where one without a halt does.
+    Every epoch has a separate seed, so that an interrupted and continued training has the same result as an
+    uninterrupted one.
     """
     seed = int(rng.integers(2**31))
     seeded_generator(np.random.default_rng(seed))
@@ -160,8 +160,8 @@ Batch = tuple[Tensor, Tensor, NDArray[np.int64], NDArray[np.int64], Tensor]
 
 
 def batches(config: Settings, steps: Steps, rng: np.random.Generator) -> Iterator[Batch]:
-    """Windows at random places, as many as cover each clip once; shorter clips hold their end."""
-    torch.manual_seed(int(rng.integers(2**31)))  # of the dropout
+    """Windows at random positions, enough to cover each clip once; shorter clips repeat their last step."""
+    torch.manual_seed(int(rng.integers(2**31)))  # for the dropout
     wide = min(config.window, int(steps.lengths.max()))
     clips = np.repeat(
         np.arange(len(steps.lengths)), np.maximum(1, np.round(steps.lengths / wide).astype(int))
@@ -228,7 +228,7 @@ def step(network: Network, optimizer: Any, total: Tensor) -> float:
 
 
 def validation_error(model: AudioModel, steps: Steps | None) -> float:
-    """Mean square error of whole clips in mm² a landmark coordinate's mode, 0 when there are none."""
+    """Mean square error of whole clips in mm² per mode, 0 without clips."""
     if steps is None:
         return 0.0
     total = 0.0
@@ -243,7 +243,7 @@ def validation_error(model: AudioModel, steps: Steps | None) -> float:
 
 
 def training_key(config: Settings, seed: int, steps: Steps) -> str:
-    """A hash of all that a training depends on, so that none goes on from another's state."""
+    """A hash of everything that a training depends on, so that no training continues another one's state."""
     digest = hashlib.sha256(f"{config} {seed} {torch.__version__}".encode())
     digest.update(steps.targets.tobytes())
     digest.update(steps.values[:: max(1, len(steps.values) // 1000)].tobytes())
@@ -252,7 +252,7 @@ def training_key(config: Settings, seed: int, steps: Steps) -> str:
 
 @dataclass
 class State:
-    """How far a training has come: `curve` has (loss, validation error) of each epoch."""
+    """The progress of a training: `curve` has (loss, validation error) of each epoch."""
 
     network: Network
     optimizer: Any
@@ -262,7 +262,7 @@ class State:
     journal: Path | None
 
     def ended(self, config: Settings) -> bool:
-        """Whether all epochs are done, or the last `patience` of them brought nothing."""
+        """Whether all epochs are done, or the last `patience` of them brought no improvement."""
         if not self.curve:
             return config.epochs == 0
         errors = [error for _, error in self.curve]
@@ -270,7 +270,7 @@ class State:
         return len(errors) >= config.epochs or (waited > config.patience and errors[-1] > 0)
 
     def add(self, mean_loss: float, error: float) -> None:
-        """Note an epoch, keep the weights if they are the best, and write all of it to the journal."""
+        """Record an epoch, keep the weights if they are the best, and write all of it to the journal."""
         self.curve.append((mean_loss, error))
         if error <= min(error for _, error in self.curve):
             self.best = [tensor.detach().clone() for tensor in self.network.state_dict().values()]
@@ -301,7 +301,7 @@ class State:
         write_text(journal / CURVE, text.getvalue())
 
     def resume(self) -> None:
-        """Go on from the journal, if it is of the same training."""
+        """Continue from the journal, if it is of the same training."""
         if self.journal is None or not (self.journal / CHECKPOINT).is_file():
             return
         parts = torch.load(self.journal / CHECKPOINT, weights_only=True)

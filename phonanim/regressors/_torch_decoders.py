@@ -1,4 +1,4 @@
-"""The decoders of regressors/_decoders.py in torch, to be trained."""
+"""The decoders of regressors/_decoders.py in torch, for training."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Network(nn.Module):
         self.ctc = nn.Linear(size, N_PHONES + 1)
 
     def start_from(self, mean: Floats) -> None:
-        """Begin with the mean of the targets, (modes,), where it is not 0: steps of descent are short."""
+        """Start the output at the mean of the targets, (modes,), because steps of descent are short."""
         with torch.no_grad():
             self.output.bias.add_(torch.from_numpy(np.tile(mean, self.narrow)))
 
@@ -51,7 +51,7 @@ class Network(nn.Module):
 def _overlapped(spans: Tensor, narrow: int) -> Tensor:
     """Mean of the windows that predict each step, (n, steps, narrow * modes) -> (n, steps, modes).
 
-    At the end of a sequence the windows that would come after it are left out.
+    Windows beyond the end of a sequence are left out.
     """
     parts = spans.reshape(*spans.shape[:2], narrow, -1)
     total, seen = torch.zeros_like(parts[:, :, 0]), torch.zeros(spans.shape[1], 1)
@@ -114,7 +114,7 @@ class Windows(nn.Module):
         self.dropout = nn.Dropout(config.dropout)
 
     def forward(self, signal: Tensor) -> Tensor:
-        """(windows, steps, dims) -> (windows, steps, size); the first step holds before its time."""
+        """(windows, steps, dims) -> (windows, steps, size); the first step is repeated before the start."""
         before = signal[:, :1].expand(-1, self.wide - 1, -1)
         found = torch.cat([before, signal], dim=1).unfold(1, self.wide, 1).transpose(2, 3).flatten(2)
         for number, layer in enumerate(self.hidden):
@@ -131,7 +131,7 @@ class Windows(nn.Module):
 
 
 class Attentive(nn.Module):
-    """An embedding, learned positions, and transformer layers that normalize first."""
+    """An embedding, learned positions, and transformer layers with normalization first."""
 
     def __init__(self, config: Settings, dims: int) -> None:
         super().__init__()
@@ -152,7 +152,7 @@ class Attentive(nn.Module):
         )
 
     def forward(self, signal: Tensor) -> Tensor:
-        """(windows, steps, dims) -> (windows, steps, size), no more steps than there are positions."""
+        """(windows, steps, dims) -> (windows, steps, size), with at most as many steps as positions."""
         found: Tensor = self.embed(signal) + self.positions[: signal.shape[1]]
         for block in self.blocks:
             found = block(found)
@@ -198,7 +198,7 @@ class Convolved(nn.Module):
         self.dropout = nn.Dropout(config.dropout)
 
     def forward(self, signal: Tensor) -> Tensor:
-        """(windows, steps, dims) -> (windows, steps, size); the ends repeat."""
+        """(windows, steps, dims) -> (windows, steps, size); clamped at the ends."""
         found = nn.functional.pad(signal.transpose(1, 2), self.around, mode="replicate").transpose(1, 2)
         for number, (layer, norm) in enumerate(zip(self.layers, self.norms, strict=True)):
             given = self.dropout(found) if number else found
@@ -228,7 +228,7 @@ _BODIES: dict[str, type[Recurrent] | type[Windows] | type[Attentive] | type[Conv
 
 
 def export_weights(network: Network, low: Floats, span: Floats) -> tuple[Floats, dict[str, Floats]]:
-    """The mix and the decoder's weights as `_decoders` names them; targets in millimetres again."""
+    """The mix and the decoder's weights as `_decoders` names them; targets are scaled back to millimetres."""
     span, low = np.tile(span, network.narrow), np.tile(low, network.narrow)
     parts = network.body.export()
     parts["output"] = network.output.weight.T * torch.from_numpy(span)

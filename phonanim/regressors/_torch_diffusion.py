@@ -1,4 +1,4 @@
-"""The network of regressors/_diffusion.py in torch, and its training; imported by `fit` alone."""
+"""The network of regressors/_diffusion.py in torch, and its training; imported by `fit` only."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from phonanim.regressors._torch_decoders import Recurrent
 
 Floats = NDArray[np.float32]
 Model = TypeVar("Model", bound=Denoiser)
-CHECKED = 5  # steps that validation clips are sampled with after each epoch
+CHECKED = 5  # sampling steps for validation clips after each epoch
 FIRST_STAGE = "autoencoder"  # the folder of its journal
 
 
 class Network(nn.Module):
-    """Motion under noise, sound and time in; what motion it is out."""
+    """Estimates the motion from motion with noise, sound and time."""
 
     def __init__(self, config: Config, dims: int, modes: int) -> None:
         super().__init__()
@@ -123,9 +123,8 @@ def fit_diffusion(
 ) -> Model:
     """Train on random windows of the clips; the weights with the least validation error are kept.
 
-    That error is the mean square of targets over whole clips, sampled in a few steps. Every epoch draws its
-    chance from a seed of its own, so that a training that went on after a halt ends where one without a
-    halt does.
+    That error is the mean square of targets over whole clips, sampled in a few steps. Every epoch has a
+    separate seed, so that an interrupted and continued training has the same result as an uninterrupted one.
     """
     seed = int(rng.integers(2**31))
     seeded_generator(np.random.default_rng(seed))
@@ -163,7 +162,7 @@ def fit_diffusion(
 
 
 def diffusion_steps(config: Any, examples: Examples) -> Steps:
-    """Examples at the model's steps: the last layer of the encoder, and styles in the place of phones."""
+    """Examples at the model's steps: the last layer of the encoder, and styles instead of phones."""
     steps = gather_steps(Denoiser, config, examples)
     styles = np.array(examples.styles or [0] * len(examples), np.int64)
     return replace(steps, values=steps.values[:, -1:].copy(), codes=np.repeat(styles, steps.lengths))
@@ -178,7 +177,7 @@ def scaled(config: Any, steps: Steps) -> Scaling:
 
 
 def freeze_but_sound(network: Network) -> None:
-    """The second stage of appendix B: what draws faces stays, what hears learns to ask for them."""
+    """Start the second stage of appendix B: freeze the decoder and train the sound embedding."""
     for part in network.parameters():
         part.requires_grad_(False)
     network.sound.requires_grad_(True)
@@ -186,7 +185,7 @@ def freeze_but_sound(network: Network) -> None:
 
 @dataclass(frozen=True)
 class Stage:
-    """One training of a network: from sound, or from the faces that it is to find (`autoencodes`)."""
+    """One training of a network: from sound, or from the target motion itself (`autoencodes`)."""
 
     config: Config
     network: Network
@@ -196,7 +195,7 @@ class Stage:
     autoencodes: bool = False
 
     def run(self, journal: Path | None, error: Callable[[], float], progress: Progress) -> None:
-        """Descend until all epochs are done or nothing is gained, go back to the best state."""
+        """Train until all epochs are done or there is no improvement, then restore the best state."""
         config: Any = self.config
         optimizer = torch.optim.Adam(self.network.parameters(), lr=config.learning_rate)
         key = training_key(config, self.seed, self.steps)
@@ -214,7 +213,7 @@ class Stage:
         state.restore()
 
     def epoch(self, optimizer: Any, epoch: int) -> list[float]:
-        """Learn from every clip once; the losses."""
+        """Train on every clip once; returns the losses."""
         self.network.train()
         settings: Any = self.config
         chance = np.random.default_rng([self.seed, epoch, 1])
@@ -233,7 +232,7 @@ class Stage:
         weights: Tensor,
         rng: np.random.Generator,
     ) -> Tensor:
-        """Huber's loss (eq. 5) of the motion that is found under the noise of random times."""
+        """Huber's loss (eq. 5) of the motion that is estimated from noise at random times."""
         config, scaling = self.config, self.scaling
         motion = (targets.numpy() - scaling.low) / scaling.span
         times = rng.integers(1, config.timesteps + 1, len(motion))
@@ -256,7 +255,7 @@ class Stage:
 
 
 def group_alike(steps: Steps, most: int = 100) -> Iterator[tuple[int, NDArray[np.int64]]]:
-    """Rows of whole clips that are as long and of one style, at most so many: (style, (clips, steps))."""
+    """Rows of at most `most` whole clips of equal length and style: (style, (clips, steps))."""
     styles = steps.codes[steps.starts]
     for length, style in np.unique(np.stack([steps.lengths, styles], axis=1), axis=0):
         chosen = steps.starts[(steps.lengths == length) & (styles == style)]
@@ -265,7 +264,7 @@ def group_alike(steps: Steps, most: int = 100) -> Iterator[tuple[int, NDArray[np
 
 
 def sampled_error(model: Denoiser, steps: Steps | None) -> float:
-    """Mean square error of whole clips, sampled in few steps; 0 when there are none."""
+    """Mean square error of whole clips, sampled in few steps; 0 without clips."""
     if steps is None:
         return 0.0
     total = 0.0
@@ -283,7 +282,7 @@ def sampled_error(model: Denoiser, steps: Steps | None) -> float:
 
 
 def autoencoding_error(network: Network, scaling: Scaling, steps: Steps | None) -> float:
-    """The same of the first stage: faces found again from themselves, at the noisiest time."""
+    """The same for the first stage: motion reconstructed from itself, at the time with most noise."""
     if steps is None:
         return 0.0
     total = 0.0

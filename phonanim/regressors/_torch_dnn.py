@@ -1,4 +1,4 @@
-"""Gradient descent for regressors/dnn.py; imported by its `fit` alone."""
+"""Gradient descent for regressors/dnn.py; imported by its `fit` only."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def fit_network(
 ) -> Layers:
     """Train a fully connected network; returns (weights (in, out), bias (out,)) of each layer.
 
-    Inputs are standardized and targets scaled for training; both are folded into the first and last
-    layers. The state with the least validation error is kept; training ends when `patience` epochs
-    brought none better.
+    Inputs are standardized and targets scaled for training; both are folded into the first and last layers.
+    The state with the least validation error is kept; training ends after `patience` epochs without
+    improvement.
     """
     mean, scale = train.inputs.mean(axis=0), train.inputs.std(axis=0) + 1e-3
     if not config.standardize:

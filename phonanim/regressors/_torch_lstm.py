@@ -1,4 +1,4 @@
-"""Gradient descent for regressors/lstm.py; imported by its `fit` alone."""
+"""Gradient descent for regressors/lstm.py; imported by its `fit` only."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from torch import Tensor, nn
 from phonanim.regressors import Examples, Progress
 from phonanim.regressors._lstm_config import LAYERS, Config, Floats, n_inputs, sequence_features
 
-LONGEST_STEP = 1.0  # norm of a gradient, beyond which it is shortened: recurrent ones explode
+LONGEST_STEP = 1.0  # largest norm of a gradient, because gradients of recurrent layers explode
 
 
 class Network(nn.Module):
@@ -50,8 +50,8 @@ def fit_recurrent(
 ) -> dict[str, Floats]:
     """Train on whole utterances with Adam; returns the weights that regressors/lstm.py names.
 
-    The weights with the least validation error are kept; training ends when `patience` epochs brought
-    none better.
+    The weights with the least validation error are kept; training ends after `patience` epochs without
+    improvement.
     """
     every = np.concatenate(train.targets)
     centre, spread = every.mean(axis=0), float(every.std())
@@ -93,7 +93,7 @@ def pad_sequences(
 ) -> tuple[Floats, Floats, Floats]:
     """Utterances of one length: inputs, targets (n, frames, features or modes), weights (n, frames).
 
-    Behind the end of a shorter one its last phone goes on, which weighs nothing.
+    A shorter utterance is padded with its last phone, with weight 0.
     """
     longest, modes = max(len(times) for times in examples.times), examples.targets[0].shape[1]
     signals = np.empty((len(examples), longest, n_inputs(config.features)), np.float32)

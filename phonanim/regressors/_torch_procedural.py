@@ -1,4 +1,4 @@
-"""Gradient descent for regressors/procedural.py; imported by its `fit` alone."""
+"""Gradient descent for regressors/procedural.py; imported by its `fit` only."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from phonanim.speech.gestures import GESTURES
 
 
 class _Dominance(nn.Module):
-    """The tables of regressors/procedural.py while they are fitted: shared by articulation, plus own."""
+    """The tables of regressors/procedural.py during the fit: shared by articulation, plus individual ones."""
 
     def __init__(self, modes: int) -> None:
         super().__init__()
@@ -29,7 +29,7 @@ class _Dominance(nn.Module):
 
     def tables(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         raw = [self.articulation @ s + o for s, o in zip(self.shared, self.own, strict=True)]
-        # 50 ms times about 1.3 where nothing is known yet: the usual reach of coarticulation.
+        # Initial value: 50 ms times about 1.3, the usual reach of coarticulation.
         constants = [nn.functional.softplus(r + 1) * 0.05 for r in raw[2:]]
         return raw[0], raw[1], constants[0], constants[1]
 

@@ -1,8 +1,8 @@
-"""The streaming network of convolutions (Medina 2023, section 5.4, Table 5.3), made anew from the thesis.
+"""The streaming convolutional network (Medina 2023, section 5.4, Table 5.3), reimplemented from the thesis.
 
-Kernels of 15, 7 and 3 steps of 20 ms. The thesis centres all three and counts the first one's half as the
-latency, 8 steps; to predict a step exactly, all three halves would have to be heard, 11 steps. Here the
-first is centred and the others end where they predict, so that 7 steps ahead are all that is needed.
+Kernels of 15, 7 and 3 steps of 20 ms. The thesis centres all three and counts half of the first one as the
+latency, 8 steps. An exact prediction of a step would need all three halves, 11 steps. Here the first kernel
+is centred and the others end at the predicted step, so that 7 steps of look-ahead are enough.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from phonanim.regressors._streaming import Streamed
 
 @dataclass(frozen=True)
 class Config(Settings):
-    """Kernels as published; `ctc` = 0.004 is the best of Table 5.4. Channels are not told in the thesis."""
+    """Kernels as published; `ctc` = 0.004 is the best of Table 5.4. The thesis does not give the channels."""
 
     encoder: str = "mfcc_live"
     decoder: Decoder = "convolution"

@@ -18,7 +18,7 @@ from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 Layers = tuple[tuple[NDArray[np.float32], NDArray[np.float32]], ...]
-CHUNK = 1024  # windows at once: small enough to stay in the cache, large enough for the matrix product
+CHUNK = 1024  # windows at once: small enough for the cache, large enough for the matrix product
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Network:
 
     @classmethod
     def from_tensors(cls, config: Any, tensors: Tensors) -> Network:
-        """Raises ValueError when a layer does not fit the one before it."""
+        """Raises ValueError when a layer does not match the one before it."""
         networks = tuple(_layers(config, tensors, prefix) for prefix in _prefixes(config))
         return cls(config, networks, tensors["clusters"].astype(np.int8))
 

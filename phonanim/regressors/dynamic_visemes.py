@@ -1,15 +1,14 @@
-"""Dynamic visemes: recorded movements of the mouth, put together (Taylor et al. 2012).
+"""Dynamic visemes: concatenate recorded movements of the mouth (Taylor et al. 2012).
 
-The recordings are cut into gestures where the mouth is slowest, gestures that look alike are clustered,
-and each cluster becomes one unit: a movement of some duration, and the phones that were heard during it.
-To speak, a track is covered with units by dynamic programming. Their cost is what the phones, the joins
-and the speaking rate say against them:
+The recordings are cut into gestures at minima of the mouth's speed, similar gestures are clustered, and each
+cluster becomes one unit: a movement with a duration and a distribution of phones. A track is covered with
+units by dynamic programming. The cost of a unit combines its phones, its joins and its speaking rate:
 
     sum over units  d * mean_k( -ln P_k(phone at place k | unit) )      phones, d in steps of time
                     + join * |end of the unit before - start|^2 / variance
                     + rate * ln(d / usual duration of the unit)^2
 
-Units are stretched to their place, and what a join lacks is spread over the units on both sides.
+Units are stretched to their time, and the gap at a join is spread over the units on both sides.
 """
 
 from __future__ import annotations
@@ -34,8 +33,8 @@ TABLES = ("paths", "phones", "durations", "joins")
 @dataclass(frozen=True)
 class Units:
     """The units: `paths` (units, points, modes) from start to end, `durations` (units,) in seconds,
-    `phones` (places, 41, units) the ln P_k(phone | unit), and `joins` (units, units) of the distances
-    from the end of one to the start of another.
+    `phones` (places, 41, units) the ln P_k(phone | unit), and `joins` (units, units) the distances from
+    the end of one to the start of another.
     """
 
     config: Config
@@ -61,7 +60,7 @@ class Units:
         )
         cost = np.full(
             (steps + len(lengths) + 1, len(self.paths)), np.inf, np.float32
-        )  # of ending there with a unit
+        )  # least cost of a cover that ends there
         length = np.zeros(cost.shape, np.int16)
         before = np.zeros(cost.shape, np.int32)
         cost[0] = 0
@@ -78,7 +77,7 @@ class Units:
         return self._trace(cost[steps], length, before, steps)
 
     def _against(self, track: PhoneTrack, step: int, lengths: NDArray[np.int64]) -> Array:
-        """What the phones say against each unit from a step on, for (lengths,) steps -> (lengths, units)."""
+        """The phone cost of each unit from a step on, for (lengths,) steps -> (lengths, units)."""
         places = (step + lengths[:, None] * PLACES) * self.config.step
         codes = track.sample(places.ravel() + TICK).reshape(places.shape)
         heard = self.phones[np.arange(len(PLACES)), codes].mean(axis=1)
@@ -102,7 +101,7 @@ class Units:
 
     @classmethod
     def from_tensors(cls, config: Any, tensors: Tensors) -> Units:
-        """Raises ValueError when the tables are not of the same units."""
+        """Raises ValueError when the tables are not for the same units."""
         count = len(tensors["paths"])
         wanted = {"phones": (len(PLACES), N_PHONES, count), "durations": (count,), "joins": (count, count)}
         for name, shape in wanted.items():
@@ -123,8 +122,8 @@ class Units:
 def play_units(paths: NDArray[np.floating], bounds: Array, times: Array) -> NDArray[np.float32]:
     """Units one after the other, (units, points, modes) from bounds[i] to bounds[i + 1] s -> (times, modes).
 
-    Neighbours meet halfway between the end of one and the start of the other; each unit gets there by
-    a line added over all its time.
+    Neighbours meet halfway between the end of one and the start of the other; each unit is moved there by
+    adding a linear function of time.
     """
     paths = paths.astype(np.float64)
     meeting = (paths[:-1, -1] + paths[1:, 0]) / 2

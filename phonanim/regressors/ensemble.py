@@ -1,4 +1,4 @@
-"""A weighted mean of regressors: slow and good, the teacher from which one small network learns."""
+"""A weighted mean of regressors: slow and accurate; the teacher of a single small network."""
 
 from __future__ import annotations
 

@@ -1,12 +1,12 @@
-"""FaceDiffuser (Stan 2023), made anew from the thesis: motion that is sampled from noise, and from sound.
+"""FaceDiffuser (Stan 2023), reimplemented from the thesis: motion that is sampled from noise and sound.
 
-A recurrent network learns to see the motion that lies under noise, given the sound. Asked again and again
-from pure noise on, it speaks each line in as many ways as there are seeds. The thesis trains on vertices of
-a mesh ("V") and on controls of a rig ("B"); here the targets of `fit` may be either: modes of the face, as
-for every regressor, or any other curves (benchmarks/facediffuser.py trains it on ARKit's controls).
+A recurrent network learns to estimate motion from motion with noise, given the sound. Repeated from pure
+noise on, it gives a different animation of a line for each seed. The thesis trains on vertices of a mesh
+("V") and on controls of a rig ("B"). Here the targets of `fit` may be either: modes of the face, as for every
+regressor, or any other curves (benchmarks/facediffuser.py trains it on ARKit's controls).
 
-What differs: the encoder of the sound is not trained further, and its features are averaged onto the
-model's steps, where the thesis concatenates pairs of them.
+Differences: the encoder of the sound is not trained further, and its features are averaged at the model's
+steps, where the thesis concatenates pairs of them.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ Floats = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class FaceDiffuser(Denoiser):
-    """A denoiser that is learned from recordings, and stored."""
+    """A denoiser that can be trained and stored."""
 
     def tensors(self) -> Tensors:
-        """The network's weights, how features and targets are scaled, and the encoder's identity in bytes."""
+        """The network's weights, the scaling of features and targets, and the encoder's identity in bytes."""
         told = np.frombuffer(self.identity.encode(), np.uint8)
         scaling = {name: getattr(self, name) for name in ("centre", "scale", "low", "span")}
         return scaling | {f"network_{n}": t for n, t in self.weights.items()} | {"identity": told}
 
     @classmethod
     def from_tensors(cls, config: Any, tensors: Tensors) -> FaceDiffuser:
-        """Raises ValueError when a tensor is not of the size that the configuration gives it."""
+        """Raises ValueError when the size of a tensor does not match the configuration."""
         dims, modes = tensors["centre"].shape[1], len(tensors["low"])
         shapes = {f"network_{name}": shape for name, shape in weight_shapes(config, dims, modes).items()}
         shapes |= {"centre": (1, dims), "scale": (1, dims), "low": (modes,), "span": (modes,)}
@@ -61,11 +61,11 @@ class FaceDiffuser(Denoiser):
         progress: Progress,
         journal: Path | None = None,
     ) -> FaceDiffuser:
-        """Learn from recordings; the state with the least error of a quick sample of `validation` is kept.
+        """Train on recordings; the state with the least error of a quick sample of `validation` is kept.
 
-        With a folder as `journal`, the state after each epoch is kept there, and training goes on from
-        it; loss.csv beside it has the errors. Raises ModelError when the examples have no sounds, or a
-        style that the configuration does not have.
+        If `journal` is a folder, the state after each epoch is saved there, and an interrupted training is
+        continued from it; loss.csv in it has the errors. Raises ModelError when the examples have no sounds,
+        or a style that the configuration does not have.
         """
         require_torch()
         from phonanim.regressors._torch_diffusion import fit_diffusion

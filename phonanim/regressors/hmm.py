@@ -1,9 +1,9 @@
 """Hidden Markov models as in HTS (Zen et al. 2007; Taylor 2017, section 8.1).
 
-Every phone in its quinphone context is a left-to-right model of five states, one Gaussian each over the
-modes and their first and second differences. Decision trees that ask about the five phones tie the states
-(Odell 1995). The alignment says how long a phone lasts, a sixth tree how its states share that time
-(Yoshimura et al. 1998), and the motion is the likeliest trajectory under both modes and differences
+Every phone in its quinphone context is a left-to-right model of five states, with one Gaussian each over the
+modes and their first and second differences. Decision trees with questions about the five phones tie the
+states (Odell 1995). The alignment gives the duration of a phone, a sixth tree divides it between the states
+(Yoshimura et al. 1998), and the motion is the most likely trajectory under both modes and differences
 (Tokuda et al. 2000).
 """
 
@@ -29,12 +29,12 @@ QUESTIONS = ("place", "members")
 
 @dataclass(frozen=True)
 class Trees:
-    """One tree for each state and one for durations, all nodes end to end; `roots` (states + 1,).
+    """One tree for each state and one for durations, all nodes concatenated; `roots` (states + 1,).
 
-    A node's `question` is a row of `place` (questions,), which of the five phones is asked about, and
-    `members` (questions, 41), the phones for which the answer is yes; it leads to the node `yes` or
-    `no`. Where `question` is LEAF, `yes` is a row of `means` and `variances` (leaves, 3, modes) or, in
-    the last tree, of `shares` and `share_variances` (leaves, states), in seconds.
+    A node's `question` is a row of `place` (questions,), the index of one of the five phones, and of
+    `members` (questions, 41), the phones for which the answer is yes; the next node is `yes` or `no`. If
+    `question` is LEAF, `yes` is a row of `means` and `variances` (leaves, 3, modes) or, in the last tree, of
+    `shares` and `share_variances` (leaves, states), in seconds.
     """
 
     config: Config
@@ -75,7 +75,7 @@ class Trees:
         return leaves.ravel(), np.concatenate([track.bounds[:1], inner.ravel()])
 
     def descend(self, root: int, asked: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Leaf that answers (rows, questions) lead to, (rows,)."""
+        """Leaves for answers (rows, questions) in the tree of a root, (rows,)."""
         node = np.full(len(asked), root, np.int64)
         going = np.flatnonzero(self.question[node] != LEAF)
         while len(going):
@@ -85,32 +85,32 @@ class Trees:
         return self.yes[node].astype(np.int64)
 
     def tensors(self) -> Tensors:
-        """The trees, what they ask, and their leaves, by name."""
+        """The trees, their questions and their leaves, by name."""
         return {name: getattr(self, name) for name in (*NODES, *QUESTIONS, *LEAVES)}
 
     @classmethod
     def from_tensors(cls, config: Any, tensors: Tensors) -> Trees:
-        """Raises ValueError when a node points nowhere, or the trees are not one for each state."""
+        """Raises ValueError when a node has an invalid target, or the number of trees is wrong."""
         trees = cls(config, **{name: tensors[name] for name in (*NODES, *QUESTIONS, *LEAVES)})
         if len(trees.roots) != config.states + 1 or trees.shares.shape[1] != config.states:
             raise ValueError(f"there are {len(trees.roots)} trees for {config.states} states")
         inner = trees.question != LEAF
         children = np.stack([trees.yes, trees.no])[:, inner]
-        # Children lie behind their parents, so that every walk ends.
+        # Children come after their parents, so that every descent ends.
         outside = (children >= len(inner)).any() or (trees.question >= len(trees.place)).any()
         if outside or (children <= np.flatnonzero(inner)).any():
             raise ValueError("a node points outside its tree")
         of_state = np.arange(len(inner)) < trees.roots[-1]
         leaves = np.where(of_state, len(trees.means), len(trees.shares))
         if ((trees.yes < 0) | (trees.yes >= leaves))[~inner].any():
-            raise ValueError("a node points to a leaf that is not there")
+            raise ValueError("a node points to a leaf that does not exist")
         return trees
 
     @classmethod
     def fit(
         cls, config: Any, train: Examples, validation: Examples, rng: np.random.Generator, progress: Progress
     ) -> Trees:
-        """Align and cluster in turn; neither `validation` nor chance is needed."""
+        """Align and cluster in turn; neither `validation` nor `rng` is used."""
         from phonanim.regressors._hmm import fit_trees
 
         return cls(config, **fit_trees(config, train, progress))
@@ -119,9 +119,9 @@ class Trees:
 def divide_durations(
     means: NDArray[np.floating], variances: NDArray[np.floating], lengths: Array
 ) -> NDArray[np.float64]:
-    """The likeliest durations of the states of phones with some lengths, all seconds -> (phones, states).
+    """The most likely durations of the states of phones with these lengths, all seconds -> (phones, states).
 
-    d = m + rho v with rho so that they sum to the phone's length (Yoshimura et al. 1998).
+    d = m + rho v, with rho such that they sum to the phone's length (Yoshimura et al. 1998).
     """
     rho = (lengths - means.sum(axis=1)) / variances.sum(axis=1)
     shares = np.maximum(means + rho[:, None] * variances, 0.02 * lengths[:, None])
@@ -129,10 +129,10 @@ def divide_durations(
 
 
 def likeliest_trajectory(means: Array, precisions: Array) -> Array:
-    """The likeliest path under Gaussians of value and differences, (frames, 3, modes) -> (frames, modes).
+    """The most likely path under Gaussians of value and differences, (frames, 3, modes) -> (frames, modes).
 
-    Solves W'PW c = W'P m (Tokuda et al. 2000), five-banded, mode by mode. Differences that
-    would reach beyond the ends do not count. Raises MissingExtraError.
+    Solves W'PW c = W'P m (Tokuda et al. 2000), five-banded, mode by mode. Differences that would use frames
+    beyond the ends do not count. Raises MissingExtraError.
     """
     try:
         from scipy.linalg import solveh_banded

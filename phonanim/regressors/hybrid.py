@@ -1,8 +1,8 @@
-"""Sound and phones together: the models that hear (regressors/_audio.py), told what is said as well.
+"""Sound and phones together: an audio-driven model (regressors/_audio.py) that also gets the phones.
 
-At every step the features of an encoder stand beside the phone context of phone-driven models
-(phonanim/features/context.py). Sound shows how a line was spoken. Phones show closures that make no sound,
-and what comes next.
+At every step the features of an encoder are concatenated with the phone context of phone-driven models
+(phonanim/features/context.py). Sound shows how a line was spoken. Phones show silent closures, and what
+comes next.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ class Config(Settings):
 
     def __post_init__(self) -> None:
         if self.beside not in CONTEXT:
-            raise ModelError(f"hybrid: beside is {self.beside!r}; take {', '.join(CONTEXT)}")
+            raise ModelError(f"hybrid: beside is {self.beside!r}; use one of {', '.join(CONTEXT)}")
 
 
 @dataclass(frozen=True)
 class FeaturesWithContext(Features):
-    """Features of a sound with the context of the phones of a track in every layer."""
+    """Features of a sound, with the phone context of a track appended to every layer."""
 
     track: PhoneTrack
     kind: str
@@ -62,8 +62,8 @@ class Hybrid(AudioRegressor):
     def predict(self, track: PhoneTrack | None, times: Array, sound: Sound | None = None) -> Floats:
         """Modes at instants of a track and its sound, (times,) seconds -> (times, modes).
 
-        Whichever ends first is silent until the other ends. Raises ModelError when either is missing, or
-        the encoder is not the one that the model learned from.
+        The shorter of the two is padded with silence. Raises ModelError when either is missing, or the
+        encoder is not the one of the training.
         """
         if track is None or sound is None:
             raise ModelError("a hybrid model needs an alignment and a recording")
@@ -71,14 +71,14 @@ class Hybrid(AudioRegressor):
 
     @classmethod
     def input_features(cls, config: Any, sound: Sound, track: PhoneTrack | None) -> Features:
-        """What is heard of a sound, and read of its track."""
+        """The audio features of a sound with the phone context of its track."""
         assert track is not None
         heard = super().input_features(config, sound, track)
         return FeaturesWithContext(heard.values, heard.rate, heard.start, track, config.beside)
 
 
 def pad_sound(sound: Sound, end: float) -> Sound:
-    """A sound with silence after it up to some second, if it is shorter."""
+    """A sound, padded with silence up to `end` seconds if it is shorter."""
     missing = round((end - sound.duration) * sound.rate)
     return Sound(np.pad(sound.samples, (0, missing)), sound.rate) if missing > 0 else sound
 

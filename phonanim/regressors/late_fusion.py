@@ -1,7 +1,7 @@
-"""Sound and phones, each by its own model: the weighted mean of models that hear and models that read.
+"""Late fusion: the weighted mean of audio-driven and phone-driven models, trained separately.
 
-What one network learns from both at once is in hybrid.py; here neither knows of the other, so that none can
-lean on what the other would have told.
+In hybrid.py, one network learns from both inputs at once. Here the models are independent, so that none can
+rely on the input of the other.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from phonanim.regressors._ensemble import MeanOfModels
 
 @dataclass(frozen=True)
 class LateFusion(MeanOfModels):
-    """An ensemble (its `members` are the same tables) that is given the recording as well."""
+    """An ensemble (its `members` are the same tables) that also gets the recording."""
 
     input_modality: ClassVar[InputModality] = "both"
 

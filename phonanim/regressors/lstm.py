@@ -1,6 +1,6 @@
 """Recurrent network: a fully connected layer and two (bidirectional) LSTM layers over whole utterances.
 
-After Fan et al. (2015), as Taylor 2017 (section 8.1) sets it up. Trained with torch, run in numpy.
+After Fan et al. (2015), with the setup of Taylor 2017 (section 8.1). Trained with torch, run in numpy.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from phonanim.regressors._recurrent import run_lstm
 from phonanim.regressors._rows import cluster_table
 from phonanim.speech.phones import PhoneTrack
 
-PHASES = 8  # grids of the model's rate, 5 ms apart, between which instants are interpolated
+PHASES = 8  # grids at the model's rate, 5 ms apart, between which instants are interpolated
 
 
 @dataclass(frozen=True)
@@ -37,16 +37,16 @@ class Recurrent:
     def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> Floats:
         """Modes at instants, (times,) seconds -> (times, modes).
 
-        The network runs over the whole track on grids of the recordings' rate, PHASES of them side by
-        side at most. Instants between two grids are interpolated, so that the motion is one function of
-        continuous time and costs no more at odd frame rates.
+        The network runs over the whole track on at most PHASES grids at the recordings' rate. Instants
+        between two grids are interpolated, so that the motion is one function of continuous time and odd
+        frame rates cost no more.
         """
         place = np.clip(times, 0, track.duration) * PHASES / STEP
         below = np.floor(place + TICK).astype(np.int64)
         share = np.where(place - below < TICK * PHASES, 0, place - below)
         asked = np.concatenate([below, below + (share > 0)])
         phases, row = np.unique(asked % PHASES, return_inverse=True)
-        # All of the track, whatever is asked for: one half of the network begins at the end.
+        # Always the whole track, because the backward half of the network starts at its end.
         length = int(track.duration / STEP) + 2
         grid = np.arange(length) * STEP + phases[:, None] * STEP / PHASES
         found = self.forward(self._inputs(track, grid))[row, asked // PHASES]
@@ -71,7 +71,7 @@ class Recurrent:
 
     @classmethod
     def from_tensors(cls, config: Any, tensors: Tensors) -> Recurrent:
-        """Raises ValueError when a layer is not of the size that the configuration gives it."""
+        """Raises ValueError when the size of a layer does not match the configuration."""
         weights = {}
         for name, shape in layer_shapes(config, len(tensors["output_bias"])).items():
             if tensors[name].shape != shape:
@@ -93,7 +93,7 @@ class Recurrent:
 
 
 def layer_shapes(config: Config, modes: int) -> dict[str, tuple[int, ...]]:
-    """Name and shape of every weight; the four gates of an LSTM (in, forget, cell, out) lie side by side."""
+    """Name and shape of every weight; the four gates of an LSTM (in, forget, cell, out) are concatenated."""
     sides = 1 + config.bidirectional
     size = config.units // sides
     shapes: dict[str, tuple[int, ...]] = {

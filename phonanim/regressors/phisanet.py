@@ -1,9 +1,9 @@
-"""PhISANet (Medina 2023, chapter 4), made anew from the thesis: speech, and what phones it consists of.
+"""PhISANet (Medina 2023, chapter 4), reimplemented from the thesis: modes, with phones as an auxiliary task.
 
-All layers of a speech encoder in learned shares (section 4.5), a bidirectional GRU, a loss on velocity and
-acceleration (4.4), and the phone sequence as an auxiliary task (4.6). Targets here are modes of the face,
-not rig controls; the rig comes after (phonanim/rig). Layers are normalized before they are mixed, which
-the thesis does not say.
+All layers of a speech encoder with learned weights (section 4.5), a bidirectional GRU, a loss on velocity and
+acceleration (4.4), and the phone sequence as an auxiliary task (4.6). Targets here are modes of the face, not
+rig controls; the rig follows later (phonanim/rig). Layers are normalized before they are mixed, which the
+thesis does not mention.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The mean face of each phone, smoothed over time: the baseline that knows no context."""
+"""The mean face of each phone, smoothed over time: the baseline without context."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Config:
 
 @dataclass(frozen=True)
 class PhoneMean:
-    """`means` (41, modes); phones that were never seen have the mean of all."""
+    """`means` (41, modes); phones that are not in the training data have the mean of all."""
 
     config: Config
     means: NDArray[np.float32]
@@ -37,7 +37,7 @@ class PhoneMean:
         """Modes at instants, (times,) seconds -> (times, modes): the exact mean over the box."""
         rows = self.means[track.codes].astype(np.float64)
         bounds = track.bounds.copy()
-        bounds[0], bounds[-1] = -1.0, bounds[-1] + 1.0  # the first and last phone go on beyond the ends
+        bounds[0], bounds[-1] = -1.0, bounds[-1] + 1.0  # extend the first and last phone beyond the ends
         running = np.concatenate(
             [np.zeros((1, rows.shape[1])), np.cumsum(rows * np.diff(bounds)[:, None], axis=0)]
         )
@@ -52,7 +52,7 @@ class PhoneMean:
 
     @classmethod
     def from_tensors(cls, config: Any, tensors: Tensors) -> PhoneMean:
-        """Raises ValueError when there is not one mean for each phone."""
+        """Raises ValueError when `means` does not have one row for each phone."""
         if len(tensors["means"]) != N_PHONES:
             raise ValueError(f"means has {len(tensors['means'])} rows, not {N_PHONES}")
         return cls(config, tensors["means"])

@@ -1,13 +1,13 @@
-"""Dominance functions, fitted: the procedural model of coarticulation.
+"""Dominance functions, fitted to recordings: the procedural model of coarticulation.
 
-After Cohen and Massaro (1993): every gesture i pulls each mode towards its own target, most strongly
-while it lasts, with a dominance that decays before it (anticipation) and after it (carry-over):
+After Cohen and Massaro (1993): every gesture i pulls each mode towards its target, most strongly during the
+gesture, with a dominance that decays before it (anticipation) and after it (carry-over):
 
     y_m(t) = c_m + sum_i w_im(t) T_im,   w_im = softmax_i( a_im + ln(d_i)/2 - (u/on_im + v/off_im)^k_m )
 
-where u and v are the seconds by which t lies before and after the core of gesture i, d_i its duration.
-Targets T, strengths a and time constants on, off are linear in the gestures' articulation, plus an
-own part for gestures that the recordings hold: so a phone that was never recorded still has a mouth.
+where u and v are the seconds by which t is before and after the core of gesture i, and d_i is its duration.
+Targets T, strengths a and time constants on, off are linear in the gestures' articulation, plus an individual
+part for gestures in the recordings. So a phone that is not in the recordings still has a mouth shape.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class Procedural:
 
     @classmethod
     def from_tensors(cls, config: Any, tensors: Tensors) -> Procedural:
-        """Raises ValueError when a table does not fit the gestures of lexicon/gestures.csv."""
+        """Raises ValueError when a table does not match the gestures of lexicon/gestures.csv."""
         modes = len(tensors["rest"])
         for name in TABLES:
             if tensors[name].shape != (len(GESTURES.names), modes):

@@ -1,7 +1,7 @@
-"""The temporal convolutional network (Lea et al. 2016; Medina 2023, section 5.4, Table 5.2), made anew.
+"""The temporal convolutional network (Lea et al. 2016; Medina 2023, section 5.4, Table 5.2), reimplemented.
 
-Two convolutions of 2 steps in each layer, which lie twice as far apart from layer to layer: three layers see
-15 steps (eq. 5.2), all of them in the past. `ahead` moves what is seen into the future.
+Each layer has two convolutions of 2 steps, and the distance of the steps doubles from layer to layer: three
+layers cover 15 steps (eq. 5.2), all in the past. `ahead` shifts the covered steps into the future.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from phonanim.regressors._streaming import Streamed
 
 @dataclass(frozen=True)
 class Config(Settings):
-    """The three layers of Table 5.2, which the thesis prefers."""
+    """The three layers of Table 5.2, the choice of the thesis."""
 
     encoder: str = "mfcc_live"
     decoder: Decoder = "convolution"

@@ -1,4 +1,4 @@
-"""Regression trees: the one of Kim et al. (2015), and forests of extremely randomized ones."""
+"""Regression trees: the tree of Kim et al. (2015), and forests of extremely randomized trees."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ LEAF = -1  # in `left`
 
 @dataclass(frozen=True)
 class Config:
-    """The defaults are the decision tree of Kim 2015 as Taylor 2017 uses it: one tree, 10 rows a leaf.
+    """The defaults are the decision tree of Kim 2015 as Taylor 2017 uses it: one tree, 10 rows per leaf.
 
-    `split` "best" searches every threshold, "random" draws one per column (Geurts 2006), of which
-    `columns` (a share of all) are tried at each node.
+    `split` "best" searches every threshold, "random" draws one per column (Geurts 2006). `columns` (a share
+    of all) are tried at each node.
     """
 
     features: str = "indicators"
@@ -38,10 +38,10 @@ class Config:
 
 @dataclass(frozen=True)
 class Forest:
-    """All nodes of all trees end to end; `roots` (trees,) are their first nodes.
+    """All nodes of all trees, concatenated; `roots` (trees,) are their first nodes.
 
-    A row goes to `left` where its `column` is at most `threshold`, else to `right`; a node whose `left`
-    is LEAF holds the answer, row `right` of `values` (leaves, width * modes).
+    A row goes to `left` if its `column` is at most `threshold`, else to `right`. A node whose `left` is LEAF
+    has the prediction, row `right` of `values` (leaves, width * modes).
     """
 
     config: Config
@@ -66,7 +66,7 @@ class Forest:
         return predict_at(times, track.duration, STEP, self.config.width, windows)
 
     def descend(self, rows: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Mean answer of the trees, (rows, features) -> (rows, width * modes)."""
+        """Mean prediction of the trees, (rows, features) -> (rows, width * modes)."""
         total = np.zeros((len(rows), self.values.shape[1]), np.float32)
         for root in self.roots:
             node = np.full(len(rows), root)
@@ -92,7 +92,7 @@ class Forest:
         ends = np.where(inner, nodes, len(forest.values))
         if (forest.right < 0).any() or (forest.right >= ends).any() or (forest.left >= nodes).any():
             raise ValueError("a node points outside the forest")
-        # Children lie behind their parents, so that every walk ends.
+        # Children come after their parents, so that every descent ends.
         if (np.minimum(forest.left, forest.right)[inner] <= np.flatnonzero(inner)).any():
             raise ValueError("a node points back to an earlier one")
         return forest
@@ -124,7 +124,7 @@ class Forest:
 
 
 def _flatten(trees: list[Any]) -> dict[str, NDArray[Any]]:
-    """scikit-learn's trees as plain arrays, end to end."""
+    """scikit-learn's trees as plain arrays, concatenated."""
     found: dict[str, list[NDArray[Any]]] = {
         name: [] for name in ("roots", "column", "threshold", "left", "right", "values")
     }

@@ -1,7 +1,7 @@
-"""Speech to landmarks in two stages (Medina 2023, chapter 3), made anew from the thesis.
+"""Speech to landmarks in two stages (Medina 2023, chapter 3), reimplemented from the thesis.
 
-An encoder and one of several decoders predict landmarks by their squared error; the rig is solved for
-afterwards (`--retarget solve`). Landmarks here are those of the face model, by its modes: as the modes are
+An encoder and one of several decoders predict landmarks by their squared error; the rig is solved afterwards
+(`--retarget solve`). Landmarks here are those of the face model, represented by its modes: as the modes are
 orthonormal, their squared error is that of the landmarks.
 """
 

@@ -37,7 +37,9 @@ def test_no_such_model(local):
         ModelError, match=r"there is no model 'mime'; did you mean 'mine'\?; `phonanim models`"
     ):
         find_model("mime")
-    with pytest.raises(ModelError, match="there is no model 'xyzzy'; `phonanim models` lists those at hand"):
+    with pytest.raises(
+        ModelError, match="there is no model 'xyzzy'; `phonanim models` lists the available ones"
+    ):
         find_model("xyzzy")
 
 

@@ -60,7 +60,7 @@ def test_the_page_has_the_facts_of_the_card(name, root):
 
 
 def test_there_is_no_other_data_set():
-    with pytest.raises(OptionError, match="no data set is called 'grid'; there are beat, biwi, hprc"):
+    with pytest.raises(OptionError, match="there is no data set 'grid'; there are beat, biwi, hprc"):
         load_dataset("grid")
 
 
@@ -124,11 +124,11 @@ def test_damaged_vocaset(made):
         recordings[0].sound()
     (folder / "subj_seq_to_idx.pkl").write_bytes(pickle.dumps([1]))
     with pytest.raises(
-        CorpusError, match=r"to_idx\.pkl: is no index of rows by speaker and sentence \('list'"
+        CorpusError, match=r"to_idx\.pkl: is not an index of rows by speaker and sentence \('list'"
     ):
         list(load_dataset("vocaset").recordings(folder))
     samples.array(folder / "data_verts.npy", samples.numbers(1, 5, 3))
-    with pytest.raises(CorpusError, match=r"data_verts\.npy: does not hold the frames of the index"):
+    with pytest.raises(CorpusError, match=r"data_verts\.npy: does not have the frames of the index"):
         recordings[-1].frames()
 
 
@@ -150,7 +150,7 @@ def test_multiface_without_all_sentences_has_no_split(tmp_path):
     mesh = tmp_path / "m--20180001--0000--1--GHS/tracked_mesh/SEN_A_00"
     (mesh / "000102.bin").write_bytes(bytes(10))
     broken = by_name(recordings)["m--20180001--0000--1--GHS_SEN_A_00"]
-    with pytest.raises(CorpusError, match=r"000102\.bin: holds no vertices \(.+\); fetch it again"):
+    with pytest.raises(CorpusError, match=r"000102\.bin: has no vertices \(.+\); fetch it again"):
         broken.frames()
     (mesh / "000102.bin").unlink()
     with pytest.raises(CorpusError, match="SEN_A_00: has no frames, or frames of different sizes"):
@@ -172,14 +172,14 @@ def test_beat_is_cut_into_pieces(made):
     assert load_dataset("beat").group_of("2_scott_0_65_65") == "2 happiness"
     assert load_dataset("beat").group_of("2_scott_0_119_119") == ""
     (folder / "2" / "2_scott_1_1_1.wav").unlink()
-    with pytest.raises(CorpusError, match=r"2_scott_1_1_1\.wav: is missing; BEAT is needed with its sound"):
+    with pytest.raises(CorpusError, match=r"2_scott_1_1_1\.wav: is missing; fetch the audio of BEAT too"):
         list(load_dataset("beat").recordings(folder))
 
 
 @pytest.mark.parametrize(
     ("document", "told"),
     [
-        ({"names": []}, r"holds no facial weights \(KeyError\('frames'\)\); fetch it again"),
+        ({"names": []}, r"has no facial weights \(KeyError\('frames'\)\); fetch it again"),
         (
             {"names": ["a"], "frames": [{"weights": [1, 2], "time": 0}, {"weights": [1, 2], "time": 1}]},
             r"has frames of \(2,\) weights, but 1 names",

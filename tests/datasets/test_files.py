@@ -21,7 +21,7 @@ class Call:
 
 def test_pickles_run_nothing(tmp_path, capsys):
     (tmp_path / "a.pkl").write_bytes(pickle.dumps(Call()))
-    with pytest.raises(CorpusError, match=r"a\.pkl: cannot be read as a pickle of arrays: it wants to run"):
+    with pytest.raises(CorpusError, match=r"a\.pkl: cannot be read as a pickle of arrays: it tries to run"):
         read_pickle(tmp_path / "a.pkl")
     assert capsys.readouterr().out == ""
     for protocol in (0, 2, 5):
@@ -35,14 +35,16 @@ def test_tracks_that_cannot_be_read(tmp_path):
     with pytest.raises(CorpusError, match=r"a\.ema: cannot be read: No such file"):
         read_est(path)
     path.write_bytes(b"RIFF")
-    with pytest.raises(CorpusError, match=r"a\.ema: is no EST track; its first line is not 'EST_File Track'"):
+    with pytest.raises(
+        CorpusError, match=r"a\.ema: is not an EST track; its first line is not 'EST_File Track'"
+    ):
         read_est(path)
     whole = samples.est(["a", "b"], samples.numbers(5, 2), 100)
     path.write_bytes(whole[:-16])
     with pytest.raises(CorpusError, match=r"a\.ema: is damaged \(4 frames of 5\); fetch it again"):
         read_est(path)
     path.write_bytes(samples.est(["a", "b"], samples.numbers(5, 2), np.inf))
-    with pytest.raises(CorpusError, match=r"a\.ema: is damaged \(its time does not go on\)"):
+    with pytest.raises(CorpusError, match=r"a\.ema: is damaged \(its times do not increase\)"):
         read_est(path)
     path.write_bytes(whole)
     with pytest.raises(CorpusError, match=r"a\.ema: has none of the channels x; it has a, b"):
@@ -61,7 +63,7 @@ def test_matlab_files_that_cannot_be_used(tmp_path, monkeypatch):
         recording.sound()
     read_signals.cache_clear()
     savemat(path, {"a": samples.structures([samples.signal("AUDIO", 100, np.zeros((5, 1)), [])] * 2)})
-    with pytest.raises(CorpusError, match=r"R01_N\.mat: holds no sensors with SRATE and SIGNAL"):
+    with pytest.raises(CorpusError, match=r"R01_N\.mat: has no sensors with SRATE and SIGNAL"):
         recording.frames()
     read_signals.cache_clear()
     monkeypatch.setitem(__import__("sys").modules, "scipy.io", None)
@@ -74,9 +76,9 @@ def test_arrays_and_lists_that_cannot_be_read(tmp_path):
     with pytest.raises(CorpusError, match=r"a\.npy: cannot be read as an array of numbers: Object arrays"):
         load_array(tmp_path / "a.npy")
     np.save(tmp_path / "a.npy", np.zeros((4, 5)))
-    with pytest.raises(CorpusError, match=r"shape \(4, 5\); needed are frames of a multiple of 3 numbers"):
+    with pytest.raises(CorpusError, match=r"shape \(4, 5\); frames need a multiple of 3 numbers each"):
         frames_of(tmp_path / "a.npy", 25, 3)
-    with pytest.raises(CorpusError, match=r"shape \(4, 5\); needed are frames of 2 numbers"):
+    with pytest.raises(CorpusError, match=r"shape \(4, 5\); frames need 2 numbers each"):
         frames_of(tmp_path / "a.npy", 25, 1, ("x", "y"))
     with pytest.raises(CorpusError, match=r"a\.lst: cannot be read as a list of names: .*No such file"):
         read_list(tmp_path / "a.lst")

@@ -158,7 +158,10 @@ def test_words_without_numbers() -> None:
     [
         (b"", r"is empty; align the recording again"),
         (b" \n\n", r"is empty; align the recording again"),
-        (bytes(range(256)) * 4, r"is a binary file; what can be read: Praat TextGrid, .*EMU"),
+        (
+            bytes(range(256)) * 4,
+            r"is a binary file of an unknown format; readable formats: Praat TextGrid, .*EMU",
+        ),
         (b"RIFF\x00\x00", r"is a binary file"),
         (b"dear diary", r"is not an alignment in a known format; readable formats: Praat TextGrid"),
         (b"{", r"is not an alignment in a known format"),

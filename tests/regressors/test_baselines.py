@@ -194,7 +194,7 @@ def test_states_are_aligned_with_what_moves() -> None:
         ("no", 10**6, "a node points outside its tree"),
         ("question", 10**4, "a node points outside its tree"),
         ("roots", None, "there are 5 trees for 5 states"),
-        ("means", None, "a node points to a leaf that is not there"),
+        ("means", None, "a node points to a leaf that does not exist"),
     ],
 )
 def test_damaged_trees(name: str, value: int | None, message: str) -> None:

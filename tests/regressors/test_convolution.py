@@ -122,8 +122,8 @@ def test_what_reaches_a_feature(name: str) -> None:
             {"kernels": [3, 3]},
             "kernels, dilations and channels differ in length; give each layer one of each",
         ),
-        ({"ahead": 23}, "ahead is 23 steps; the layers see 0 to 22 beyond the first"),
-        ({"ahead": -1}, "ahead is -1 steps; the layers see 0 to 22"),
+        ({"ahead": 23}, "ahead is 23 steps; these layers allow 0 to 22"),
+        ({"ahead": -1}, "ahead is -1 steps; these layers allow 0 to 22"),
     ],
 )
 def test_layers_that_do_not_fit(more: dict[str, Any], message: str) -> None:

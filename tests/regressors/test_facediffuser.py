@@ -320,7 +320,7 @@ def test_settings_that_cannot_be(settings: dict[str, Any], said: str) -> None:
 
 
 def test_examples_that_cannot_be_learned_from(data: Examples) -> None:
-    with pytest.raises(ModelError, match="learns from recordings: give it clips with sound"):
+    with pytest.raises(ModelError, match="is trained on recordings: give it clips with sound"):
         trained(replace(data, sounds=()))
     with pytest.raises(ModelError, match="the examples have style 3; set styles to 4 or more"):
         trained(replace(data, styles=(0, 0, 0, 3, 0, 0)))
@@ -337,12 +337,16 @@ def test_weights_of_another_size(model: FaceDiffuser, tmp_path: Path) -> None:
     tensors = load_file(path)
     tensors["network_recur0"] = tensors["network_recur0"][:, :-1]
     save_file(tensors, path)
-    with pytest.raises(ModelError, match=r"does not fit its model.json \(network_recur0 is .*train it again"):
+    with pytest.raises(
+        ModelError, match=r"does not match its model.json \(network_recur0 is .*train it again"
+    ):
         load(tmp_path)
 
 
 def test_weights_of_another_encoder(model: FaceDiffuser, data: Examples) -> None:
-    with pytest.raises(ModelError, match="the model learned from 'whisper of another', and 'mfcc"):
+    with pytest.raises(
+        ModelError, match="the model was trained with 'whisper of another', but the encoder is 'mfcc"
+    ):
         replace(model, identity="whisper of another").predict(
             None, np.arange(3) / 25, sound_of(data.tracks[0])
         )

@@ -231,7 +231,7 @@ def test_shares_of_layers_sum_to_one(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert not np.allclose(regressor.layer_shares, 1 / 3)
     other = replace(regressor, identity="whisper of another kind")
     with pytest.raises(
-        ModelError, match="learned from 'whisper of another kind', and 'whisper .*' is here: set"
+        ModelError, match="trained with 'whisper of another kind', but the encoder is 'whisper .*': set"
     ):
         other.predict(None, np.zeros(1), data.sounds[0])
     cached_encoder.cache_clear()
@@ -267,7 +267,7 @@ def test_the_rate_may_be_that_of_the_video(data: Examples) -> None:
 
 def test_recordings_are_needed(data: Examples) -> None:
     deaf = Examples(data.tracks, data.times, data.targets, data.weights)
-    with pytest.raises(ModelError, match="learns from recordings: give it clips with sound"):
+    with pytest.raises(ModelError, match="is trained on recordings: give it clips with sound"):
         trained(deaf)
     with pytest.raises(ModelError, match="an audio-driven model needs a recording"):
         trained(data).predict(track_of("sil 0.2"), np.zeros(1))
@@ -280,7 +280,7 @@ def test_weights_that_do_not_fit(data: Examples, tmp_path: Path) -> None:
     tensors["decoder_recur1"] = tensors["decoder_recur1"][:, :4].copy()
     save_file(tensors, path)
     with pytest.raises(
-        ModelError, match=r"does not fit its model.json \(decoder_recur1 is \(2, 4, 24\), not \(2, 8, 24\)"
+        ModelError, match=r"does not match its model.json \(decoder_recur1 is \(2, 4, 24\), not \(2, 8, 24\)"
     ):
         load(tmp_path)
     card = json.loads((tmp_path / "model.json").read_text())

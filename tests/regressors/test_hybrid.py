@@ -123,7 +123,7 @@ def test_both_are_needed(regressor: Hybrid, data: Examples) -> None:
 
 
 def test_a_context_that_there_is_not() -> None:
-    with pytest.raises(ModelError, match="hybrid: beside is 'phones'; take all, gestures, classes"):
+    with pytest.raises(ModelError, match="hybrid: beside is 'phones'; use one of all, gestures, classes"):
         make_config("hybrid", {"beside": "phones"}, "test")
 
 
