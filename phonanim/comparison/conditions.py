@@ -1,8 +1,8 @@
-"""The test clips with another sound: what a model loses in noise, by another voice, by an automatic aligner.
+"""The test clips with other audio: the loss in noise, with another voice, with automatic alignment.
 
-Models that hear get the changed sound. Models that are driven by phones get those that pocketsphinx finds
-in it, with the text of the clip or without. All are scored against the same capture, on the same frames
-and at the labelled closures.
+Audio-driven models get the changed audio. Phone-driven models get the phones that pocketsphinx finds in it,
+with the text of the clip or without. All are scored against the same capture, on the same frames and at the
+labelled closures.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.language import to_phones
 from phonanim.speech.phones import PhoneTrack, silent_track
 
-VOICES = 6  # training clips that babble at once
+VOICES = 6  # training clips that are mixed as babble
 WHERE = {"all": all_frames, "speech": speech_frames}
 
 
 @dataclass(frozen=True)
 class ClipInput:
-    """What models are given of one clip under a condition; `aligned`: whether the aligner found the text."""
+    """Input of models for one clip under a condition; `aligned`: whether the aligner found the text."""
 
     clip: int
     sound: Sound
@@ -49,10 +49,10 @@ class ClipInput:
 def clip_inputs(
     plan: Plan, corpus: Corpus, work: Path, progress: Callable[[float], None]
 ) -> dict[str, tuple[ClipInput, ...]]:
-    """The test clips under every condition of a plan. Alignments are kept in `work`.
+    """The test clips under every condition of a plan. Alignments are cached in `work`.
 
-    Raises AudioError for a recording that cannot be read, OptionError for a word that the aligner does not
-    know, MissingExtraError.
+    Raises AudioError for a recording that cannot be read, OptionError for a word that is unknown to the
+    aligner, MissingExtraError.
     """
     found: dict[str, tuple[ClipInput, ...]] = {}
     clips = corpus.clips_of("test").tolist()
@@ -70,7 +70,7 @@ def _take(condition: Condition, seed: int, corpus: Corpus, clip: int, work: Path
 
 
 def apply_condition(condition: Condition, seed: int, corpus: Corpus, clip: int) -> Sound:
-    """The sound of a clip under a condition. Noise is that of the seed and the clip, at any level."""
+    """The sound of a clip under a condition. The noise depends on the seed and the clip, not on the level."""
     sound, rng = read_sound(corpus.audio[clip]), np.random.default_rng([seed, clip])
     if condition.voice:
         sound = shift_voice(sound, condition.voice)
@@ -87,7 +87,7 @@ def apply_condition(condition: Condition, seed: int, corpus: Corpus, clip: int) 
 
 
 def align_clip(sound: Sound, text: str | None, name: str, folder: Path) -> PhoneTrack | None:
-    """The phones of a sound as pocketsphinx finds them, kept in a folder; None where it finds none."""
+    """The phones of a sound by pocketsphinx, cached in a folder; None when it finds none."""
     path = folder / f"{fingerprint(f'pocketsphinx, {text}', sound)}.json"
     if not path.is_file():
         folder.mkdir(parents=True, exist_ok=True)
@@ -111,7 +111,7 @@ def _phones(sound: Sound, text: str | None, name: str) -> list[tuple[str, float,
 def condition_scores(
     model: regressors.Model, heard: dict[str, tuple[ClipInput, ...]], corpus: Corpus, face: FaceModel
 ) -> dict[str, dict[str, Any]]:
-    """Sums of a model by variant and "with CONDITION/frames"; closures are where its phones have them."""
+    """Sums of a model by variant and "with CONDITION/frames"; closures are those of the labelled phones."""
     found: dict[str, dict[str, Any]] = {"raw": {}, "contacts": {}}
     for name, given in heard.items():
         modes = [_predict(model, take, corpus) for take in given]
@@ -141,7 +141,7 @@ def _shapes(
 def describe_conditions(
     plan: Plan, heard: dict[str, tuple[ClipInput, ...]], corpus: Corpus
 ) -> dict[str, dict[str, Any]]:
-    """What each condition is, clips that could not be aligned, and frames of speech with another phone."""
+    """Description of each condition, clips that were not aligned, and speech frames with another phone."""
     return {
         name: {
             **asdict(plan.conditions[name]),
@@ -154,6 +154,6 @@ def describe_conditions(
 
 
 def _other(take: ClipInput, corpus: Corpus) -> NDArray[np.bool_]:
-    """Whether each frame of speech has another phone than was labelled."""
+    """Whether each frame of speech has another phone than the label."""
     times = corpus.times(take.clip)[speech_frames(corpus, take.clip)]
     return np.asarray(take.track.sample(times) != corpus.tracks[take.clip].sample(times))

@@ -1,4 +1,4 @@
-"""What a model costs: size, training, speed, memory, and how much of what is still to come it must know."""
+"""The cost of a model: size, training, speed, memory and look-ahead."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from phonanim.regressors._procedural_config import REACH
 from phonanim.speech.phones import PhoneTrack
 from phonanim.training.recipes import predict_clip
 
-SPEED_FRAMES = 4000  # frames that the speed of a model is measured on
-RUNS = 5  # of a line, of which the median counts
-LINE = "line"  # a model that may look at all of what is said
+SPEED_FRAMES = 4000  # frames on which the speed of a model is measured
+RUNS = 5  # of a line; the median is used
+LINE = "line"  # a model that may use the whole line
 
 
 def frames_per_second(model: regressors.Model, corpus: Corpus, clips: Sequence[int]) -> float:
-    """Frames per processor second on some clips, whatever sound it hears read beforehand."""
-    predict_clip(model.regressor, corpus, clips[0])  # what is read once is read
+    """Frames per processor second on some clips, with their audio read beforehand."""
+    predict_clip(model.regressor, corpus, clips[0])  # fills the caches
     frames, begin = 0, time.process_time()
     for clip in clips:
         frames += len(predict_clip(model.regressor, corpus, clip))
@@ -43,10 +43,10 @@ def frames_per_second(model: regressors.Model, corpus: Corpus, clips: Sequence[i
 
 
 def line_cost(folder: Path, corpus: Corpus, clip: int) -> dict[str, float]:
-    """`line_ms` of the processor and `memory_mb` that a model needs for one clip, in a process of its own.
+    """Processor time `line_ms` and memory `memory_mb` that a model needs for one clip, in a new process.
 
-    From the phones and the samples to the modes of every frame, the encoder included, nothing kept from
-    before. Memory is the most that was held beyond the interpreter with NumPy, the model among it.
+    From the phones and the samples to the modes of every frame, with the encoder and without a cache. Memory
+    is the peak use, including the model, beyond that of the interpreter with NumPy.
     """
     spawn = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=spawn) as pool:
@@ -72,27 +72,27 @@ def _processor_ms(model: regressors.Model, track: PhoneTrack, times: Any, sound:
 
 
 def peak_memory() -> float:
-    """The most memory that this process has held, in MB."""
+    """The peak memory of this process, in MB."""
     status = Path("/proc/self/status")
-    if status.is_file():  # what getrusage says on Linux includes that of the process which started this one
+    if status.is_file():  # on Linux, getrusage includes the parent process
         lines = status.read_text(encoding="ascii").splitlines()
         return next(float(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 1024
-    import resource  # Windows has none
+    import resource  # not on Windows
 
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 1024)
 
 
 def look_ahead(regressor: regressors.Regressor) -> str:
-    """What a frame needs to know beyond its instant: milliseconds, so many phones, or the line.
+    """Look-ahead of a frame: milliseconds, a number of phones, or the line.
 
-    For windows and convolutions it is exact; a kind that is not told of here may look at all of a line.
+    It is exact for windows and convolutions; a kind that is not listed here may use the whole line.
     """
     found = _AHEAD.get(regressors.kind_of(regressor))
     return found(regressor) if found else LINE
 
 
 def _windows_ahead(regressor: regressors.Regressor) -> str:
-    """The window in and half the window out; the timing of context features counts phones as well."""
+    """The input window plus half of the output window; the timing of context features counts phones too."""
     config = regressor.config
     beyond = config.width // 2 * STEP
     if config.features in CONTEXT:
@@ -104,7 +104,7 @@ def _windows_ahead(regressor: regressors.Regressor) -> str:
 def _steps_ahead(regressor: Any) -> str:
     try:
         return _ms(regressor.look_ahead)
-    except ModelError:  # its encoder hears a whole recording
+    except ModelError:  # its encoder needs a whole recording
         return LINE
 
 
@@ -123,7 +123,7 @@ _AHEAD: dict[str, Callable[[Any], str]] = {
 
 
 def training_cost(jobs: Sequence[Job]) -> dict[str, float]:
-    """Processor seconds of all trainings of a comparison, of the longest one, and how many there are."""
+    """Processor seconds of all trainings of a comparison, of the longest one, and their number."""
     seconds = [
         float(json.loads((job.folder / "job.json").read_text(encoding="utf-8"))["seconds"])
         for job in {job.folder: job for job in jobs}.values()

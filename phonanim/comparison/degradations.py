@@ -1,4 +1,4 @@
-"""Recordings made worse: noise, babble, and a voice that is moved up or down."""
+"""Degrade recordings: noise, babble, and a shifted voice."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from phonanim.media.audio import Sound, resample
 
 Samples = NDArray[np.float32]
-HOP = 0.015  # seconds from one piece of a stretched voice to the next, half a piece: a period or two of it
-SEARCH = 0.008  # seconds either way in which a piece is sought that goes on where the last one ended
-QUIET = 1e-9  # of full scale squared, so that silence is divided by something
+HOP = 0.015  # seconds between pieces of a stretched voice, half a piece: one or two periods of the voice
+SEARCH = 0.008  # seconds to either side in which the best continuation of the last piece is searched
+QUIET = 1e-9  # of full scale squared, to avoid a division by zero in silence
 
 
 def white_noise(length: int, rng: np.random.Generator) -> Samples:
@@ -21,7 +21,7 @@ def white_noise(length: int, rng: np.random.Generator) -> Samples:
 
 
 def babble_noise(voices: Sequence[Sound], length: int, rate: int, rng: np.random.Generator) -> Samples:
-    """Several recordings at once, equally loud, each begun anywhere and repeated, -> (length,)."""
+    """Mix several recordings at equal loudness, each from a random position, repeated, -> (length,)."""
     total = np.zeros(length, np.float32)
     for voice in voices:
         samples = resample(voice.samples, voice.rate, rate)
@@ -31,9 +31,9 @@ def babble_noise(voices: Sequence[Sound], length: int, rate: int, rng: np.random
 
 
 def mix_noise(sound: Sound, noise: Samples, snr: float, spoken: NDArray[np.bool_]) -> Sound:
-    """A recording in noise (samples,), `snr` dB below what it holds where it is `spoken`, (samples,).
+    """Add noise (samples,) to a recording at `snr` dB below its level in `spoken` samples, (samples,).
 
-    What would then be louder than full scale is made softer as a whole.
+    If the result is beyond full scale, all of it is scaled down.
     """
     speech = sound.samples[spoken] if spoken.any() else sound.samples
     gain = np.sqrt(_power(speech) / ((_power(noise) + QUIET) * 10 ** (snr / 10)))
@@ -42,10 +42,10 @@ def mix_noise(sound: Sound, noise: Samples, snr: float, spoken: NDArray[np.bool_
 
 
 def shift_voice(sound: Sound, semitones: float) -> Sound:
-    """The voice with its pitch and its formants times 2 ** (semitones / 12), as long as it was.
+    """The voice with its pitch and its formants times 2 ** (semitones / 12), at the same length.
 
-    Played faster or slower, and stretched back. A larger or smaller speaker, in what makes up most of the
-    difference between voices; the accent, the timing and the rest stay the speaker's own.
+    The recording is resampled, then stretched back. It sounds like a larger or smaller speaker, which is most
+    of the difference between voices; the accent, the timing and everything else stay the same.
     """
     rate = round(sound.rate / 2 ** (semitones / 12))
     played = resample(sound.samples, sound.rate, rate)
@@ -56,14 +56,14 @@ def stretch_time(samples: Samples, length: int, rate: int) -> Samples:
     """Samples at another speed and the same pitch, (n,) -> (length,).
 
     Waveform similarity overlap-add (Verhelst and Roelands 1993): instant t of the result is instant
-    t * n / length of what was given, to within SEARCH.
+    t * n / length of the input, to within SEARCH.
     """
     hop, search = round(HOP * rate), round(SEARCH * rate)
     window = np.hanning(2 * hop + 1)[:-1].astype(np.float32)
     pieces = -(-length // hop) + 1
     padded = np.pad(samples, (hop + search, 3 * hop + search))
     found = np.zeros((pieces + 1) * hop, np.float32)
-    follows = None  # what came after the piece before, where it was taken from
+    follows = None  # the samples after the last piece, in the input
     for number in range(pieces):
         ideal = min(round(number * hop * len(samples) / length), len(samples))
         near = padded[ideal : ideal + 2 * (hop + search)]
@@ -74,7 +74,7 @@ def stretch_time(samples: Samples, length: int, rate: int) -> Samples:
 
 
 def _alike(near: Samples, piece: Samples) -> NDArray[np.floating]:
-    """Correlation of a piece with every stretch of its length, over the stretch's own loudness."""
+    """Correlation of a piece with every stretch of its length, divided by the stretch's loudness."""
     energy = np.concatenate([[0.0], np.cumsum(near.astype(np.float64) ** 2)])
     loudness = energy[len(piece) :] - energy[: -len(piece)]
     found: NDArray[np.floating] = np.correlate(near, piece, "valid") / np.sqrt(loudness + QUIET)

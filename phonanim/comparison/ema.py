@@ -1,4 +1,4 @@
-"""Another speaker, another language: lip aperture against the distance between sensors on real lips."""
+"""Test on another speaker and language: lip aperture against the distance of sensors on real lips."""
 
 from __future__ import annotations
 
@@ -15,14 +15,13 @@ from phonanim.face import contacts
 from phonanim.face.model import lip_aperture
 from phonanim.media.audio import read_sound
 
-LAGS = np.arange(-10, 11)  # samples of 5 ms at 200 Hz: a tenth of a second either way
+LAGS = np.arange(-10, 11)  # samples of 5 ms at 200 Hz: 50 ms either way
 
 
 def ema_scores(model: regressors.Model, folder: Path, closing: bool) -> dict[str, Any]:
     """Sums for Pearson's r of aperture over the speech of each utterance, and the lag (ms) of its best r.
 
-    Speakers rest with their lips as they like, so silence does not count. A positive lag: the
-    prediction comes late.
+    Silence is left out, because the lips of speakers at rest differ. A positive lag means a late prediction.
     """
     sums, lags = [], []
     for utterance in load_utterances(folder):

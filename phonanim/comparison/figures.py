@@ -37,7 +37,7 @@ DRIVERS = {"phones": "tab:blue", "audio": "tab:green", "both": "tab:red"}
 def draw_all(
     document: Document, face: FaceModel, fps: float, captured: Any, variant: str, folder: Path
 ) -> list[str]:
-    """Draw every figure there is data for; -> their file names. `captured` (frames,) is the first mode."""
+    """Draw every figure that has data; -> their file names. `captured` (frames,) is the first mode."""
     plots: dict[str, Callable[[Any], None]] = {
         "bars": lambda figure: _bars(figure, document, variant),
         "sentences": lambda figure: _sentences(figure, document, variant),
@@ -56,7 +56,7 @@ def draw_all(
 
 
 def check_drawable() -> None:
-    """Raise MissingExtraError without matplotlib: better before all trainings than after."""
+    """Raise MissingExtraError without matplotlib. Call it before the trainings, which take long."""
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
@@ -129,7 +129,7 @@ def _first_mode(figure: Any, document: Document, captured: Any, fps: float) -> N
 
 
 def _panels(figure: Any, document: Document, x: Any, curves: dict[str, Any], captured: Any = None) -> Any:
-    """Curves of models that read above those that hear, the reference in both: one panel has too many."""
+    """Curves of phone-driven models above those of audio-driven ones, with the reference in both panels."""
     first = document["reference"]
     hears = {name for name, found in document["models"].items() if found["driven_by"] != "phones"}
     others = [name for name in curves if name != first]
@@ -186,11 +186,11 @@ def _cost(figure: Any, document: Document, variant: str) -> None:
 
 
 def _beside(axes: Any, document: Document, ends: dict[str, tuple[float, float]]) -> None:
-    """Names beside their dots: as near as can be without covering another name or a dot."""
+    """Put names next to their dots, as close as possible without covering another name or a dot."""
     from matplotlib.transforms import Bbox
 
     axes.margins(0.08)
-    axes.figure.canvas.draw()  # until then nothing has its place
+    axes.figure.canvas.draw()  # positions are known only after drawing
     dots = axes.transData.transform(list(ends.values()))
     taken = [Bbox.from_bounds(x - 6, y - 6, 12, 12) for x, y in dots]
     for (name, end), (x, y) in zip(ends.items(), dots, strict=True):
@@ -212,7 +212,7 @@ def _inside(box: Any, whole: Any) -> bool:
 
 
 def label_offsets(width: float, height: float) -> list[tuple[float, float]]:
-    """Where a name may stand from its dot, in pixels, the nearest first: right, left, above, below."""
+    """Positions of a name relative to its dot, in pixels, the nearest first: right, left, above, below."""
     rings = [8.0 + 7.0 * ring for ring in range(8)]
     return [
         place
@@ -247,14 +247,14 @@ def _conditions(figure: Any, document: Document, variant: str) -> None:
 
 
 def _colour(document: Document, name: str) -> str:
-    """By what drives a model; the reference stands out."""
+    """A colour by the input of a model; the reference has its own colour."""
     if name == document["reference"]:
         return "tab:orange"
     return DRIVERS[document["models"][name]["driven_by"]]
 
 
 def _label(axes: Any, document: Document, ends: dict[str, tuple[float, float]]) -> None:
-    """Names in a column at the right, each led to its place, so that none covers another."""
+    """Names in a column at the right, each connected to its curve, without overlap."""
     low, high = axes.get_ylim()
     names = sorted(ends, key=lambda name: ends[name][1])
     heights = np.array([(ends[name][1] - low) / (high - low) for name in names])
@@ -273,7 +273,7 @@ def _label(axes: Any, document: Document, ends: dict[str, tuple[float, float]]) 
 
 
 def spread_labels(heights: NDArray[np.float64], gap: float) -> NDArray[np.float64]:
-    """Rising heights moved as little up or down as it takes to lie `gap` apart below 1, (n,) -> (n,)."""
+    """Move rising heights as little as possible so that they are `gap` apart and below 1, (n,) -> (n,)."""
     steps = gap * np.arange(len(heights))
     risen = np.maximum.accumulate(heights - steps) + steps
     room = 1 - gap * np.arange(len(heights))[::-1]

@@ -1,4 +1,4 @@
-"""Training what a comparison needs, side by side, each model once: those at hand are not trained again."""
+"""Train the models of a comparison in parallel, each once; cached models are not trained again."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ CLIPS = "clips"  # the sweep setting that is the share of the training clips
 class Job:
     """A recipe to train on some clips of a corpus, with changed settings, into a folder.
 
-    `face_clips` are the clips whose face the model learns to move; several jobs share one, so that their
-    parameters compare. `mouth`: on the joint modes of shape and appearance.
+    `face_clips` are the clips of the model's reference face; several jobs share one face, so that their
+    parameters can be compared. `mouth`: train on the joint modes of shape and appearance.
     """
 
     recipe: Path
@@ -45,7 +45,7 @@ class Job:
 
     @property
     def key(self) -> str:
-        """A hash of all that decides the model."""
+        """A hash of everything that the model depends on."""
         facts = {
             "recipe": self.recipe.read_text(encoding="utf-8"),
             "settings": self.settings,
@@ -60,7 +60,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Trained:
-    """A model with the processor seconds that its training took, where it was trained here."""
+    """A model with the processor seconds of its training, if it was trained here."""
 
     model: regressors.Model
     seconds: float | None
@@ -68,13 +68,13 @@ class Trained:
 
 @lru_cache(maxsize=2)
 def load_cached_corpus(folder: Path) -> Corpus:
-    """A corpus, read once in each process."""
+    """A corpus, read once per process."""
     return load_corpus(folder)
 
 
 @lru_cache(maxsize=8)
 def reference_face(folder: Path, clips: tuple[int, ...]) -> FaceModel:
-    """The reference face of some clips of a corpus; never of clips on which a model is measured."""
+    """The reference face of some clips of a corpus; these must not be test clips."""
     corpus = load_cached_corpus(folder)
     return fit_face(corpus.landmarks[corpus.rows(clips)], corpus.indices)
 
@@ -92,9 +92,9 @@ def _corpus_hash(folder: Path) -> str:
 
 
 def fit_all(jobs: Sequence[Job], workers: int, progress: Callable[[float], None]) -> None:
-    """Train every job whose model is not at hand, in `workers` processes of one thread each.
+    """Train every job whose model is not cached, in `workers` processes of one thread each.
 
-    Each leaves its folder whole or not at all, so an interrupted comparison goes on where it was.
+    Each folder is written atomically, so an interrupted comparison continues where it stopped.
     """
     waiting = [job for job in jobs if not is_cached(job)]
     if not waiting:
@@ -108,7 +108,7 @@ def fit_all(jobs: Sequence[Job], workers: int, progress: Callable[[float], None]
 
 
 def is_cached(job: Job) -> bool:
-    """Whether the folder of a job holds the model that it would train."""
+    """Whether the folder of a job has the model that it would train."""
     path = job.folder / "job.json"
     return path.is_file() and json.loads(path.read_text(encoding="utf-8"))["key"] == job.key
 
@@ -135,19 +135,19 @@ def train_job(job: Job) -> None:
 
 
 def folder_name(name: str) -> str:
-    """A model's name as a folder's."""
+    """A model's name as a folder name."""
     return re.sub(r"[^\w.+-]+", "_", name)
 
 
 def load_trained(folder: Path) -> Trained:
-    """A model folder, with the seconds of its training where it was trained by `fit`."""
+    """A model folder, with the seconds of its training if `train_job` trained it."""
     path = folder / "job.json"
     seconds = json.loads(path.read_text(encoding="utf-8"))["seconds"] if path.is_file() else None
     return Trained(regressors.load(folder), seconds)
 
 
 def describe_model(model: regressors.Model) -> dict[str, Any]:
-    """Kind, driver, numbers learned and bytes of a model."""
+    """Kind, input, number of parameters and bytes of a model."""
     tensors = model.regressor.tensors().values()
     return {
         "kind": model.card.get("kind", ""),

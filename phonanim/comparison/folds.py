@@ -1,4 +1,4 @@
-"""Which clips a model learns from, and which it is measured on: test clips, withheld words and phones."""
+"""The clips for training and for testing: test clips, withheld words and phones."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Where = Callable[[Corpus, int], NDArray[np.bool_]]  # corpus, clip -> (frames,)
 
 @dataclass(frozen=True)
 class Fold:
-    """`test` clips of a fold `name` that are measured after training on `train`; `where`: frames by name."""
+    """`test` clips of a fold `name`, which are scored after training on `train`; `where`: frames by name."""
 
     name: str
     train: NDArray[np.int64]
@@ -27,12 +27,12 @@ class Fold:
 
     @property
     def face_clips(self) -> tuple[int, ...]:
-        """The clips of the fold's reference face: what it trains on, nothing that it withholds."""
+        """The clips of the fold's reference face: its training clips, none of the withheld ones."""
         return tuple(self.train.tolist())
 
 
 def make_folds(plan: Plan, corpus: Corpus) -> Iterator[Fold]:
-    """Every fold of a plan. Every third clip with a withheld word is measured, every second with a phone."""
+    """Every fold of a plan. Every third clip with a withheld word is tested, every second with a phone."""
     train = corpus.clips_of("train")
     if "test" in plan.folds or "ema" in plan.folds:
         yield Fold("test", train, corpus.clips_of("test"), {"all": all_frames, "speech": speech_frames})
@@ -53,12 +53,12 @@ def all_frames(corpus: Corpus, clip: int) -> NDArray[np.bool_]:
 
 
 def speech_frames(corpus: Corpus, clip: int) -> NDArray[np.bool_]:
-    """Frames of a clip that hold speech."""
+    """Frames of a clip that are speech."""
     return metrics.speech_mask(corpus.tracks[clip], corpus.times(clip))
 
 
 def word_frames(group: tuple[str, ...]) -> Where:
-    """Frames that lie in some words."""
+    """Frames in some words."""
 
     def where(corpus: Corpus, clip: int) -> NDArray[np.bool_]:
         times = corpus.times(clip)
@@ -69,7 +69,7 @@ def word_frames(group: tuple[str, ...]) -> Where:
 
 
 def phone_frames(phones: tuple[str, ...]) -> Where:
-    """Frames of some phones and of the phones beside them, silence left out."""
+    """Frames of some phones and of their neighbours, without silence."""
 
     def where(corpus: Corpus, clip: int) -> NDArray[np.bool_]:
         track = corpus.tracks[clip]

@@ -1,4 +1,4 @@
-"""Pixels: the models of a plan as mouths that are drawn, in the joint modes of shape and appearance."""
+"""Pixels: the models of a plan as rendered mouths, in the joint modes of shape and appearance."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from phonanim.corpus.corpus import Corpus
 from phonanim.corpus.pictures import Captured, load_captured, pixel_mse
 from phonanim.training.mouth import load_mouth
 
-WHERE = "pixels/all"  # as what the scores of mouths stand among the others
+WHERE = "pixels/all"  # the key of mouths among the other scores
 
 
 def mouth_jobs(plan: Plan, corpus: Corpus, work: Path) -> list[Job]:
-    """What the mouths of a plan have to train: the same recipes on the same clips, with joint targets."""
+    """The trainings for the mouths of a plan: the same recipes on the same clips, with joint targets."""
     clips = tuple(corpus.clips_of("train").tolist())
     return [
         Job(plan.models[name], plan.corpus, clips, clips, mouth_folder(work, name), mouth=True)
@@ -26,15 +26,15 @@ def mouth_jobs(plan: Plan, corpus: Corpus, work: Path) -> list[Job]:
 
 
 def mouth_folder(work: Path, name: str) -> Path:
-    """Where the mouth of a model lies."""
+    """The folder of the mouth of a model."""
     return work / folder_name(name) / "mouth"
 
 
 def mouth_scores(plan: Plan, work: Path) -> dict[str, dict[str, list[list[float]]]]:
-    """Sums of squared errors of every test clip, by model and measure; none where a plan has no mouths.
+    """Sums of squared errors of every test clip, by model and measure; empty for a plan without mouths.
 
-    Parameters are those of the joint modes; pixels are grey levels in the reference shape, in the light of
-    the mean (Taylor 2017, section 8).
+    Parameters are those of the joint modes; pixels are grey levels in the reference shape, in mean light
+    (Taylor 2017, section 8).
     """
     if not plan.mouths:
         return {}
@@ -43,7 +43,7 @@ def mouth_scores(plan: Plan, work: Path) -> dict[str, dict[str, list[list[float]
 
 
 def pixel_bound(plan: Plan) -> list[list[float]]:
-    """Sums of the squared pixel error that the appearance model itself leaves on every test clip."""
+    """Sums of the squared pixel error of the appearance model itself on every test clip."""
     captured = load_captured(plan.corpus)
     error = pixel_mse(captured.model, captured.joint[captured.rows], captured.grey).whole
     return [_sum(part) for part in np.split(error, _bounds(load_cached_corpus(plan.corpus)))]

@@ -1,4 +1,4 @@
-"""What a comparison holds: a TOML file of models, clips and sweeps."""
+"""The plan of a comparison: a TOML file of models, clips and sweeps."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ else:  # pragma: no cover
 
 FOLDS = ("test", "words", "phones", "ema")
 NOISES = ("white", "babble")
-RESERVED = set("/*|")  # what tells apart folds, frames and the cells of tables
+RESERVED = set("/*|")  # separators of folds, frames and table cells
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """One model trained again and again: `x`, and perhaps `series`, are settings that take every value.
+    """One model trained several times: `x`, and optionally `series`, are settings that take every value.
 
     A setting is a key of [settings] of the recipe, or "clips", the share of the training clips. The series
-    "model" takes recipes of the plan by name instead of `recipe`.
+    "model" uses recipes of the plan by name instead of `recipe`.
     """
 
     x: str
@@ -38,8 +38,8 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Condition:
-    """Another sound of the test clips: a voice moved by semitones, then `noise` ("white" or "babble") that is
-    `snr` dB softer than the speech. Phones are aligned anew, with the text of the clip or without.
+    """Another sound of the test clips: a voice shifted by semitones, then `noise` ("white" or "babble") at
+    `snr` dB below the speech. Phones are aligned again, with the text of the clip or without.
     """
 
     noise: str = ""
@@ -52,11 +52,11 @@ class Condition:
 class Plan:
     """A comparison: `models` are recipes (trained in every fold) or folders of trained models (test, ema).
 
-    `reference` is the model that the others are tested against. `words` are the folds of leave-words-out,
-    each a group of withheld words, `phones` those withheld together. `ema` is a folder of EMU bundles,
-    `tools` a file of benchmarks/tools.py. `mouths` are models that are trained on the joint modes as well,
-    `test_only` those that are not trained again for withheld words and phones. `conditions` are other
-    sounds of the test clips (comparison/conditions.py).
+    `reference` is the model against which the others are tested. `words` are the folds of leave-words-out,
+    each a group of withheld words; `phones` are withheld together. `ema` is a folder of EMU bundles, `tools`
+    a file of benchmarks/tools.py. `mouths` are models that are also trained on the joint modes, `test_only`
+    those that are not trained again for withheld words and phones. `conditions` are other sounds of the test
+    clips (comparison/conditions.py).
     """
 
     corpus: Path
@@ -76,7 +76,7 @@ class Plan:
 
 
 def read_plan(path: Path) -> Plan:
-    """Read and check a plan; its paths are relative to it. Raises ModelError naming the key and the mend."""
+    """Read and check a plan; its paths are relative to it. Raises ModelError, which names the key."""
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
@@ -106,26 +106,26 @@ def read_plan(path: Path) -> Plan:
 
 def _check_names(plan: Plan, path: Path) -> None:
     if plan.reference not in plan.models:
-        raise ModelError(f"{path}: reference {plan.reference!r} is none of its models")
+        raise ModelError(f"{path}: reference {plan.reference!r} is not one of its models")
     for key, names in (("mouths", plan.mouths), ("test_only", plan.test_only)):
         for name in names:
             if name not in plan.models or not plan.models[name].is_file():
-                raise ModelError(f"{path}: {key}: {name!r} is no recipe among its models")
+                raise ModelError(f"{path}: {key}: {name!r} is not a recipe among its models")
     for fold in plan.folds:
         if fold not in FOLDS:
-            raise ModelError(f"{path}: folds: there is no {fold!r}, only {', '.join(FOLDS)}")
+            raise ModelError(f"{path}: folds: there is no {fold!r}; use {', '.join(FOLDS)}")
     if not {"test", "ema"} & set(plan.folds):
         raise ModelError(f"{path}: folds: the report needs 'test'; add it")
     for name in plan.conditions:
         if RESERVED & set(name):
             raise ModelError(
-                f"{path}: conditions: {name!r} may have none of {' '.join(sorted(RESERVED))}; rename it"
+                f"{path}: conditions: {name!r} must contain none of {' '.join(sorted(RESERVED))}; rename it"
             )
 
 
 def _existing(where: Path, plan: Path, name: str) -> Path:
     if not where.exists():
-        raise ModelError(f"{plan}: models.{name}: {where} does not exist; it is a recipe or a model's folder")
+        raise ModelError(f"{plan}: models.{name}: {where} does not exist; give a recipe or a model folder")
     return where
 
 
@@ -133,9 +133,9 @@ def _condition(values: dict[str, Any], where: str) -> Condition:
     check_keys(values, Condition, where)
     found = Condition(**values)
     if found.noise not in ("", *NOISES):
-        raise ModelError(f"{where}: there is no noise {found.noise!r}, only {', '.join(NOISES)}")
+        raise ModelError(f"{where}: there is no noise {found.noise!r}; use {', '.join(NOISES)}")
     if ("noise" in values) != ("snr" in values):
-        raise ModelError(f"{where}: noise and snr (dB) go together; give both or neither")
+        raise ModelError(f"{where}: noise needs snr (dB) and snr needs noise; give both or neither")
     return found
 
 

@@ -1,4 +1,4 @@
-"""benchmark.md and its figures, from the document of a comparison."""
+"""Write benchmark.md and its figures from the document of a comparison."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SHOWN = {"default": "phonanim", "procedural": "dominance (Cohen-Massaro)"}
 
 
 def write_document(document: Document, folder: Path) -> Path:
-    """benchmark/benchmark.json: every sum of every clip, so that any statistic can be made of it."""
+    """Write benchmark/benchmark.json: every sum of every clip, from which any statistic can be computed."""
     path = folder / DATA / "benchmark.json"
     path.parent.mkdir(parents=True, exist_ok=True)
     write_text(path, json.dumps(document, separators=(",", ":")) + "\n")
@@ -37,7 +37,7 @@ def write_document(document: Document, folder: Path) -> Path:
 
 
 def read_document(folder: Path) -> Document:
-    """The document that `write_document` wrote. Raises ModelError when it is not there, or an older one."""
+    """Read the output of `write_document`. Raises ModelError when it is missing, or of an older version."""
     path = folder / DATA / "benchmark.json"
     try:
         found: Document = json.loads(path.read_text(encoding="utf-8"))
@@ -132,13 +132,13 @@ def _generalization(document: Document, plan: Plan) -> list[str]:
 
 
 def _absent(document: Document, where: str) -> str:
-    """The models that a table lacks, as they were trained for the test clips alone."""
+    """The models that a table lacks, because they were trained for the test clips only."""
     absent = [f"`{name}`" for name in document["models"] if model_rows(document, name, "raw", where) is None]
     return f"Not trained again for this: {', '.join(absent)}." if absent else ""
 
 
 def _conditions(document: Document, plan: Plan) -> list[str]:
-    """A measure at a time: the scores, what each model loses, and how far it is from the reference."""
+    """For each measure: the scores, the loss of each model, and its difference from the reference."""
     if not document.get("conditions"):
         return []
     parts = ["## Noise, another voice, an automatic aligner", plan.notes.get("conditions", "")]
@@ -178,7 +178,7 @@ def _cost(document: Document, plan: Plan) -> list[str]:
 
 
 def _effort(effort: dict[str, float]) -> str:
-    """What the whole comparison took, of processors; trainings are spread over two."""
+    """Processor time of the whole comparison; trainings are spread over two workers."""
     if not effort["jobs"]:
         return ""
     total, scoring = effort["training_s"] / 60, effort["scoring_s"] / 60

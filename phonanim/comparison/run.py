@@ -1,4 +1,4 @@
-"""The way of a comparison: plan -> folds -> models -> predictions -> scores -> one JSON document."""
+"""The steps of a comparison: plan -> folds -> models -> predictions -> scores -> one JSON document."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ Progress = Callable[[str, float], None]
 def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda what, done: None) -> Document:
     """Train or load every model of a plan and score it in every fold; -> the document of all sums.
 
-    `work` keeps the trained models. Sums are per clip, so that any interval or test can be made of them.
+    `work` keeps the trained models. Sums are per clip, so that any interval or test can be computed.
     """
     corpus = load_cached_corpus(plan.corpus)
     found = list(make_folds(plan, corpus))
@@ -75,7 +75,7 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
 
 
 def model_folder(plan: Plan, name: str, fold: Fold, work: Path) -> Path | None:
-    """Where the model of a fold lies; None where there is none, which is for the test clips alone."""
+    """The folder of the model of a fold; None for a model that is trained for the test clips only."""
     where = plan.models[name]
     if fold.name != "test" and (name in plan.test_only or where.is_dir()):
         return None
@@ -154,7 +154,7 @@ def _cost(model: regressors.Model, folder: Path, corpus: Corpus, fold: Fold) -> 
 
 
 def _pictures(trained: Trained, predicted: dict[int, NDArray[np.float32]], corpus: Corpus) -> Document:
-    """What the figures need beyond sums: the first mode of the first clip, the error of each landmark."""
+    """Extra data for the figures: the first mode of the first clip, the error of each landmark."""
     face, first = trained.model.face, next(iter(predicted))
     apart = np.concatenate(
         [face.instance(modes) - corpus.landmarks[corpus.rows([clip])] for clip, modes in predicted.items()]
@@ -166,7 +166,7 @@ def _pictures(trained: Trained, predicted: dict[int, NDArray[np.float32]], corpu
 
 
 def model_rows(document: Document, name: str, variant: str, where: str) -> Scores | None:
-    """Sums of one model, (clips, sums) by measure; several folds joined where `where` ends with *."""
+    """Sums of one model, (clips, sums) by measure; if `where` ends with *, folds are concatenated."""
     scores = document["models"][name]["scores"].get(variant, {})
     fold, _, frames = where.partition("/")
     names = [key for key in scores if key.partition("/")[2] == frames and _matches(key, fold)]

@@ -22,7 +22,7 @@ Scores = dict[str, Array]  # measure -> (clips, sums)
 
 @dataclass(frozen=True)
 class Measure:
-    """`statistic` of the sums, in `unit`; `better` says which way it improves."""
+    """`statistic` of the sums, in `unit`; `better` gives the direction of improvement."""
 
     label: str
     unit: str
@@ -39,7 +39,7 @@ MEASURES = {
     "aperture_r": Measure("aperture r", "", pearson, "more"),
     "width_r": Measure("width r", "", pearson, "more"),
     "pbm_gap": Measure("p b m gap", "mm", ratio, "less"),
-    # Of mouths that are drawn: comparison/mouths.py.
+    # Of rendered mouths: comparison/mouths.py.
     "joint_mse": Measure("joint parameter MSE", "", ratio, "less"),
     "pixel_mse": Measure("pixel MSE", "grey²", ratio, "less"),
     "inner_pixel_mse": Measure("inside the mouth", "grey²", ratio, "less"),
@@ -102,7 +102,7 @@ def scores_by_frames(
 
 
 def _short(sums: Array) -> list[float]:
-    """Nine significant digits: enough for any statistic of them, and half the file."""
+    """Nine significant digits: enough for any statistic, and half the file size."""
     return [float(f"{number:.9g}") for number in sums]
 
 
@@ -122,7 +122,7 @@ def _gaps(
     fps: float,
     where: NDArray[np.bool_],
 ) -> Array:
-    """Lip gap at the frame nearest to the middle of every p, b and m that is looked at."""
+    """Lip gap at the frame nearest to the middle of every p, b and m in the chosen frames."""
     frames = np.round(metrics.phone_middles(track, ("p", "b", "m")) * fps - 0.5)
     frames = np.clip(frames, 0, len(shapes) - 1).astype(int)
     return metrics.lip_gap(shapes[frames[where[frames]]], face)

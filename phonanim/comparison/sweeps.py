@@ -1,4 +1,4 @@
-"""One setting varied at a time: windows, features, the amount of training data."""
+"""Vary one setting at a time: windows, features, the amount of training data."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from phonanim.comparison.scores import clip_scores, measure_value
 from phonanim.corpus.corpus import Corpus
 from phonanim.training.recipes import predict_clip
 
-MODEL = "model"  # the series that is a recipe of the plan
-HELD_OUT = 0.1  # of the training clips: sweeps are choices, and choices do not look at the test clips
+MODEL = "model"  # the series of recipes of the plan
+HELD_OUT = 0.1  # of the training clips: sweeps are for choosing settings, so they must not use test clips
 
 
 def sweep_jobs(plan: Plan, corpus: Corpus, work: Path) -> list[Job]:
-    """What the sweeps of a plan have to train."""
+    """The trainings for the sweeps of a plan."""
     train, _ = split_clips(plan, corpus)
     return [
         Job(
@@ -45,7 +45,7 @@ def sweep_points(sweep: Sweep) -> list[dict[str, Any]]:
 
 
 def run_sweeps(plan: Plan, corpus: Corpus, work: Path) -> dict[str, Any]:
-    """Scores of every point on the clips held out of the training clips."""
+    """Scores of every point on held-out training clips."""
     train, held_out = split_clips(plan, corpus)
     face = reference_face(plan.corpus, tuple(train.tolist()))
     found: dict[str, Any] = {}
@@ -71,7 +71,7 @@ def run_sweeps(plan: Plan, corpus: Corpus, work: Path) -> dict[str, Any]:
 
 
 def split_clips(plan: Plan, corpus: Corpus) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Training clips in random order, and those held out of them."""
+    """Training clips in random order, and the held-out ones."""
     shuffled = np.random.default_rng(plan.seed).permutation(corpus.clips_of("train"))
     count = round(HELD_OUT * len(shuffled))
     return shuffled[count:], np.sort(shuffled[:count])

@@ -1,4 +1,4 @@
-"""The tables of a comparison, as rows of text: values with intervals, differences with their p."""
+"""The tables of a comparison, as rows of text: values with intervals, differences with their p values."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SIGNIFICANT = 0.05
 
 
 def markdown(table: Table) -> str:
-    """A table with its header row first, as Markdown; numbers stand at the right."""
+    """A table with its header row first, as Markdown; numbers are right-aligned."""
     rule = ["---", *["---:"] * (len(table[0]) - 1)]
     return "\n".join("| " + " | ".join(row) + " |" for row in [table[0], rule, *table[1:]])
 
@@ -47,14 +47,14 @@ def _column(document: Document, names: list[str], variant: str, where: str, meas
         low, high = bootstrap_interval(rows, rng, MEASURES[measure].statistic)
         found.append(measure_value(measure, rows))
         texts.append(f"{_number(found[-1])} [{_number(low)}, {_number(high)}]")
-    # A gap may be negative where lips press; nearest to nothing is best.
+    # A gap may be negative for pressed lips; the value nearest to zero is best.
     away = np.abs(found) if MEASURES[measure].better == "less" else -np.array(found)
     best = int(np.nanargmin(away)) if np.isfinite(away).any() else -1
     return [f"**{text}**" if i == best else text for i, text in enumerate(texts)]
 
 
 def differences_table(document: Document, variant: str, where: str, measures: tuple[str, ...]) -> Table:
-    """How far each model is from the reference: change of each measure and its p, Holm-corrected together."""
+    """Change of each measure from the reference to each model, and its p, Holm-corrected together."""
     reference = document["reference"]
     others = [
         n
@@ -115,7 +115,7 @@ def conditions_table(document: Document, variant: str, frames: str, measure: str
 
 
 def losses_table(document: Document, variant: str, frames: str, measure: str) -> Table:
-    """What each condition changes of each model's clean score, with its p, Holm-corrected together."""
+    """Change of each model's clean score under each condition, with its p, Holm-corrected together."""
     cells = {
         (name, condition): (
             _rows(document, name, variant, f"with {condition}/{frames}", measure),
@@ -128,7 +128,7 @@ def losses_table(document: Document, variant: str, frames: str, measure: str) ->
 
 
 def conditions_difference_table(document: Document, variant: str, frames: str, measure: str) -> Table:
-    """How far each model is from the reference under the same condition, p Holm-corrected together."""
+    """Difference of each model from the reference under the same condition, p Holm-corrected together."""
     reference = document["reference"]
     cells = {
         (name, condition): (
@@ -145,7 +145,7 @@ def conditions_difference_table(document: Document, variant: str, frames: str, m
 def _grid(
     document: Document, title: str, cells: dict[tuple[str, str], tuple[Sums, Sums]], measure: str
 ) -> Table:
-    """Pairs of sums by model and condition: a row per model, each change with its p."""
+    """Pairs of sums by model and condition: a row per model, each change with its p value."""
     tested = [key for key, (ours, theirs) in cells.items() if not np.array_equal(ours, theirs)]
     p = dict(zip(tested, holm([_p(document, *cells[key], measure) for key in tested]), strict=True))
     texts = {
@@ -157,7 +157,7 @@ def _grid(
 
 
 def aligner_table(document: Document) -> Table:
-    """How the aligner fares under each condition."""
+    """Errors of the aligner under each condition."""
     table = [["condition", "clips not aligned", "frames of speech with another phone than labelled"]]
     for name, found in document["conditions"].items():
         missed = f"{found['not_aligned']} of {found['clips']}"
@@ -178,7 +178,7 @@ def ema_table(document: Document) -> Table:
         row = [name]
         for variant in ("raw", "contacts"):
             sums = np.array(found[variant]["aperture_r"])
-            # Sensors sit at another height in each recording, so utterances are averaged, not pooled.
+            # Sensors are at another height in each recording, so utterances are averaged, not pooled.
             each = pearson(sums)
             row += [f"{each.mean():.3f}", *[f"{r:.3f}" for r in each]]
         table.append([*row, " ".join(f"{lag:+.0f}" for lag in found["contacts"]["lag_ms"])])
@@ -198,7 +198,7 @@ COSTS: dict[str, Callable[[Document], str]] = {
 
 
 def cost_table(document: Document) -> Table:
-    """What each model costs: size, training, speed, memory, and what it must know of what is to come."""
+    """The cost of each model: size, training, speed, memory and look-ahead."""
     rows = [[name, *[show(found) for show in COSTS.values()]] for name, found in document["models"].items()]
     return [["model", *COSTS], *rows]
 

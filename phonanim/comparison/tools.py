@@ -1,4 +1,4 @@
-"""Other tools through the same head: per clip values (benchmarks/tools.py) as a table with tests."""
+"""Other tools through the same head: a table with tests, from values per clip (benchmarks/tools.py)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TESTED = ("aperture_r_speech", "vertex_error_mm", "lve_mm")
 
 
 def read_tools(path: Path) -> dict[str, Any]:
-    """{tool: {clip: {measure: number or null}}}. Raises ModelError when the file is none of those."""
+    """{tool: {clip: {measure: number or null}}}. Raises ModelError when the file has another structure."""
     try:
         found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:

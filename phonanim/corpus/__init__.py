@@ -1,1 +1,1 @@
-"""Recordings of a speaker become training pairs."""
+"""Convert the recordings of a speaker into training pairs."""

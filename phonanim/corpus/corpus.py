@@ -1,4 +1,4 @@
-"""Recordings -> a training corpus: head-stabilized landmarks in millimetres beside their phones."""
+"""Recordings -> a training corpus: head-stabilized landmarks in millimetres with their phones."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from phonanim.speech.phones import PhoneTrack
 
 PUPIL_DISTANCE_MM = 63.0
 PUPILS = (468, 473)
-# Nose bridge, eye corners and forehead: what speech does not move. Lids, brows and pupils do move.
+# Nose bridge, eye corners and forehead, which speech does not move. It does move lids, brows and pupils.
 RIGID = (6, 168, 8, 9, 10, 151, 133, 362, 33, 263, 195, 197, 5)
 
 Array = NDArray[np.float64]
@@ -32,11 +32,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Corpus:
-    """Clips end to end: `landmarks` (frames, landmarks, 3) float32 mm, and what was said in each.
+    """Clips, concatenated: `landmarks` (frames, landmarks, 3) float32 mm, and the speech of each clip.
 
-    `indices` (landmarks,) are MediaPipe face-mesh numbers; `clips` the names, `frames` (clips,)
-    their lengths, `tracks` their phones, `words` what was said, `split` "train" or "test", `audio`
-    paths of the recordings. Frame i of a clip was exposed around (i + 0.5) / fps seconds.
+    `indices` (landmarks,) are MediaPipe face-mesh numbers; `clips` are the names, `frames` (clips,) the
+    lengths, `tracks` the phones, `words` the words, `split` "train" or "test", `audio` the paths of the
+    recordings. Frame i of a clip was exposed around (i + 0.5) / fps seconds.
     """
 
     landmarks: NDArray[np.float32]
@@ -73,8 +73,8 @@ def build_corpus(
 ) -> Corpus:
     """Read a recordings folder and write a training corpus.
 
-    The folder holds clips.csv (clip, frames, split), landmarks.npz (pixels, delta-coded),
-    textgrid/*.TextGrid and audio/. Raises CorpusError naming what is missing or does not agree.
+    The folder has clips.csv (clip, frames, split), landmarks.npz (pixels, delta-coded),
+    textgrid/*.TextGrid and audio/. Raises CorpusError, which names what is missing or inconsistent.
     """
     rows = read_clips(source)
     landmarks, indices, fps = read_landmarks(source, rows)
@@ -111,7 +111,7 @@ def read_clips(source: Path) -> list[dict[str, str]]:
     """The rows of clips.csv: clip, frames, split. Raises CorpusError."""
     path = source / "clips.csv"
     if not path.is_file():
-        raise CorpusError(f"{path}: not found; a recordings folder holds clips.csv, landmarks.npz, textgrid/")
+        raise CorpusError(f"{path}: not found; a recordings folder has clips.csv, landmarks.npz, textgrid/")
     with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     if not rows or not {"clip", "frames", "split"} <= set(rows[0]):
@@ -123,7 +123,7 @@ def read_landmarks(source: Path, rows: list[dict[str, str]]) -> tuple[Array, NDA
     """Tracked points (frames, landmarks, 3) in pixels, their numbers, and the rate. Raises CorpusError."""
     path = source / "landmarks.npz"
     if not path.is_file():
-        raise CorpusError(f"{path}: not found; a recordings folder holds clips.csv, landmarks.npz, textgrid/")
+        raise CorpusError(f"{path}: not found; a recordings folder has clips.csv, landmarks.npz, textgrid/")
     try:
         with np.load(path) as stored:
             pixels = np.cumsum(stored["delta"].astype(np.int32), axis=0) * float(stored["scale"])
@@ -136,12 +136,12 @@ def read_landmarks(source: Path, rows: list[dict[str, str]]) -> tuple[Array, NDA
         raise CorpusError(f"{path}: its clips and lengths differ from clips.csv; track the clips again")
     missing = sorted(set(RIGID + PUPILS) - set(indices.tolist()))
     if missing:
-        raise CorpusError(f"{path}: lacks the landmarks {missing} that hold the head still")
+        raise CorpusError(f"{path}: lacks the landmarks {missing}, which are needed to stabilize the head")
     return pixels * np.array([1.0, -1.0, -1.0]), indices, fps  # y up, z towards the camera
 
 
 def stabilize(points: Array, indices: NDArray[np.int64], train: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Take the head's motion out of landmarks, (frames, landmarks, 3) any unit -> the same in mm.
+    """Remove the head's motion from landmarks, (frames, landmarks, 3) any unit -> the same in mm.
 
     Each frame is fitted by a similarity (rotation, translation, scale) on the RIGID landmarks to
     their mean over the training frames (generalized Procrustes, Umeyama 1991). Also returns the
@@ -189,12 +189,12 @@ def _rotation_vector(rotation: Array) -> Array:
 def remove_pose_leak(
     shapes: Array, pose: Array, frames: NDArray[np.int64], train: NDArray[np.bool_]
 ) -> Array:
-    """Subtract what the tracker makes of a turned head from stabilized shapes.
+    """Subtract the error that the tracker makes for a turned head from stabilized shapes.
 
-    A tracker bends the face a little with the head's pose, so a clip spoken with the chin lower
-    gets another resting mouth. The clip means of the shapes are regressed on the clip means of the
-    pose (linear, squared and yaw-by-pitch terms) over the training clips, and the fitted part is
-    removed from all. Nothing faster than a clip is touched: speech stays.
+    A tracker bends the face a little with the head's pose, so a clip spoken with a lower chin gets another
+    resting mouth. The clip means of the shapes are regressed on the clip means of the pose (linear, squared
+    and yaw-by-pitch terms) over the training clips, and the fitted part is removed from all clips. Motion
+    within a clip, and so speech, is not changed.
     """
     starts = np.concatenate([[0], np.cumsum(frames)[:-1]])
     terms = np.column_stack([pose, pose[:, :3] ** 2, pose[:, 0] * pose[:, 1]])
@@ -233,7 +233,7 @@ def save_corpus(corpus: Corpus, folder: Path) -> None:
 
 
 def load_corpus(folder: Path) -> Corpus:
-    """Read a corpus that `build_corpus` wrote. Raises CorpusError when it is absent or damaged."""
+    """Read a corpus that `build_corpus` wrote. Raises CorpusError when it is missing or damaged."""
     from safetensors import SafetensorError
     from safetensors.numpy import load_file
 

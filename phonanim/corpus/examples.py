@@ -1,4 +1,4 @@
-"""Clips of a corpus as the examples that a regressor learns from."""
+"""Convert clips of a corpus into the examples that a regressor is trained on."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from phonanim.regressors import Examples
 def make_examples(corpus: Corpus, face: FaceModel, clips: Iterable[int], heard: bool = False) -> Examples:
     """Clips of a corpus as training examples: modes of the captured face at mid-exposure instants.
 
-    `heard`: with their recordings. Raises AudioError where one cannot be read.
+    With `heard`, the recordings are included. Raises AudioError when one cannot be read.
     """
     chosen = [int(clip) for clip in clips]
     return Examples(

@@ -1,4 +1,4 @@
-"""Data sets of others, brought into one layout: arrays, WAV, TextGrids, and a table of what there is."""
+"""Convert public data sets into one layout: arrays, WAV, TextGrids, and a table of all recordings."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def import_dataset(
 ) -> list[dict[str, Any]]:
     """Write the recordings of a data set into a folder, and return the rows of its table.
 
-    motion/<name>.npy are the frames, of which each `every`-th is kept; audio/<name>.wav is mono, 16 bits,
-    at the rate of the data set; textgrid/<name>.TextGrid holds the phones where there are any.
-    recordings.csv and dataset.json are written last. `splits` names those that are wanted, all otherwise.
-    Raises CorpusError, or OptionError for an unknown name.
+    motion/<name>.npy has every `every`-th frame; audio/<name>.wav is mono, 16 bits, at the rate of the data
+    set; textgrid/<name>.TextGrid has the phones if there are any. recordings.csv and dataset.json are written
+    last. `splits` names the splits to import; the default is all. Raises CorpusError, or OptionError for an
+    unknown name.
     """
     dataset = load_dataset(name)
     recordings = [one for one in dataset.recordings(folder) if not splits or one.split in splits]
@@ -60,7 +60,7 @@ def _thinned(frames: Frames, every: int) -> Frames:
 
 def _write(recording: Recording, frames: Frames, output: Path) -> dict[str, Any]:
     if Path(recording.name).name != recording.name:
-        raise CorpusError(f"{recording.name}: is no name for a file; the data set is damaged")
+        raise CorpusError(f"{recording.name}: is not a valid file name; the data set is damaged")
     seconds = len(frames.values) / frames.fps
     with atomic_path(output / "motion" / f"{recording.name}.npy") as partial:
         np.save(partial, frames.values)
@@ -76,7 +76,7 @@ def _write(recording: Recording, frames: Frames, output: Path) -> dict[str, Any]
 
 
 def write_wav(path: Path, sound: Sound) -> None:
-    """Write 16-bit mono WAV; what is louder than full scale is clipped. Raises OutputError."""
+    """Write 16-bit mono WAV; samples beyond full scale are clipped. Raises OutputError."""
     samples = np.round(np.clip(sound.samples, -1, 1) * 32767).astype("<i2")
     with atomic_path(path) as partial, wave.open(str(partial), "wb") as stream:
         stream.setnchannels(1)

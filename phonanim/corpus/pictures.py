@@ -1,4 +1,4 @@
-"""Recordings with mouth films -> an appearance model and the joint modes of every frame."""
+"""Recordings with mouth videos -> an appearance model and the joint modes of every frame."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
 FOLDER = "appearance"  # in the corpus folder
-SAMPLES = 4000  # frames, about, that the PCA sees
-FIRST_PASS = 0.2  # share of the time
+SAMPLES = 4000  # approximate number of frames for the PCA
+FIRST_PASS = 0.2  # share of the progress
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How much of the variance each part keeps, and the size of a texture's pixels in mm.
+    """The share of the variance that each part keeps, and the size of a texture's pixels in mm.
 
-    The tail of the outer region is the noise of the camera and of the film's compression.
+    The last components of the outer region are camera noise and video compression.
     """
 
     outer: float = 0.8
@@ -55,7 +55,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class MouthFilms:
-    """Mouth films with the landmarks (frames, landmarks, 2) in pixels of each film."""
+    """Mouth videos with the landmarks (frames, landmarks, 2) in pixels of each video."""
 
     folder: Path
     corpus: Corpus
@@ -65,7 +65,7 @@ class MouthFilms:
         """The frames of one clip, (frames, rows, columns, 3). Raises CorpusError."""
         path = self.folder / "mouth" / f"{self.corpus.clips[clip]}.mp4"
         if not path.is_file():
-            raise CorpusError(f"{path}: not found; appearance is learned from a film of every clip's mouth")
+            raise CorpusError(f"{path}: not found; the appearance model needs a mouth video of every clip")
         frames = read_clip(path)
         if len(frames) != self.corpus.frames[clip]:
             raise CorpusError(
@@ -84,10 +84,10 @@ class MouthFilms:
 
 @dataclass(frozen=True)
 class Captured:
-    """What was filmed, beside a corpus: `joint` (frames, j) of all its frames, and pixels to score on.
+    """The filmed appearance of a corpus: `joint` (frames, j) of all its frames, and pixels for scoring.
 
     `grey` (n, p) are the captured textures of the corpus rows `rows` (n,), its test clips, in grey levels
-    0 to 255 and in the light of the mean.
+    0 to 255 and in mean light.
     """
 
     model: AppearanceModel
@@ -98,7 +98,7 @@ class Captured:
 
 @dataclass(frozen=True)
 class PixelError:
-    """Mean squared errors of each frame, (frames,) grey levels squared: all pixels and the two regions."""
+    """Mean squared errors of each frame, (frames,) in grey levels squared: all pixels and the two regions."""
 
     whole: Array
     inner: Array
@@ -106,13 +106,13 @@ class PixelError:
 
 
 def open_mouth_films(folder: Path, corpus: Corpus) -> MouthFilms:
-    """The films that a corpus was built from. Raises CorpusError when they are not those."""
+    """The videos that a corpus was built from. Raises CorpusError when the folder has other videos."""
     rows = read_clips(folder)
     if tuple(row["clip"] for row in rows) != corpus.clips:
         raise CorpusError(f"{folder}: its clips are not those of the corpus; build the corpus from it first")
     if "crop_x" not in rows[0] or "crop_y" not in rows[0]:
         raise CorpusError(
-            f"{folder / 'clips.csv'}: lacks crop_x and crop_y, where the films lie in the image"
+            f"{folder / 'clips.csv'}: lacks crop_x and crop_y, the position of the mouth videos in the image"
         )
     crops = np.array([[float(row["crop_x"]), float(row["crop_y"])] for row in rows])
     pixels = read_landmarks(folder, rows)[0][:, :, :2] * np.array([1.0, -1.0])
@@ -127,9 +127,9 @@ def build_appearance(
     settings: Settings = Settings(),
     progress: Progress = lambda done: None,
 ) -> Captured:
-    """Learn a corpus' appearance from its recordings and write it into the corpus folder.
+    """Fit the appearance model of a corpus to its recordings and write it into the corpus folder.
 
-    Only training clips teach; every clip is projected. Raises CorpusError.
+    Only training clips are used for the fit; every clip is projected. Raises CorpusError.
     """
     corpus = load_corpus(destination)
     films = open_mouth_films(recordings, corpus)
@@ -143,7 +143,7 @@ def build_appearance(
 def fit_appearance(
     films: MouthFilms, face: FaceModel, settings: Settings, progress: Progress = lambda done: None
 ) -> AppearanceModel:
-    """The appearance model of a corpus' training clips; about SAMPLES frames of them are looked at."""
+    """The appearance model of a corpus' training clips, fitted to about SAMPLES of their frames."""
     rows, mesh = appearance_mesh(face, settings.pixel)
     clips, step = choose_samples(films.corpus)
     pieces = []
@@ -175,7 +175,7 @@ def fit_model(
 
 
 def choose_samples(corpus: Corpus) -> tuple[NDArray[np.int64], int]:
-    """Training clips and a step between their frames that leave about SAMPLES frames."""
+    """Training clips, and a frame step that leaves about SAMPLES frames."""
     clips = corpus.clips_of("train")
     surplus = max(1.0, float(corpus.frames[clips].sum()) / SAMPLES)
     skip = min(int(np.sqrt(surplus)), len(clips))
@@ -183,7 +183,7 @@ def choose_samples(corpus: Corpus) -> tuple[NDArray[np.int64], int]:
 
 
 def texture_slopes(pieces: list[tuple[Array, Texture]]) -> Texture:
-    """How textures follow the shape within clips, by least squares: -> (m, p, 3) levels per mm."""
+    """How textures change with the shape within clips, by least squares: -> (m, p, 3) levels per mm."""
     shape = np.concatenate([modes - modes.mean(axis=0) for modes, _ in pieces])
     moments = sum(
         np.tensordot((modes - modes.mean(axis=0)).astype(np.float32), textures, (0, 0))
@@ -221,7 +221,7 @@ def joint_examples(corpus: Corpus, captured: Captured, clips: Iterable[int]) -> 
 
 
 def save_captured(captured: Captured, destination: Path, corpus: Corpus) -> None:
-    """Write a model and what it sees in a corpus into the folder `appearance` of the corpus."""
+    """Write a model and the captured data of a corpus into the folder `appearance` of the corpus."""
     from safetensors.numpy import save
 
     folder = destination / FOLDER
@@ -232,7 +232,7 @@ def save_captured(captured: Captured, destination: Path, corpus: Corpus) -> None
 
 
 def load_captured(destination: Path) -> Captured:
-    """Read what `build_appearance` wrote beside a corpus. Raises ModelError or CorpusError."""
+    """Read the output of `build_appearance` from a corpus folder. Raises ModelError or CorpusError."""
     from safetensors import SafetensorError
     from safetensors.numpy import load_file
 
@@ -251,7 +251,7 @@ def pixel_mse(model: AppearanceModel, joint: NDArray[np.floating], grey: NDArray
     """Mean squared difference of rendered and captured pixels of each frame, in grey levels squared.
 
     `joint` (frames, j) are predicted, `grey` (frames, p) captured (`Captured.grey`). Measured in the
-    reference shape, so that a shape that is wrong is not counted twice (Taylor 2017, section 8.2).
+    reference shape, so that a wrong shape is not counted twice (Taylor 2017, section 8.2).
     """
     predicted = model.instance(joint)[1] @ LUMA
     squared = (predicted - grey.astype(np.float32)) ** 2
@@ -263,7 +263,7 @@ def pixel_mse(model: AppearanceModel, joint: NDArray[np.floating], grey: NDArray
 
 
 def reconstruction_error(captured: Captured) -> dict[str, float]:
-    """The pixel error that the model itself leaves on the test clips: no prediction can have less."""
+    """The pixel error of the model itself on the test clips, a lower bound for every prediction."""
     if len(captured.rows) == 0:
         return {}
     error = pixel_mse(captured.model, captured.joint[captured.rows], captured.grey)

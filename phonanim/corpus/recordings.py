@@ -1,4 +1,4 @@
-"""Films of a speaking face -> a folder of recordings that `build_corpus` reads."""
+"""Videos of a speaking face -> a folder of recordings for `build_corpus`."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ from phonanim.speech.textgrid import write_textgrid
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
-SCALE = 0.125  # pixels in a unit of the stored landmarks
-MARGIN = 0.15  # of its size around the lower face, in the film of the mouth
+SCALE = 0.125  # pixels per unit of the stored landmarks
+MARGIN = 0.15  # of the size of the lower face, around it in the mouth video
 SAME_RATE = 1e-3  # relative difference
-LENGTH_TOLERANCE = 0.25  # seconds by which an alignment may be longer or shorter than its film
+LENGTH_TOLERANCE = 0.25  # seconds by which an alignment may be longer or shorter than its video
 
 
 @dataclass(frozen=True)
 class Clip:
-    """One film that can be used: where its mouth lies, and what its track is worth."""
+    """One usable video: the position of its mouth, and the quality of its track."""
 
     name: str
     film: Film
@@ -56,7 +56,7 @@ class Clip:
 
 @dataclass(frozen=True)
 class Rejected:
-    """One film that cannot be used, and why in one line."""
+    """One unusable video, and the reason in one line."""
 
     film: Path
     why: str
@@ -64,7 +64,7 @@ class Rejected:
 
 @dataclass(frozen=True)
 class FilmReport:
-    """What became of the films."""
+    """The result for every video."""
 
     clips: tuple[Clip, ...]
     rejected: tuple[Rejected, ...]
@@ -77,17 +77,17 @@ def make_recordings(
     test: float = 0.1,
     progress: Progress = lambda done: None,
 ) -> FilmReport:
-    """Track films, align what is said, and write a recordings folder.
+    """Track videos, align their speech, and write a recordings folder.
 
-    Beside each film lies its alignment (.TextGrid) or its text (.txt). `test` is the share of the clips
-    that are set aside. The folder gets clips.csv, landmarks.npz, textgrid/, audio/, mouth/ (the films
-    of `corpus appearance`), quality.json and quality.txt. A film that cannot be used is told in the
-    report and left out. Raises CorpusError when none can be used, or two have one name.
+    Next to each video is its alignment (.TextGrid) or its text (.txt). `test` is the share of the test
+    clips. The folder gets clips.csv, landmarks.npz, textgrid/, audio/, mouth/ (the videos for
+    `corpus appearance`), quality.json and quality.txt. An unusable video is left out and listed in the
+    report. Raises CorpusError when no video is usable, or two have one name.
     """
     names = [film.stem for film in films]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise CorpusError(f"{twice[0]}: two films have this name; rename one, clips are known by it")
+        raise CorpusError(f"{twice[0]}: two videos have this name; rename one, because clips are named by it")
     clips: list[Clip] = []
     rejected: list[Rejected] = []
     for number, path in enumerate(films):
@@ -97,7 +97,7 @@ def make_recordings(
         except PhonanimError as error:
             rejected.append(Rejected(path, str(error)))
     if not clips:
-        raise CorpusError(f"none of the {len(films)} films can be used; the first: {rejected[0].why}")
+        raise CorpusError(f"none of the {len(films)} videos can be used; the first: {rejected[0].why}")
     report = FilmReport(tuple(clips), tuple(rejected))
     write_tables(report, tracker, destination, test)
     return report
@@ -110,9 +110,9 @@ def process_film(
     first: Film | None = None,
     progress: Progress = lambda done: None,
 ) -> Clip:
-    """Track and align one film; then write its sound, its TextGrid and the film of its mouth.
+    """Track and align one video; then write its audio, its TextGrid and its mouth video.
 
-    Raises a PhonanimError that says why the film cannot be used; nothing is written then.
+    Raises a PhonanimError with the reason when the video cannot be used; then nothing is written.
     """
     film = open_film(path)
     if first and abs(float(film.rate / first.rate) - 1) > SAME_RATE:
@@ -136,12 +136,12 @@ def process_film(
 
 
 def find_text(film: Path) -> Path:
-    """What is said in a film: the TextGrid beside it, else the text. Raises CorpusError."""
+    """The speech of a video: the TextGrid next to it, else the text. Raises CorpusError."""
     for suffix in (".TextGrid", ".txt"):
         if film.with_suffix(suffix).is_file():
             return film.with_suffix(suffix)
     raise CorpusError(
-        f"{film}: no text; write what is said to {film.with_suffix('.txt').name} beside it, "
+        f"{film}: no text; write the spoken words to {film.with_suffix('.txt').name} next to it, "
         f"or put its alignment there ({film.with_suffix('.TextGrid').name})"
     )
 
@@ -149,14 +149,14 @@ def find_text(film: Path) -> Path:
 def transcribe(
     spoken: Path, film: Film, sound: NDArray[np.float32]
 ) -> tuple[Sequence[Interval], Sequence[Interval]]:
-    """Words and phones of a film, read from its TextGrid or found in its sound by the text."""
+    """Words and phones of a video, from its TextGrid, or aligned from its audio and text."""
     if spoken.suffix == ".txt":
         return find_phones(spoken, film, sound)
     alignment = read_alignment(spoken)
     length = film.frames / float(film.rate)
     if abs(alignment.duration - length) > LENGTH_TOLERANCE:
         raise CorpusError(
-            f"{spoken}: lasts {alignment.duration:.2f} s and the film {length:.2f} s; align it again"
+            f"{spoken}: lasts {alignment.duration:.2f} s and the video {length:.2f} s; align it again"
         )
     return alignment.words, alignment.intervals
 
@@ -164,7 +164,7 @@ def transcribe(
 def find_phones(
     spoken: Path, film: Film, sound: NDArray[np.float32]
 ) -> tuple[Sequence[Interval], Sequence[Interval]]:
-    """Words and phones by `phonanim align`. Raises CorpusError in the name of the film."""
+    """Words and phones by `phonanim align`. Raises CorpusError with the name of the video."""
     try:
         text = spoken.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
@@ -180,7 +180,7 @@ def find_phones(
 
 
 def film_mouth(film: Film, track: Track, tracker: Tracker, target: Path) -> tuple[int, int]:
-    """Write the film of the lower face, cut out at one place; returns its corner (right, down) in pixels."""
+    """Write the video of the lower face, cropped at a fixed place; returns its corner (right, down) in px."""
     low, high = mouth_box(track.landmarks, tracker.indices)
     frames = (frame[low[1] : high[1], low[0] : high[0]] for frame in read_frames(film.path))
     write_film(_evened(frames), target, film.rate)
@@ -198,12 +198,12 @@ def mouth_box(landmarks: Array, indices: NDArray[np.int64]) -> tuple[NDArray[np.
 
 
 def _evened(frames: Iterator[NDArray[np.uint8]]) -> Iterator[NDArray[np.uint8]]:
-    """Frames without an odd last row or column, which H.264 cannot code."""
+    """Frames without an odd last row or column, which H.264 cannot encode."""
     return (frame[: len(frame) // 2 * 2, : frame.shape[1] // 2 * 2] for frame in frames)
 
 
 def write_tables(report: FilmReport, tracker: Tracker, destination: Path, test: float) -> None:
-    """Write what all clips share: quality.json, quality.txt, landmarks.npz and, last, clips.csv."""
+    """Write the tables of all clips: quality.json, quality.txt, landmarks.npz and, last, clips.csv."""
     splits = choose_test_clips(len(report.clips), test)
     facts = [_facts(clip, kind) for clip, kind in zip(report.clips, splits, strict=True)]
     rejected = [{"film": str(film.film), "why": film.why} for film in report.rejected]
@@ -225,14 +225,14 @@ def write_tables(report: FilmReport, tracker: Tracker, destination: Path, test: 
 
 
 def choose_test_clips(n_clips: int, test: float) -> list[str]:
-    """Which clips are set aside: a share of them, evenly spread and never the only one."""
+    """Choose the split of each clip: a share of test clips, evenly spread, never the only clip."""
     n_test = min(round(test * n_clips), n_clips - 1)
     chosen = {int((k + 0.5) * n_clips / n_test) for k in range(n_test)}
     return ["test" if number in chosen else "train" for number in range(n_clips)]
 
 
 def write_landmarks(clips: Sequence[Clip], indices: NDArray[np.int64], path: Path) -> None:
-    """Write tracks end to end, as differences in units of SCALE pixels."""
+    """Write concatenated tracks as differences in units of SCALE pixels."""
     units = np.rint(np.concatenate([clip.track.landmarks for clip in clips]) / SCALE).astype(np.int32)
     with atomic_path(path) as partial:
         np.savez_compressed(
@@ -247,7 +247,7 @@ def write_landmarks(clips: Sequence[Clip], indices: NDArray[np.int64], path: Pat
 
 
 def report_text(report: FilmReport) -> list[str]:
-    """The report for readers: a line per clip, what to know of it, and the films that were left out."""
+    """The report as text: a line per clip with its warnings, and the videos that were left out."""
     lines = ["clip                     frames  bridged  pupils px  jitter mm  turn deg  phones"]
     for clip in report.clips:
         worth, n_frames, n_bridged = clip.quality, len(clip.track.landmarks), len(clip.track.rejected)

@@ -1,4 +1,4 @@
-"""The speaking face in films: landmarks frame by frame, and how good they are."""
+"""Track the speaking face in videos: landmarks frame by frame, and their quality."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from phonanim.media.video import Film, Frame, read_frames
 
 Array = NDArray[np.float64]
 
-LONGEST_GAP = 0.12  # seconds without a face that are bridged by a straight line
-LARGEST_JUMP = 0.25  # of the pupil distance: what a head moves in a frame of 1/25 s is a tenth of it
+LONGEST_GAP = 0.12  # seconds without a face that are interpolated linearly
+LARGEST_JUMP = 0.25  # of the pupil distance; a head moves a tenth of that in a frame of 1/25 s
 SMALL_FACE = 40.0  # pixels between the pupils; below, a tracker's noise is as large as small lip movements
 TURNED = 20.0  # degrees
 
@@ -29,10 +29,10 @@ Follow = Callable[[Iterable[Frame]], Iterator[Array | None]]
 
 @dataclass(frozen=True)
 class Tracker:
-    """A way to find a face: `follow` gives every frame's landmarks, or None where there is no face.
+    """A way to find a face: `follow` gives every frame's landmarks, or None without a face.
 
     Landmarks are (landmarks, 3) pixels: right, down, and away from the camera. `indices` (landmarks,)
-    are MediaPipe face-mesh numbers; `miss` says what None means.
+    are MediaPipe face-mesh numbers; `miss` is the reason for None, in words.
     """
 
     name: str
@@ -43,7 +43,7 @@ class Tracker:
 
 @dataclass(frozen=True)
 class Track:
-    """A face in a film: `landmarks` (frames, landmarks, 3) pixels; which frames were `rejected`, and why."""
+    """A face in a video: `landmarks` (frames, landmarks, 3) pixels; `rejected` frames with the reasons."""
 
     landmarks: Array
     rejected: dict[int, str]
@@ -51,10 +51,10 @@ class Track:
 
 @dataclass(frozen=True)
 class Quality:
-    """How good a track is: pixels between the pupils, jitter and turn of the head (largest, degrees).
+    """Quality of a track: pixels between the pupils, jitter and turn of the head (largest, degrees).
 
-    `jitter_mm` is the deviation of white noise with the second differences that the rigid landmarks
-    have, which speech does not move: what the tracker adds, and a little of the head's motion.
+    `jitter_mm` is the standard deviation of white noise with the same second differences as the rigid
+    landmarks, which speech does not move. It is the noise of the tracker plus a little head motion.
     """
 
     pupils_px: float
@@ -62,14 +62,14 @@ class Quality:
     turn_deg: float
 
     def warnings(self) -> list[str]:
-        """What a reader should know, one sentence each."""
+        """Warnings about the track, one sentence each."""
         small = f"the face is small ({self.pupils_px:.0f} px between the pupils): film it closer"
         turned = f"the head turns by {self.turn_deg:.0f} degrees: look into the camera"
         return [small] * (self.pupils_px < SMALL_FACE) + [turned] * (self.turn_deg > TURNED)
 
 
 def shipped_indices() -> NDArray[np.int64]:
-    """The landmarks of the shipped reference face, so that corpora can be compared."""
+    """The landmarks of the package's reference face, so that corpora can be compared."""
     from phonanim.core.catalog import DEFAULT_MODEL, SHIPPED
     from phonanim.regressors import load_face
 
@@ -82,14 +82,14 @@ def mediapipe_tracker(indices: NDArray[np.int64]) -> Tracker:
         from mediapipe.python.solutions import face_mesh
     except ImportError as error:
         raise MissingExtraError(
-            "tracking needs MediaPipe: pip install 'phonanim[track]', in an environment of its own "
+            "tracking needs MediaPipe: pip install 'phonanim[track]', in a separate environment "
             "(it needs numpy below 2); or --model with an appearance model of this speaker"
         ) from error
 
     def follow(frames: Iterable[Frame]) -> Iterator[Array | None]:
         with silent_stderr():
             mesh = face_mesh.FaceMesh(max_num_faces=1, refine_landmarks=True)
-            mesh.process(np.zeros((64, 64, 3), np.uint8))  # its threads talk as they start
+            mesh.process(np.zeros((64, 64, 3), np.uint8))  # its threads print messages when they start
         with mesh:
             for frame in frames:
                 with silent_stderr():
@@ -100,7 +100,7 @@ def mediapipe_tracker(indices: NDArray[np.int64]) -> Tracker:
 
 
 def _pixels(face: Any, frame: Frame, indices: NDArray[np.int64]) -> Array:
-    """MediaPipe's shares of the picture's sides in pixels; depth is in shares of the width."""
+    """MediaPipe's coordinates, shares of the picture's sides, in pixels; depth is in shares of the width."""
     rows, columns = frame.shape[:2]
     points = np.array([[face.landmark[i].x, face.landmark[i].y, face.landmark[i].z] for i in indices])
     return points * [columns, rows, columns]
@@ -123,11 +123,11 @@ def aam_tracker(folder: Path) -> Tracker:
 
 
 def track_film(film: Film, tracker: Tracker, progress: Callable[[float], None] = lambda done: None) -> Track:
-    """Follow the face through a film; short gaps are bridged.
+    """Track the face through a video; short gaps are interpolated.
 
-    A frame in which the face jumps, or its mouth leaves the picture, is rejected like one in which it is
-    not found. Raises CorpusError when no frame has a face, none for longer than LONGEST_GAP, or the film
-    goes on with a face at another place.
+    A frame in which the face jumps, or its mouth leaves the picture, is rejected like a frame without a face.
+    Raises CorpusError when no frame has a face, when a gap is longer than LONGEST_GAP, or when the face
+    continues at another place.
     """
     found: list[Array | None] = []
     rejected: dict[int, str] = {}
@@ -141,7 +141,7 @@ def track_film(film: Film, tracker: Tracker, progress: Callable[[float], None] =
         progress(min(1.0, (number + 1) / film.frames))
     if len(rejected) == len(found):
         why = rejected[0]
-        raise CorpusError(f"{film.path}: {why} in any frame; the whole face must be seen from the front")
+        raise CorpusError(f"{film.path}: {why} in any frame; the whole face must be visible from the front")
     blank = np.full((len(tracker.indices), 3), np.nan)
     landmarks = np.stack([blank if points is None else points for points in found])
     landmarks[list(rejected)] = np.nan
@@ -153,14 +153,14 @@ def track_film(film: Film, tracker: Tracker, progress: Callable[[float], None] =
 
 
 def find_jumps(landmarks: Array, indices: NDArray[np.int64], rate: float) -> list[int]:
-    """Frames in which the rigid landmarks are far from those before and after, though these agree."""
+    """Frames whose rigid landmarks are far from those before and after, although these agree."""
     steps, allowed = _steps(landmarks, indices, rate)
     far = steps > allowed
     return [int(n) + 1 for n in np.flatnonzero(far[:-1] & far[1:])]
 
 
 def check_cuts(film: Film, landmarks: Array, indices: NDArray[np.int64]) -> None:
-    """Raises CorpusError where the face is at another place from one known frame to the next."""
+    """Raise CorpusError when the face is at another place from one known frame to the next."""
     known = np.flatnonzero(np.isfinite(landmarks[:, 0, 0]))
     steps, allowed = _steps(landmarks[known], indices, float(film.rate))
     far = np.flatnonzero(steps > allowed * np.diff(known))
@@ -173,20 +173,20 @@ def check_cuts(film: Film, landmarks: Array, indices: NDArray[np.int64]) -> None
 
 
 def leaves_frame(points: Array, indices: NDArray[np.int64], frame: Frame) -> bool:
-    """Whether a part of the lips lies outside a frame."""
+    """Whether a part of the lips is outside a frame."""
     lips = points[_rows(indices, OUTER_LIPS), :2]
     return bool((lips < 0).any() or (lips > [frame.shape[1], frame.shape[0]]).any())
 
 
 def _steps(landmarks: Array, indices: NDArray[np.int64], rate: float) -> tuple[Array, float]:
-    """How far the rigid landmarks move from frame to frame, and how far a head does: pixels."""
+    """Motion of the rigid landmarks from frame to frame, and the limit for a head, in pixels."""
     middle = landmarks[:, _rows(indices, RIGID), :2].mean(axis=1)
     allowed = LARGEST_JUMP * _pupils(landmarks, indices) * max(1.0, 25 / rate)
     return np.linalg.norm(np.diff(middle, axis=0), axis=1), allowed
 
 
 def check_gaps(film: Film, rejected: Mapping[int, str]) -> None:
-    """Raises CorpusError naming the first run of rejected frames that is too long to bridge."""
+    """Raise CorpusError, which names the first run of rejected frames that is too long to interpolate."""
     frames = np.array(sorted(rejected), int)
     for run in np.split(frames, np.flatnonzero(np.diff(frames) > 1) + 1):
         if len(run) > LONGEST_GAP * float(film.rate):
@@ -198,7 +198,7 @@ def check_gaps(film: Film, rejected: Mapping[int, str]) -> None:
 
 
 def bridge_gaps(landmarks: Array) -> Array:
-    """Frames that are NaN filled from their neighbours: straight lines, and repeated at the ends."""
+    """Fill NaN frames from their neighbours: linear interpolation, constant at the ends."""
     flat = landmarks.reshape(len(landmarks), -1)
     known = np.flatnonzero(np.isfinite(flat).all(axis=1))
     at = np.arange(len(flat))
@@ -206,7 +206,7 @@ def bridge_gaps(landmarks: Array) -> Array:
 
 
 def measure_quality(landmarks: Array, indices: NDArray[np.int64]) -> Quality:
-    """How good a track is; (frames, landmarks, 3) pixels."""
+    """Measure the quality of a track, (frames, landmarks, 3) pixels."""
     distance = _pupils(landmarks, indices)
     rigid = landmarks[:, _rows(indices, RIGID), :2]
     shaken = np.diff(rigid, n=2, axis=0) / np.sqrt(6) if len(rigid) > 2 else np.zeros((1, 1, 2))

@@ -1,4 +1,4 @@
-"""Score one motion against another: files or animations in, every measure out."""
+"""Score one motion against another: files or animations in, all measures out."""
 
 from __future__ import annotations
 
@@ -42,15 +42,15 @@ def evaluate(
     result has `measures` by name, such as `mve_mm`, and `notes`. docs/evaluation.md explains each measure.
 
     Args:
-        predicted: What a tool made.
-        reference: What it should be, such as a capture.
-        alignment: What is said, for measures of single phones.
+        predicted: The output of a tool.
+        reference: The motion to compare with, such as a capture.
+        alignment: The alignment of the speech, for measures of single phones.
         language: The labels of the alignment.
         masks: Vertex numbers of a region, by the name of the region.
         lips: Four vertices of the mesh: upper lip, lower lip, right and left corner.
         template: The mesh at rest, (vertices, 3), or its file.
-        reference_template: The same of the reference, where it is another face.
-        unit: Of vertices: "m", "cm" or "mm"; found by the size of the mesh when it is None.
+        reference_template: The same of the reference, if it is another face.
+        unit: Of vertices: "m", "cm" or "mm"; by default it is detected by the size of the mesh.
         fps: Frames per second of a .npy of predictions; 30 when it is None.
         reference_fps: Frames per second of a .npy of references; `fps` when it is None.
 

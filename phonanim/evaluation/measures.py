@@ -1,7 +1,7 @@
-"""What is measured of two motions that lie at the same instants: controls, vertices, lips.
+"""Measures of two motions at the same instants: controls, vertices, lips.
 
-The unit ends each name: `_mm`, `_mm2`, `_ms`, `_db`; `_r` is a correlation, `_ratio` a ratio, and controls
-have the rig's own units.
+Each name ends in its unit: `_mm`, `_mm2`, `_ms`, `_db`; `_r` is a correlation, `_ratio` a ratio, and controls
+have the rig's units.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ CONTACTS = {"pbm": BILABIALS, "fv": LABIODENTALS}
 
 
 def control_measures(predicted: Animation, captured: Animation) -> dict[str, float]:
-    """Errors of curves over all controls and over those of the mouth, in the controls' own units."""
+    """Errors of curves over all controls and over those of the mouth, in the controls' units."""
     ours, theirs = predicted.values.astype(np.float64), captured.values.astype(np.float64)
     mouth = [i for i, name in enumerate(captured.channels) if plain_name(name).startswith(MOUTH_CONTROLS)]
     liveliest = int(theirs.var(axis=0).argmax())
@@ -58,7 +58,7 @@ def control_measures(predicted: Animation, captured: Animation) -> dict[str, flo
 
 
 def vertex_measures(ours: Surface, theirs: Surface, fps: float) -> dict[str, float]:
-    """Errors of vertices, over the mesh and by region; the captured mean face stands for a missing rest."""
+    """Errors of vertices, over the mesh and by region; the mean captured face is the default rest pose."""
     rest = theirs.rest if theirs.rest is not None else theirs.points.mean(axis=0)
     points = ours.points, theirs.points
     measures = {
@@ -84,7 +84,7 @@ def vertex_measures(ours: Surface, theirs: Surface, fps: float) -> dict[str, flo
 def lip_measures(
     ours: Mapping[str, Array], theirs: Mapping[str, Array], times: Array, fps: float, track: PhoneTrack | None
 ) -> dict[str, float]:
-    """Likeness of lip curves; where it is known what is said, over speech alone and at closures too."""
+    """Agreement of lip curves; with a track, also over speech only and at closures."""
     measures = {f"{name}_r": correlation(ours[name], theirs[name]) for name in theirs}
     mine, wanted = ours["aperture"], theirs["aperture"]
     delay, best = lag(mine, wanted, fps)

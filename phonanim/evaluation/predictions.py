@@ -1,7 +1,7 @@
-"""Motion to be scored, of any tool: curves of controls, or the vertices of a mesh over time.
+"""Motion of any tool for scoring: curves of controls, or the vertices of a mesh over time.
 
-Curves come from every format that `phonanim convert` reads (ours, Live Link CSV, GLB, USD, OpenFaceFX
-tracks); vertices from the .npy layouts of VOCA, FaceFormer, CodeTalker and FaceDiffuser.
+Curves come from every format that `phonanim convert` reads (its own formats, Live Link CSV, GLB, USD,
+OpenFaceFX tracks); vertices come from the .npy layouts of VOCA, FaceFormer, CodeTalker and FaceDiffuser.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ FLAT_MESHES = {
     23370: "BIWI: FaceFormer, CodeTalker, FaceDiffuser",
     6172: "Multiface: FaceDiffuser",
 }
-MOST_CONTROLS = 1000  # a flat frame of more values that is no known mesh is not taken for a rig's controls
+MOST_CONTROLS = 1000  # flat frames with more values, and of no known mesh, are not a rig's controls
 REPORT = "report.json"  # of `phonanim batch`
-NPY_FPS = 30.0  # a .npy does not say; VOCASET at FaceFormer's rate, and FaceDiffuser's rigs
+NPY_FPS = 30.0  # default for .npy, which has no rate: VOCASET at FaceFormer's rate, and FaceDiffuser's rigs
 
 
 @dataclass(frozen=True)
@@ -47,10 +47,10 @@ Motion = Animation | Vertices
 
 
 def read_motion(path: Path, fps: float | None = None, template: Array | None = None) -> Motion:
-    """Read a file of motion. `fps` is the rate of a .npy, `template` (vertices, 3) the mesh it is of.
+    """Read a file of motion. `fps` is the rate of a .npy, `template` (vertices, 3) is its mesh at rest.
 
     Raises EvaluationError when the layout is unknown or a value is not finite, and OutputError or RigError as
-    the format's own reader does.
+    the reader of the format does.
     """
     if path.suffix.lower() == ".npy":
         return motion_from_array(_load(path), str(path), fps or NPY_FPS, template)
@@ -58,18 +58,18 @@ def read_motion(path: Path, fps: float | None = None, template: Array | None = N
 
 
 def motion_from_array(array: NDArray[Any], source: str, fps: float, template: Array | None = None) -> Motion:
-    """Motion of a bare array, by its shape.
+    """Motion from an array, by its shape.
 
-    (frames, vertices, 3) is a mesh; (frames, 3 vertices) is one where `template` or FLAT_MESHES knows as many
-    vertices; (frames, controls) are curves without names, "0", "1", ... A leading axis of one is dropped.
-    Raises EvaluationError.
+    (frames, vertices, 3) is a mesh. (frames, 3 vertices) is a mesh if `template` or FLAT_MESHES has as many
+    vertices. (frames, controls) are curves without names: "0", "1", ... A leading axis of size one is
+    dropped. Raises EvaluationError.
     """
     if array.ndim > 2 and array.shape[0] == 1:
         array = array[0]
     real = np.issubdtype(array.dtype, np.floating) or np.issubdtype(array.dtype, np.integer)
     if not real or array.size == 0 or array.ndim == 0:
         raise EvaluationError(
-            f"{source}: holds {array.dtype} of shape {array.shape}, not the numbers of frames"
+            f"{source}: has {array.dtype} of shape {array.shape}, not the numbers of frames"
         )
     check_finite(array.reshape(len(array), -1), source)
     if array.ndim == 3 and array.shape[2] == 3:
@@ -106,7 +106,7 @@ def read_template(path: Path) -> Array:
 
 
 def resample_motion(motion: Motion, times: Array) -> Motion:
-    """The same motion at other instants within it, evenly spaced, straight between frames."""
+    """The same motion at other, evenly spaced instants within it, interpolated linearly."""
     fps = 1 / float(np.diff(times).mean())
     if isinstance(motion, Vertices):
         flat = interpolate_rows(motion.points.reshape(len(motion.points), -1), motion, times)
@@ -124,10 +124,10 @@ def interpolate_rows(values: Array, motion: Motion, times: Array) -> Array:
 
 
 def pair_files(predictions: Path, reference: Path) -> list[tuple[Path, Path]]:
-    """What belongs together, sorted by name: two files, or the files of two folders whose stems are alike.
+    """Pairs of prediction and reference, sorted by name: two files, or the files of two folders by stem.
 
-    A prediction may go on with `_condition_...`, as FaceFormer, CodeTalker and FaceDiffuser name the styles
-    of a line, so a reference can have several. Raises EvaluationError when nothing pairs.
+    The stem of a prediction may end in `_condition_...`, as FaceFormer, CodeTalker and FaceDiffuser name the
+    styles of a line, so a reference can have several. Raises EvaluationError when there are no pairs.
     """
     if predictions.is_dir() != reference.is_dir():
         raise EvaluationError(f"{predictions} and {reference}: give two files or two folders")
@@ -138,19 +138,19 @@ def pair_files(predictions: Path, reference: Path) -> list[tuple[Path, Path]]:
         (path, references[line]) for path in _motions(predictions) if (line := line_name(path)) in references
     ]
     if not found:
-        raise EvaluationError(f"{predictions}: no file is named like one of {reference}; match them by stem")
+        raise EvaluationError(f"{predictions}: no file has the stem of a file in {reference}; rename them")
     return found
 
 
 def line_name(path: Path) -> str:
-    """The name of a line: without the suffix of its format, and without `_condition_...`."""
+    """The name of a line: without the suffix of its format and without `_condition_...`."""
     name = path.name
     suffix = max((s for s in suffixes() if name.lower().endswith(s)), key=len, default=path.suffix)
     return name.removesuffix(name[len(name) - len(suffix) :]).split("_condition_")[0]
 
 
 def _motions(folder: Path) -> list[Path]:
-    """What may be motion in a folder: no pages or films, nor what `batch` says of its lines."""
+    """Files that may be motion in a folder: no pages, no videos, no reports of `batch`."""
     known = (".npy", *readable_suffixes())
     return sorted(
         path
@@ -160,19 +160,19 @@ def _motions(folder: Path) -> list[Path]:
 
 
 def check_finite(values: NDArray[Any], source: str) -> None:
-    """Raise EvaluationError naming the first value, (rows, columns), that is not a number."""
+    """Raise EvaluationError, which names the first value, (rows, columns), that is not a number."""
     wrong = np.argwhere(~np.isfinite(values))
     if len(wrong):
         row, column = wrong[0]
         raise EvaluationError(
-            f"{source}: {values[row, column]} in frame {row}, value {column} ({len(wrong)} such); mend it"
+            f"{source}: {values[row, column]} in frame {row}, value {column} ({len(wrong)} such); correct it"
         )
 
 
 def _unknown(source: str, shape: tuple[int, ...]) -> str:
     meshes = ", ".join(f"(frames, {3 * count}) of {what}" for count, what in FLAT_MESHES.items())
     return (
-        f"{source}: shape {shape} is no known layout; known are (frames, vertices, 3), {meshes}; "
+        f"{source}: shape {shape} is not a known layout; known are (frames, vertices, 3), {meshes}; "
         "for another mesh give its --template"
     )
 

@@ -1,7 +1,7 @@
-"""Score motion against a reference: what both sides allow, from control errors to millimetres on a mesh.
+"""Score motion against a reference: all measures that both sides allow.
 
-The steps: both sides at the same instants, controls compared by name, both put on a mesh where that can be
-done, vertices compared by region, lips compared as curves, errors sorted by phone.
+The steps: resample both sides at the same instants, compare controls by name, put both on a mesh if possible,
+compare vertices by region, compare lips as curves, group errors by phone.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from phonanim.rig.morphs import plain_name
 from phonanim.rig.neck import TURNS
 
 Array = NDArray[np.float64]
-FEWEST = 4  # frames: less has no spectrum and no jerk
-STRANGERS = 10.0  # mm between mean faces: no error of speech, but another head or another unit
+FEWEST = 4  # frames; fewer have no spectrum and no jerk
+STRANGERS = 10.0  # mm between mean faces: more is not an error of speech, but another head or another unit
 
 
 @dataclass(frozen=True)
 class Scores:
-    """Measures by name; the measure `error` by phone and class of phones; what to know of it all."""
+    """Measures by name; the measure `error` by phone and class of phones; and notes."""
 
     measures: dict[str, float]
     frames: int
@@ -75,7 +75,7 @@ def score(predicted: Motion, captured: Motion, settings: Settings) -> Scores:
         notes += [*theirs.notes, *_doubts(ours, theirs)]
     if not errors:
         raise EvaluationError(
-            "controls cannot be compared with the vertices of another mesh than the shipped head; "
+            "controls can be compared only with vertices of the package's head, and this is another mesh; "
             "give both as controls or both as vertices"
         )
     name, error = list(errors.items())[-1]
@@ -86,7 +86,7 @@ def score(predicted: Motion, captured: Motion, settings: Settings) -> Scores:
 
 
 def match_instants(predicted: Motion, captured: Motion) -> tuple[Motion, Motion, list[str]]:
-    """Both at those of the reference's instants that both have. Raises EvaluationError when they are few."""
+    """Both sides at the reference's instants that both have. Raises EvaluationError when they are too few."""
     ends = [float(motion.times[-1]) for motion in (predicted, captured)]
     first, slack = max(predicted.start, captured.start), 0.5 / captured.fps
     times = captured.times
@@ -98,7 +98,7 @@ def match_instants(predicted: Motion, captured: Motion) -> tuple[Motion, Motion,
         )
     notes = []
     if not np.isclose(predicted.fps, captured.fps):
-        notes.append(f"predictions at {predicted.fps:g} fps, read at the reference's {captured.fps:g}")
+        notes.append(f"predictions at {predicted.fps:g} fps, resampled at the reference's {captured.fps:g}")
     if abs(ends[0] - ends[1]) > slack or not np.isclose(predicted.start, captured.start):
         notes.append(
             f"predictions {predicted.start:.3f} to {ends[0]:.3f} s, reference {captured.start:.3f} to "
@@ -116,14 +116,14 @@ def without_turns(animation: Animation) -> Animation:
 
 
 def match_channels(predicted: Animation, captured: Animation) -> tuple[Animation, Animation, list[str]]:
-    """Both with the reference's channels, by name; those that the predictions lack are at zero.
+    """Both with the reference's channels, by name; channels that the predictions lack are 0.
 
-    Raises EvaluationError when no name agrees, or, for controls without names, when their number differs.
+    Raises EvaluationError when no name is equal, or, for controls without names, when their number differs.
     """
     if not predicted.rig and not captured.rig and len(predicted.channels) != len(captured.channels):
         raise EvaluationError(
             f"the predictions have shape {predicted.values.shape}, the reference {captured.values.shape}; "
-            "controls without names must be as many on both sides"
+            "controls without names must have the same number on both sides"
         )
     own = {plain_name(name): row for row, name in enumerate(predicted.channels)}
     theirs = [plain_name(name) for name in captured.channels]
@@ -143,9 +143,9 @@ def match_channels(predicted: Animation, captured: Animation) -> tuple[Animation
 
 
 def match_surfaces(predicted: Motion, captured: Motion, settings: Settings) -> tuple[Surface, Surface] | None:
-    """Both sides on one mesh; None where that cannot be done. Raises EvaluationError on different meshes.
+    """Both sides on one mesh; None if that is impossible. Raises EvaluationError for different meshes.
 
-    Where both have a template of their own, each motion is taken from its own and laid on the reference's.
+    If both have a template, each motion is taken relative to its template and put on the reference's.
     """
     theirs_at_rest = settings.template if settings.reference_template is None else settings.reference_template
     ours = make_surface(predicted, settings, settings.template)
@@ -163,7 +163,7 @@ def match_surfaces(predicted: Motion, captured: Motion, settings: Settings) -> t
 
 
 def takes_diversity(takes: Sequence[Motion], settings: Settings) -> float | None:
-    """Diversity of several takes of one line, in mm over the frames that all have; None without a mesh."""
+    """Diversity of several takes of one line, in mm over their common frames; None without a mesh."""
     found = [make_surface(take, settings, settings.template) for take in takes]
     points = [each.points for each in found if each is not None]
     if len(points) < len(takes) or len({p.shape[1] for p in points}) > 1:
@@ -173,16 +173,16 @@ def takes_diversity(takes: Sequence[Motion], settings: Settings) -> float | None
 
 
 def _doubts(ours: Surface, theirs: Surface) -> list[str]:
-    """What makes vertex errors worthless, or coarser than they look."""
+    """Warnings about vertex errors that are meaningless or less exact than they look."""
     apart = float(np.linalg.norm((ours.points - theirs.points).mean(axis=0), axis=1).mean())
     doubts = []
     if apart > STRANGERS:
         doubts.append(
-            f"the mean faces lie {apart:.0f} mm apart: another head, place or unit? --template and "
-            "--reference-template take each side from its own rest"
+            f"the mean faces are {apart:.0f} mm apart: another head, place or unit? --template and "
+            "--reference-template give the rest pose of each side"
         )
     if theirs.rest is None and "upper" in theirs.masks:
-        doubts.append("fdd is taken from the reference's mean face; give the face at rest with --template")
+        doubts.append("fdd uses the reference's mean face; give the face at rest with --template")
     return doubts
 
 

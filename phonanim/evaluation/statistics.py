@@ -1,8 +1,8 @@
-"""How sure a difference is: intervals and tests with the sentence (clip, judgement) as the unit.
+"""Confidence intervals and tests, with the sentence (clip, judgement) as the unit.
 
-A measure that pools frames over sentences, as a correlation does, is a function of sums: each sentence
-gives a row of sums, (sentences, sums), and `Statistic` turns the total of some rows into a number.
-Resampling and exchanging then work on rows, and stay exact for any measure.
+A measure that pools frames over sentences, such as a correlation, is a function of sums: each sentence gives
+a row of sums, (sentences, sums), and a `Statistic` turns the total of some rows into a number. So resampling
+and exchanging work on rows, and are exact for any measure.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from phonanim.errors import MissingExtraError
 Array = NDArray[np.float64]
 Statistic = Callable[[Array], Array]  # totals (..., sums) -> (...,)
 RESAMPLES = 10_000
-CHUNK = 1000  # resamples at once, so that memory stays flat
+CHUNK = 1000  # resamples at once, so that memory use does not grow
 
 
 def ratio(totals: Array) -> Array:
-    """Mean from (sum, count), (..., 2) -> (...,); NaN where nothing was counted."""
+    """Mean from (sum, count), (..., 2) -> (...,); NaN where the count is 0."""
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.asarray(totals[..., 0] / totals[..., 1])
 
 
 def pearson(totals: Array) -> Array:
-    """Pearson's r from (n, Σa, Σb, Σa², Σb², Σab), (..., 6) -> (...,); NaN where a curve never moves."""
+    """Pearson's r from (n, Σa, Σb, Σa², Σb², Σab), (..., 6) -> (...,); NaN for a constant curve."""
     n, a, b, aa, bb, ab = np.moveaxis(totals, -1, 0)
     spread = (n * aa - a * a) * (n * bb - b * b)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -37,7 +37,7 @@ def pearson(totals: Array) -> Array:
 
 
 def pearson_sums(a: NDArray[np.floating], b: NDArray[np.floating]) -> Array:
-    """The six sums of two curves, (frames,) each, that `pearson` needs."""
+    """The six sums of two curves, (frames,) each, for `pearson`."""
     a, b = a.astype(np.float64), b.astype(np.float64)
     return np.array([len(a), a.sum(), b.sum(), (a * a).sum(), (b * b).sum(), (a * b).sum()])
 
@@ -49,7 +49,7 @@ def bootstrap_interval(
     level: float = 0.95,
     resamples: int = RESAMPLES,
 ) -> tuple[float, float]:
-    """Percentile interval of a statistic when sentences are drawn anew, (sentences, sums) -> (low, high).
+    """Percentile interval of a statistic when sentences are resampled, (sentences, sums) -> (low, high).
 
     Source: Efron and Tibshirani 1993, section 13.3. A plain mean of values (n,) is
     `bootstrap_interval(mean_rows(values), rng)`. Raises ValueError when there are no sentences,
@@ -59,11 +59,11 @@ def bootstrap_interval(
         raise ValueError("no sentences to draw from")
     if np.isnan(rows).any():
         return float("nan"), float("nan")
-    if len(rows) == 1:  # which can only be drawn again
+    if len(rows) == 1:  # every resample is the same
         return (only := float(statistic(rows[0]))), only
     stats = _scipy_stats()
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", stats.DegenerateDataWarning)  # NaN says as much
+        warnings.simplefilter("ignore", stats.DegenerateDataWarning)  # the result is NaN anyway
         resampled = stats.bootstrap(
             tuple(rows.T),
             lambda *sums, axis: statistic(np.stack([drawn.sum(axis=axis) for drawn in sums], axis=-1)),
@@ -75,14 +75,14 @@ def bootstrap_interval(
         )
     values = resampled.bootstrap_distribution
     tail = 100 * (1 - level) / 2
-    if np.isnan(values).all():  # a statistic of curves that never move
+    if np.isnan(values).all():  # a statistic of constant curves
         return float("nan"), float("nan")
     low, high = np.nanpercentile(values, [tail, 100 - tail])
     return float(low), float(high)
 
 
 def mean_rows(values: NDArray[np.floating]) -> Array:
-    """Values (n,) as the rows (n, 2) whose `ratio` is their mean."""
+    """Values (n,) as rows (n, 2) whose `ratio` is their mean."""
     return np.column_stack([values, np.ones(len(values))]).astype(np.float64)
 
 
@@ -95,10 +95,10 @@ def paired_test(
 ) -> float:
     """Two-sided permutation test of statistic(a) = statistic(b), (sentences, sums) each -> p.
 
-    If the two models were alike, their names could be exchanged in any sentence (Fisher 1935, section 21;
-    Edgington 1995, chapter 5). p counts the exchanges, drawn at random, that part the models at least as far
-    as they are, the observed one among them, so it is never below 1 / (resamples + 1).
-    NaN where a statistic is not a number. Raises ValueError when the sentences are not paired.
+    If the two models were equal, their names could be exchanged in any sentence (Fisher 1935, section 21;
+    Edgington 1995, chapter 5). p is the share of the randomly drawn exchanges, including the observed one,
+    in which the models differ by at least the observed difference. It is never below 1 / (resamples + 1).
+    NaN if a statistic is not a number. Raises ValueError when the sentences are not paired.
     """
     if a.shape != b.shape:
         raise ValueError(f"sentences of two models must pair: {a.shape} and {b.shape}")
@@ -116,7 +116,7 @@ def paired_test(
 
 
 def holm(p: Sequence[float]) -> list[float]:
-    """Adjusted p values of several tests (Holm 1979), in the order given; NaN stays NaN and is no test."""
+    """Adjusted p values of several tests (Holm 1979), in the given order; NaN stays NaN, uncounted."""
     known = [index for index in np.argsort(p, kind="stable") if not np.isnan(p[index])]
     adjusted, highest = [float("nan")] * len(p), 0.0
     for rank, index in enumerate(known):
@@ -131,7 +131,9 @@ def sign_test(wins: int, losses: int) -> float:
 
 
 def binomial_test(successes: int, trials: int, chance: float = 0.5) -> float:
-    """Two-sided exact binomial test: every outcome no likelier than the one seen (Clopper and Pearson 1934).
+    """Two-sided exact binomial test (Clopper and Pearson 1934).
+
+    p sums all outcomes that are not more likely than the observed one.
 
     Raises ValueError when there are more successes than trials.
     """
@@ -141,7 +143,7 @@ def binomial_test(successes: int, trials: int, chance: float = 0.5) -> float:
 
 
 def _scipy_stats() -> Any:
-    """scipy.stats, imported where it is needed. Raises MissingExtraError naming the extra."""
+    """scipy.stats, imported on demand. Raises MissingExtraError, which names the extra."""
     try:
         from scipy import stats
     except ImportError as error:

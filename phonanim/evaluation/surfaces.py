@@ -1,7 +1,7 @@
-"""Motion as a surface in millimetres, with its regions and what its lips do.
+"""Motion as a surface in millimetres, with its regions and its lip curves.
 
-Controls of ARKit move the shipped head; vertices are a mesh by themselves, known by how many they are: the
-shipped head, MediaPipe's face mesh, the reference face, or one's own with masks of one's own.
+Controls of ARKit move the package's head. Vertices are a mesh that is recognized by its number of vertices:
+the package's head, MediaPipe's face mesh, the reference face, or a mesh of the user with the user's masks.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ FACE_MESH = 478  # points of MediaPipe's face mesh with irises
 
 @dataclass(frozen=True)
 class Settings:
-    """What is known of the files beyond what they hold.
+    """Facts about the files that they do not contain.
 
     `masks` are rows by region, `lips` four vertices (upper and lower lip, right and left corner), the
-    templates meshes at rest (vertices, 3), `unit` that of coordinates (found by size when None), `track` what
-    is said.
+    templates are meshes at rest (vertices, 3), `unit` is that of coordinates (detected by size when None),
+    `track` has the phones.
     """
 
     masks: Mapping[str, Rows] = field(default_factory=dict)
@@ -50,10 +50,10 @@ class Settings:
 
 @dataclass(frozen=True)
 class Surface:
-    """A mesh that moves: `points` (frames, vertices, 3) mm, `rest` (vertices, 3) mm or None, rows by region.
+    """A moving mesh: `points` (frames, vertices, 3) mm, `rest` (vertices, 3) mm or None, rows by region.
 
-    `lips` are curves (frames,) mm: aperture, width, and protrusion where the axes are known; none where the
-    lips are not.
+    `lips` are curves (frames,) in mm: aperture, width, and protrusion if the axes are known; empty if the
+    lips are unknown.
     """
 
     points: Array
@@ -64,17 +64,17 @@ class Surface:
 
 
 def make_surface(motion: Motion, settings: Settings, template: Array | None = None) -> Surface | None:
-    """The surface that a side moves; None for controls that the shipped head does not have.
+    """The surface that a side moves; None for controls that the package's head does not have.
 
-    The shipped head is cut down to the vertices of its regions. Raises EvaluationError when a mask, the lips
-    or the template do not fit the mesh.
+    The package's head is reduced to the vertices of its regions. Raises EvaluationError when a mask, the lips
+    or the template do not match the mesh.
     """
     if isinstance(motion, Animation):
         return _on_head(motion, settings)
     vertices = motion.points.shape[1]
     if template is not None and len(template) != vertices:
         raise EvaluationError(
-            f"the template has shape {template.shape}, a frame {motion.points.shape[1:]}; they must be alike"
+            f"the template has shape {template.shape}, a frame {motion.points.shape[1:]}; they must be equal"
         )
     scale, notes = _scale(motion, settings.unit)
     points, rest = motion.points * scale, None if template is None else template * scale
@@ -87,7 +87,7 @@ def make_surface(motion: Motion, settings: Settings, template: Array | None = No
 
 
 def _on_head(animation: Animation, settings: Settings) -> Surface | None:
-    """The shipped head under curves that are named like its shapes."""
+    """The package's head, moved by curves with the names of its shapes."""
     head, spots = load_head(), shipped_landmarks()
     named = {plain_name(target): target for target in head.targets}
     channels = tuple(named.get(plain_name(name), name) for name in animation.channels)
@@ -102,14 +102,14 @@ def _on_head(animation: Animation, settings: Settings) -> Surface | None:
 
 
 def _cut(points: Array, rest: Array, settings: Settings, notes: tuple[str, ...]) -> Surface:
-    """Vertices of the shipped head, all of them, (frames, vertices, 3) mm, as `_on_head` would have them."""
+    """All vertices of the package's head, (frames, vertices, 3) mm, reduced as `_on_head` does."""
     used, masks = _head_regions(settings)
     spots = shipped_landmarks()
     return Surface(points[:, used], rest[used], masks, _landmark_lips(spots.of(points), spots), notes)
 
 
 def _head_regions(settings: Settings) -> tuple[Rows, dict[str, Rows]]:
-    """The shipped head's vertices that lie in a region, and the regions as rows of those."""
+    """The vertices of the package's head that are in a region, and the regions as rows of those."""
     masks = check_masks({**head_masks(), **settings.masks}, len(load_head().vertices))
     used = np.unique(np.concatenate(list(masks.values())))
     return used, {name: np.searchsorted(used, rows) for name, rows in masks.items()}
@@ -124,7 +124,7 @@ def _known(vertices: int) -> tuple[Mapping[str, Rows], MeshLandmarks | None]:
 
 
 def _of_points(numbers: Rows) -> tuple[Mapping[str, Rows], MeshLandmarks]:
-    """Landmarks that are the vertices themselves, (landmarks,) face-mesh numbers."""
+    """Landmarks that are vertices, (landmarks,) face-mesh numbers."""
     rows = np.arange(len(numbers))
     spots = MeshLandmarks(numbers, np.column_stack([rows] * 3), np.tile([1.0, 0.0, 0.0], (len(rows), 1)))
     regions = {name: np.flatnonzero(np.isin(numbers, mine)) for name, mine in landmark_numbers().items()}
@@ -153,7 +153,7 @@ def _own_lips(points: Array, lips: tuple[int, ...]) -> dict[str, Array]:
 
 
 def _scale(motion: Vertices, unit: str | None) -> tuple[float, tuple[str, ...]]:
-    """Millimetres in the file's unit: the one given, or that in which the mesh is as large as a head."""
+    """Millimetres per unit of the file: the given unit, or the one that makes the mesh as large as a head."""
     if unit is not None:
         return UNITS[unit], ()
     size = float(np.ptp(motion.points[0], axis=0).max())

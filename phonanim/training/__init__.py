@@ -1,1 +1,1 @@
-"""Training recipes become model folders."""
+"""Train model folders from training recipes."""

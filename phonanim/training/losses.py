@@ -1,4 +1,4 @@
-"""The losses of a training as a picture (extra `plots`)."""
+"""Draw the losses of a training (extra `plots`)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ DOTS = 110  # per inch
 
 
 def check_drawable(kind: str, config: Path) -> None:
-    """Raise MissingExtraError without Matplotlib, and ModelError for a kind that keeps no losses."""
+    """Raise MissingExtraError without Matplotlib, and ModelError for a kind that saves no losses."""
     try:
         import matplotlib.figure  # noqa: F401
     except ImportError as error:
@@ -23,11 +23,11 @@ def check_drawable(kind: str, config: Path) -> None:
             "the picture needs Matplotlib: pip install 'phonanim[plots]', or leave out --plot"
         ) from error
     if not getattr(regressor_class(kind), "resumable", False):
-        raise ModelError(f"{config}: a training of {kind!r} keeps no losses to draw; leave out --plot")
+        raise ModelError(f"{config}: a training of {kind!r} saves no losses to draw; leave out --plot")
 
 
 def draw_losses(folder: Path) -> list[Path]:
-    """Draw every loss.csv of a model folder as a loss.png beside it; -> the pictures."""
+    """Draw every loss.csv of a model folder as a loss.png next to it; -> the pictures."""
     curves = sorted(folder.rglob(CURVE))
     for curve in curves:
         draw_curve(curve, curve.with_suffix(".png"))
@@ -35,7 +35,7 @@ def draw_losses(folder: Path) -> list[Path]:
 
 
 def draw_curve(curve: Path, picture: Path) -> None:
-    """Loss and validation error of each epoch; the epoch whose weights were kept has a line."""
+    """Loss and validation error of each epoch; a line marks the epoch whose weights were kept."""
     from matplotlib.figure import Figure
 
     epochs, losses, errors = np.loadtxt(curve, delimiter=",", skiprows=1, ndmin=2).T

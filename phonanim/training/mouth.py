@@ -1,4 +1,4 @@
-"""A mouth that is drawn: phones to joint modes of shape and appearance, and to pictures."""
+"""A rendered mouth: phones -> joint modes of shape and appearance -> pictures."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from phonanim.speech.phones import PhoneTrack
 from phonanim.training.recipes import Recipe, add_teacher_examples, read_recipe
 
 CARD = "mouth.json"
-LABEL, COLUMNS = 26, 12  # pixels beneath a picture of a strip, and pictures in a row
+LABEL, COLUMNS = 26, 12  # pixels below a picture of a strip, and pictures per row
 INK = (236, 238, 242)
 
 Progress = Callable[[float], None]
@@ -36,7 +36,7 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Mouth:
-    """A regressor whose modes are joint parameters, with the appearance model that draws them."""
+    """A regressor whose modes are joint parameters, with the appearance model that renders them."""
 
     regressor: Regressor
     appearance: AppearanceModel
@@ -54,9 +54,9 @@ class Mouth:
 
 
 def train_mouth(config: Path, folder: Path, progress: Progress = lambda done: None) -> Path:
-    """Train the mouth that a recipe describes, on a corpus with its appearance; returns its folder.
+    """Train the mouth of a recipe on a corpus with its appearance model; returns its folder.
 
-    The recipe is that of any model (`read_recipe`). Raises ModelError or CorpusError.
+    The recipe is like that of any model (`read_recipe`). Raises ModelError or CorpusError.
     """
     recipe = read_recipe(config)
     corpus = load_corpus(config.parent / recipe.corpus)
@@ -68,11 +68,11 @@ def train_mouth(config: Path, folder: Path, progress: Progress = lambda done: No
 def fit_mouth(
     recipe: Recipe, corpus: Corpus, captured: Captured, config: Path, progress: Progress = lambda done: None
 ) -> Mouth:
-    """Train on the training clips of a corpus, by the steps of `training.fit_recipe`."""
+    """Train on the training clips of a corpus, as `training.fit_recipe` does."""
     kind = regressor_class(recipe.kind)
     if kind.input_modality != "phones":
         raise ModelError(
-            f"{config}: a mouth is drawn from phones and {recipe.kind} hears; choose another kind"
+            f"{config}: a mouth is driven by phones, but {recipe.kind} uses audio; choose another kind"
         )
     rng = np.random.default_rng(recipe.seed)
     shuffled = rng.permutation(corpus.clips_of("train"))
@@ -107,7 +107,7 @@ def save_mouth(mouth: Mouth, folder: Path) -> None:
 
 
 def load_mouth(folder: Path) -> Mouth:
-    """Read what `save_mouth` wrote. Raises ModelError when it is absent or damaged."""
+    """Read the output of `save_mouth`. Raises ModelError when it is missing or damaged."""
     from safetensors import SafetensorError
     from safetensors.numpy import load_file
 
@@ -118,12 +118,14 @@ def load_mouth(folder: Path) -> Mouth:
         config = make_config(card["kind"], card["config"], str(folder / CARD))
         learned = regressor_class(card["kind"]).from_tensors(config, load_file(folder / "joint.safetensors"))
     except (OSError, ValueError, KeyError, SafetensorError) as error:
-        raise ModelError(f"{folder}: is no mouth ({error}); make one with `phonanim mouth train`") from error
+        raise ModelError(
+            f"{folder}: is not a mouth ({error}); make one with `phonanim mouth train`"
+        ) from error
     return Mouth(learned, load_appearance(folder), card)
 
 
 def strip(mouth: Mouth, track: PhoneTrack, scale: float = 2.0) -> Image:
-    """A picture of the mouth in the middle of every phone that is heard, its label beneath."""
+    """A picture of the mouth in the middle of every phone except silence, with its label below."""
     middles = (track.bounds[:-1] + track.bounds[1:]) / 2
     heard = [n for n, label in enumerate(track.labels) if not is_silent(label)]
     pictures = mouth.pictures(track, middles[heard], scale)
@@ -139,7 +141,7 @@ def write_mouth_film(
     scale: float = 3.0,
     progress: Progress = lambda done: None,
 ) -> None:
-    """Write a film of the mouth saying a track, with its recording. Raises OutputError, AudioError."""
+    """Write a video of the mouth speaking a track, with its recording. Raises OutputError, AudioError."""
     times = np.arange(max(1, int(track.duration * fps))) / fps
     joint = mouth.predict(track, times)
     sound = resample(*read_audio(audio), SOUND_RATE) if audio else None
@@ -153,7 +155,7 @@ def write_mouth_film(
 
 
 def label_pictures(pictures: Image, labels: list[str]) -> Image:
-    """Pictures (n, rows, columns, 3) side by side in rows of COLUMNS, a label beneath each."""
+    """Pictures (n, rows, columns, 3) side by side in rows of COLUMNS, with a label below each."""
     count, rows, columns = pictures.shape[:3]
     across = min(count, COLUMNS)
     sheet = np.empty((-(-count // across) * (rows + LABEL), across * columns, 3), np.uint8)

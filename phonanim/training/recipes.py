@@ -1,4 +1,4 @@
-"""A configuration file -> a trained model folder."""
+"""Train a model folder from a configuration file."""
 
 from __future__ import annotations
 
@@ -41,16 +41,16 @@ if sys.version_info >= (3, 11):
 else:  # pragma: no cover
     import tomli as tomllib
 
-LONGEST_CLIP = 30.0  # seconds of one natural-text line that take part
+LONGEST_CLIP = 30.0  # seconds of one natural-text line that are used
 
 
 @dataclass(frozen=True)
 class Teacher:
-    """How the model learns beyond its recordings: a slow, good ensemble speaks natural text for it.
+    """Knowledge distillation: a slow, accurate ensemble predicts natural text as extra training data.
 
-    `members` are the ensemble's (see regressors/ensemble.py), `natural` folders of alignments,
-    `clips` how many lines of them, `weight` that of their errors beside the recordings' 1.
-    `blend` is the share of the teacher in the targets of the recordings themselves.
+    `members` are the ensemble's (see regressors/ensemble.py), `natural` are folders of alignments, `clips` is
+    the number of their lines, `weight` the weight of their errors (1 for the recordings). `blend` is the
+    share of the teacher in the targets of the recordings.
     """
 
     members: tuple[dict[str, Any], ...]
@@ -63,7 +63,7 @@ class Teacher:
 @dataclass(frozen=True)
 class Recipe:
     """A training configuration (TOML): `name`, `kind`, `corpus`, `seed`, `validation` (a share of the
-    training clips), `licence` of what was learned from, [settings] of the kind, and perhaps [teacher].
+    training clips), `licence` of the training data, [settings] of the kind, and optionally [teacher].
     """
 
     kind: str
@@ -84,9 +84,9 @@ def train(
 ) -> Path:
     """Train the model that a TOML file describes; returns its folder (`models/NAME` by default).
 
-    Paths in the file are relative to it. The same file, data and seed give the same bytes. A kind that is
-    `resumable` keeps its state and its losses in the folder as it learns, and goes on from there after a
-    halt. Raises ModelError or CorpusError naming the file and the key that is amiss.
+    Paths in the file are relative to it. The same file, data and seed give the same bytes. A `resumable` kind
+    saves its state and its losses in the folder during training, and continues from there after an
+    interruption. Raises ModelError or CorpusError, which name the file and the invalid key.
     """
     recipe = read_recipe(config)
     seed = recipe.seed if seed is None else seed
@@ -110,7 +110,7 @@ def fit_recipe(
 ) -> Model:
     """Train on some clips of a corpus (folds of a benchmark, or all training clips).
 
-    `journal` is a folder for the state of kinds that are `resumable`.
+    `journal` is a folder for the state of `resumable` kinds.
     """
     rng = np.random.default_rng(seed)
     if face is None:
@@ -147,7 +147,7 @@ def fit_recipe(
 
 
 def read_recipe(path: Path) -> Recipe:
-    """Read and check a training configuration. Raises ModelError naming the key and its nearest."""
+    """Read and check a training configuration. Raises ModelError, which names the key and the nearest one."""
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
@@ -166,7 +166,7 @@ def read_recipe(path: Path) -> Recipe:
 
 
 def check_keys(table: dict[str, Any], kind: type, where: str) -> None:
-    """Raises ModelError naming a key that a dataclass lacks, and its nearest, or that has no value for it."""
+    """Raise ModelError for a key that is not in a dataclass, with the nearest, and for a wrong value."""
     known = [field.name for field in fields(kind)]
     for key in table:
         if key not in known:
@@ -184,10 +184,10 @@ def add_teacher_examples(
     rng: np.random.Generator,
     progress: Callable[[float], None],
 ) -> Examples:
-    """The recordings, and natural text as the teacher speaks it (knowledge distillation).
+    """The recordings, plus natural text as the teacher predicts it (knowledge distillation).
 
-    The teacher is fitted to the recordings alone. Its instants on natural text lie at a random phase
-    of the frame grid, so that the network meets every position in a phone.
+    The teacher is fitted to the recordings only. Its instants on natural text have a random phase of the
+    frame grid, so that the network is trained at every position in a phone.
     """
     settings = make_config("ensemble", {"members": list(teacher.members)}, f"{config}: [teacher]")
     ensemble = regressor_class("ensemble").fit(settings, recordings, held_out, rng, progress)

@@ -65,7 +65,7 @@ def test_noises_are_no_words(shared_data, pocketsphinx):
 
 
 def test_words_that_the_dictionary_lacks(line, pocketsphinx):
-    with pytest.raises(OptionError, match="lacks 'grzegorz', '42'; spell numbers out"):
+    with pytest.raises(OptionError, match="dictionary: 'grzegorz', '42'; spell numbers out"):
         align(line, "my father grzegorz watched 42")
 
 

@@ -174,7 +174,7 @@ def test_what_is_no_number_is_null(run, lines):
 def test_notes_are_said_and_can_be_kept_quiet(run, lines):
     save(replace(speaking(fps=60)), lines / "fast.npz")
     arguments = (lines / "fast.npz", "--reference", lines / "theirs/a.npz")
-    assert "note: predictions at 60 fps, read at the reference's 30" in run(*arguments)[2]
+    assert "note: predictions at 60 fps, resampled at the reference's 30" in run(*arguments)[2]
     assert run(*arguments, "--quiet")[2] == ""
 
 

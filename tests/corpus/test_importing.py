@@ -46,7 +46,9 @@ def test_names_cannot_leave_the_folder(made, tmp_path):
     index = pickle.loads((folder / "subj_seq_to_idx.pkl").read_bytes())
     rows = next(iter(index.values()))["sentence21"]
     (folder / "subj_seq_to_idx.pkl").write_bytes(pickle.dumps({"..": {"/../a21": rows}}))
-    with pytest.raises(CorpusError, match=r"\.\._/\.\./a21: is no name for a file; the data set is damaged"):
+    with pytest.raises(
+        CorpusError, match=r"\.\._/\.\./a21: is not a valid file name; the data set is damaged"
+    ):
         import_dataset("vocaset", folder, tmp_path / "out")
 
 

@@ -82,26 +82,26 @@ def test_a_film_that_cannot_be_used_leaves_nothing_behind(tmp_path: Path) -> Non
 
 
 def why(film: Path) -> str:
-    with pytest.raises(CorpusError, match="none of the 1 films can be used; the first: ") as caught:
+    with pytest.raises(CorpusError, match="none of the 1 videos can be used; the first: ") as caught:
         make_recordings([film], film.parent / "rec", fake_tracker())
     assert not (film.parent / "rec").exists()
     return str(caught.value)
 
 
 def test_no_text(tmp_path: Path) -> None:
-    assert "a.mp4: no text; write what is said to a.txt beside it" in why(make_film(tmp_path / "a.mp4"))
+    assert "a.mp4: no text; write the spoken words to a.txt next to it" in why(make_film(tmp_path / "a.mp4"))
 
 
 def test_no_sound(tmp_path: Path) -> None:
     film = make_film(tmp_path / "a.mp4", sound=False)
     put_alignment(film)
-    assert "a.mp4: has no sound" in why(film)
+    assert "a.mp4: has no audio track" in why(film)
 
 
 def test_an_alignment_of_another_length(tmp_path: Path) -> None:
     film = make_film(tmp_path / "a.mp4")
     put_alignment(film, stretch=2)
-    assert "a.TextGrid: lasts 1.60 s and the film 0.80 s; align it again" in why(film)
+    assert "a.TextGrid: lasts 1.60 s and the video 0.80 s; align it again" in why(film)
 
 
 def test_a_text_that_is_not_utf8(tmp_path: Path) -> None:
@@ -121,7 +121,7 @@ def test_a_text_that_nobody_says(tmp_path: Path) -> None:
 
 
 def test_two_films_of_one_name(tmp_path: Path) -> None:
-    with pytest.raises(CorpusError, match="a: two films have this name; rename one"):
+    with pytest.raises(CorpusError, match="a: two videos have this name; rename one"):
         make_recordings([tmp_path / "a.mp4", tmp_path / "a.mov"], tmp_path / "rec", fake_tracker())
 
 
@@ -154,4 +154,4 @@ def test_the_command(
     assert run(["corpus", "track", paths[0], "-o", str(tmp_path / "rec"), "--quiet"]) == 0
     assert capsys.readouterr() == ("", "")
     assert run(["corpus", "track", paths[1], "-o", str(tmp_path / "no")]) == 2
-    assert "none of the 1 films can be used" in capsys.readouterr().err
+    assert "none of the 1 videos can be used" in capsys.readouterr().err

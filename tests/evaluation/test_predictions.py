@@ -78,15 +78,18 @@ def test_curves_of_every_format(tmp_path, suffix):
 @pytest.mark.parametrize(
     ("array", "message"),
     [
-        (np.zeros((30, 5000)), r"shape \(30, 5000\) is no known layout; known are \(frames, vertices, 3\)"),
-        (np.zeros((2, 3, 4, 3)), r"shape \(2, 3, 4, 3\) is no known layout"),
-        (np.array([["a"]]), r"holds <U1 of shape \(1, 1\), not the numbers of frames"),
+        (
+            np.zeros((30, 5000)),
+            r"shape \(30, 5000\) is not a known layout; known are \(frames, vertices, 3\)",
+        ),
+        (np.zeros((2, 3, 4, 3)), r"shape \(2, 3, 4, 3\) is not a known layout"),
+        (np.array([["a"]]), r"has <U1 of shape \(1, 1\), not the numbers of frames"),
         (np.zeros((0, 5023, 3)), "not the numbers of frames"),
-        (np.float64(3), r"holds float64 of shape \(\), not the numbers of frames"),
+        (np.float64(3), r"has float64 of shape \(\), not the numbers of frames"),
         (np.zeros((2, 5023, 3), complex), "holds complex128"),
-        (np.zeros(9), r"shape \(9,\) is no known layout"),
-        (np.array([[0.0, 1.0], [2.0, np.nan]]), r"nan in frame 1, value 1 \(1 such\); mend it"),
-        (np.full((2, 5023, 3), np.inf), r"inf in frame 0, value 0 \(30138 such\); mend it"),
+        (np.zeros(9), r"shape \(9,\) is not a known layout"),
+        (np.array([[0.0, 1.0], [2.0, np.nan]]), r"nan in frame 1, value 1 \(1 such\); correct it"),
+        (np.full((2, 5023, 3), np.inf), r"inf in frame 0, value 0 \(30138 such\); correct it"),
     ],
 )
 def test_arrays_that_are_no_motion(array, message):
@@ -163,7 +166,7 @@ def test_what_does_not_pair(tmp_path):
     (tmp_path / "one").mkdir()
     (tmp_path / "two").mkdir()
     (tmp_path / "one/a.npy").touch()
-    with pytest.raises(EvaluationError, match=r"one: no file is named like one of .*two; match them by stem"):
+    with pytest.raises(EvaluationError, match=r"one: no file has the stem of a file in .*two; rename them"):
         pair_files(tmp_path / "one", tmp_path / "two")
     with pytest.raises(EvaluationError, match="give two files or two folders"):
         pair_files(tmp_path / "one/a.npy", tmp_path / "two")

@@ -82,7 +82,7 @@ def test_other_rates_and_lengths_are_told():
     assert scores.frames == 46
     assert scores.measures["control_l1"] < 1e-3
     assert scores.notes == (
-        "predictions at 60 fps, read at the reference's 30",
+        "predictions at 60 fps, resampled at the reference's 30",
         "predictions 0.000 to 1.483 s, reference 0.000 to 1.967 s: scored from 0.000 to 1.500 s",
     )
 
@@ -151,8 +151,8 @@ def test_templates_take_each_side_from_its_own_rest():
     ours = replace(theirs, points=theirs.points + person)
     plain = score(ours, theirs, Settings(unit="mm", masks={"upper": np.arange(9)}))
     assert plain.measures["mve_mm"] > 20
-    assert "the mean faces lie" in plain.notes[0]
-    assert plain.notes[1].startswith("fdd is taken from the reference's mean face")
+    assert "the mean faces are" in plain.notes[0]
+    assert plain.notes[1].startswith("fdd uses the reference's mean face")
     own = score(ours, theirs, Settings(unit="mm", template=person, reference_template=rest))
     assert own.measures["mve_mm"] == pytest.approx(0, abs=1e-9)
     assert own.notes == ()
@@ -178,7 +178,7 @@ def test_different_meshes():
     ):
         score(mesh(), mesh(vertices=40), Settings())
     with pytest.raises(
-        EvaluationError, match="controls cannot be compared with the vertices of another mesh"
+        EvaluationError, match="controls can be compared only with vertices of the package's head"
     ):
         score(speaking(channels=("a", "b")), mesh(), Settings())
 

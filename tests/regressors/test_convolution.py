@@ -94,7 +94,7 @@ def test_an_encoder_that_hears_everything_cannot_be_streamed(
     put_whisper(tmp_path)
     monkeypatch.setenv("PHONANIM_ENCODERS", str(tmp_path))
     cached_encoder.cache_clear()
-    with pytest.raises(ModelError, match="'whisper' hears a whole recording and cannot be streamed; train"):
+    with pytest.raises(ModelError, match="'whisper' needs a whole recording and cannot be streamed; train"):
         _ = untrained("cnn", encoder="whisper").look_ahead
     cached_encoder.cache_clear()
 

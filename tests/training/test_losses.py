@@ -54,7 +54,7 @@ def test_a_kind_that_keeps_no_losses_is_refused_before_it_is_trained(
     recipe.write_text('kind = "tree"\ncorpus = "nowhere"\n')
     assert run(["train", str(recipe), "--plot"]) == 2
     assert (
-        "small.toml: a training of 'tree' keeps no losses to draw; leave out --plot"
+        "small.toml: a training of 'tree' saves no losses to draw; leave out --plot"
         in capsys.readouterr().err
     )
 

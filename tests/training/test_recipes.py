@@ -159,13 +159,13 @@ def test_build_and_read_a_corpus(recordings: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda f: (f / "clips.csv").unlink(), "clips.csv: not found; a recordings folder holds"),
+        (lambda f: (f / "clips.csv").unlink(), "clips.csv: not found; a recordings folder has"),
         (lambda f: (f / "clips.csv").write_text("name\n1\n"), "needs a row per clip with the columns"),
         (
             lambda f: (f / "landmarks.npz").write_bytes(b""),
             "landmarks.npz: is damaged .*; track the clips again",
         ),
-        (lambda f: (f / "landmarks.npz").unlink(), "landmarks.npz: not found; a recordings folder holds"),
+        (lambda f: (f / "landmarks.npz").unlink(), "landmarks.npz: not found; a recordings folder has"),
         (lambda f: (f / "clips.csv").write_text("clip,frames,split\nx,3,train\n"), "differ from clips.csv"),
     ],
 )
