@@ -86,7 +86,7 @@ def test_curves_of_every_format(tmp_path, suffix):
         (np.array([["a"]]), r"has <U1 of shape \(1, 1\), not the numbers of frames"),
         (np.zeros((0, 5023, 3)), "not the numbers of frames"),
         (np.float64(3), r"has float64 of shape \(\), not the numbers of frames"),
-        (np.zeros((2, 5023, 3), complex), "holds complex128"),
+        (np.zeros((2, 5023, 3), complex), "has complex128"),
         (np.zeros(9), r"shape \(9,\) is not a known layout"),
         (np.array([[0.0, 1.0], [2.0, np.nan]]), r"nan in frame 1, value 1 \(1 such\); correct it"),
         (np.full((2, 5023, 3), np.inf), r"inf in frame 0, value 0 \(30138 such\); correct it"),

@@ -126,7 +126,7 @@ def test_a_film_of_a_turned_telephone_is_upright(tmp_path: Path) -> None:
 
 def test_one_frame_is_no_recording(tmp_path: Path) -> None:
     write_film(frames(1), tmp_path / "a.mp4", Fraction(25))
-    with pytest.raises(CorpusError, match=r"a\.mp4: holds 1 frames; a recording needs at least two"):
+    with pytest.raises(CorpusError, match=r"a\.mp4: contains 1 frames; a recording needs at least two"):
         open_film(tmp_path / "a.mp4")
 
 

@@ -155,7 +155,7 @@ def test_headers_that_make_no_sense(tmp_path: Path, start: float, end: float, me
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"TextGrid"', '"PitchTier"', r'holds a Praat object of class "PitchTier", not a TextGrid'),
+        ('"TextGrid"', '"PitchTier"', r'contains a Praat object of class "PitchTier", not a TextGrid'),
         ("0.3\n0.5\n", "0.3\n", r'tier 2 "phones", entry 3 of 5: .* is found where a number is expected'),
         ('0.6\n1\n"sil"\n', "", r'tier 2 "phones", entry 5 of 5: the file ends where a number is expected'),
         ('"M"', "M", r'tier 2 "phones", entry 4 of 5: "0.6" is found where a text in quotes is expected'),
