@@ -48,7 +48,7 @@ def read_speech_input(
     if modality != "phones":
         audio = audio or find_audio(path)
         if audio is None:
-            raise AudioError(f"{path}: has no recording beside it for this model to hear; give --audio")
+            raise AudioError(f"{path}: has no recording next to it for this audio-driven model; give --audio")
         sound = sound_from(read_sound(audio), alignment.offset)
         notes = (*notes, *audio_notes(sound), *truncation_note(audio))
         if modality == "both":
@@ -83,5 +83,5 @@ def _apart(audio: Path, heard: float, read: float) -> tuple[str, ...]:
 
 
 def sound_from(sound: Sound, offset: float) -> Sound:
-    """A sound from some second on: that of an alignment which was cut out of a longer one."""
+    """The sound from `offset` seconds on, for an alignment of a part of a longer recording."""
     return Sound(sound.samples[round(offset * sound.rate) :], sound.rate) if offset > 0 else sound

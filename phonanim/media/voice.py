@@ -84,10 +84,10 @@ def hear_voice(
 ) -> Voice:
     """Level and pitch of mono samples in -1..1, (samples,), at `rate` hertz: `count` frames from `first` on.
 
-    `dropped` samples came before those that are given.
-    Pitch is the best repetition of 40 ms by their autocorrelation over that of their window (Boersma 1993,
-    Proceedings of the Institute of Phonetic Sciences 17), at every other frame; without his path over frames,
-    so that a frame needs nothing but its own 40 ms.
+    `dropped` is the number of samples before the given ones. The pitch of every other frame is the best
+    repetition of 40 ms: their autocorrelation divided by that of their window (Boersma 1993, Proceedings of
+    the Institute of Phonetic Sciences 17). Boersma's path over frames is left out, so that a frame needs only
+    its own 40 ms.
     """
     total = -(-len(samples) * FRAMES // rate) if count is None else first + count
     levels, pitches = [np.zeros(0)], [np.zeros(0)]

@@ -54,16 +54,14 @@ def test_hidden_weights_that_are_not_whole(tmp_path: Path, monkeypatch: pytest.M
     tensors = load_file(weights)
     del tensors["encoder.layer_norm.weight"]
     save_file(tensors, weights, metadata={"format": "pt"})
-    with pytest.raises(
-        ModelError, match=r"hubert: lacks 1 tensors of HubertModel, encoder.layer_norm.weight"
-    ):
+    with pytest.raises(ModelError, match=r"hubert: lacks 1 tensors of HubertModel, first encoder.layer_norm"):
         load_encoder("hubert")
     weights.write_bytes(whole[:1000])
     with pytest.raises(ModelError, match=r"hubert: cannot be read as HubertModel \(.*; get it again"):
         load_encoder("hubert")
     weights.write_bytes(whole)
     (tmp_path / "hubert" / "preprocessor_config.json").write_text("{")
-    with pytest.raises(ModelError, match=r"preprocessor_config.json: is no JSON"):
+    with pytest.raises(ModelError, match=r"preprocessor_config.json: is not valid JSON"):
         load_encoder("hubert")
     edit_hidden(tmp_path, conv_stride=[5, 2, 2, 2, 2, 2, 1])
     with pytest.raises(ModelError, match=r"hubert: a step has 160 samples, not 320; get another model"):
