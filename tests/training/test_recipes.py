@@ -268,6 +268,7 @@ def test_commands_build_and_train(recordings: Path, recipe: Path, tmp_path: Path
     assert json.loads(done.stdout)["model"] == str(tmp_path / "m")
 
 
+@pytest.mark.slow
 def test_real_recordings(shared_data: Path, tmp_path: Path) -> None:
     corpus = build_corpus(shared_data / "grid_s1", tmp_path / "corpus")
     train_rows = corpus.rows(corpus.clips_of("train"))
