@@ -63,6 +63,13 @@ class LookAhead(click.ParamType):  # type: ignore[type-arg]
 @click.option("--microphone", is_flag=True, help="Hear the microphone; SOURCE is then its name or number.")
 @click.option("--rate", type=click.IntRange(4000, 384000), default=16000, help="Hertz of raw samples.")
 @click.option("--channels", type=click.IntRange(1, 64), default=1, help="Channels of raw samples.")
+@click.option(
+    "--origin",
+    "origins",
+    metavar="URL",
+    multiple=True,
+    help="Let pages of this site connect to the WebSocket; more than one is fine.",
+)
 @animation_options
 @console_options
 def command(
@@ -74,6 +81,7 @@ def command(
     microphone: bool,
     rate: int,
     channels: int,
+    origins: tuple[str, ...],
     options: Options,
     console: Console,
 ) -> None:
@@ -95,7 +103,7 @@ def command(
 
     engine, events, ahead = open_engine(source, microphone, rate, channels, options, look_ahead)
     check_options(realtime, ahead, delay)
-    stage = Stage(engine.rig.name, engine.rig.controls, options.fps)
+    stage = Stage(engine.rig.name, engine.rig.controls, options.fps, origins)
     sinks = [open_named(place, stage) for place in places]
     named = [sink.where for sink in sinks]
     player = Player(engine, sinks, options.fps, lambda text: print_problem(console, text))

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
+from phonanim.core.pages import page_policy
 from phonanim.core.version import __version__
 from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.storage import Place, write
@@ -91,6 +92,7 @@ def html_page(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Seque
     return f"""<!doctype html>
 <html lang="en">
 <meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{page_policy()}">
 <meta name="viewport" content="width=device-width">
 <title>phonanim batch</title>
 <style>{STYLE}</style>

@@ -10,12 +10,13 @@ import numpy as np
 
 from phonanim.animation.animation import Animation
 from phonanim.core.files import write_text
+from phonanim.core.pages import fill_page, script_data
 from phonanim.errors import OutputError, RigError
 from phonanim.media.glb import Glb, read_glb
 from phonanim.media.gltf import external_files
 from phonanim.rig.head import SHIPPED
 from phonanim.speech.alignment import pack_intervals
-from phonanim.viewer.page import base64_text, character_targets, fill_page, read_page_part, script_data
+from phonanim.viewer.page import base64_text, character_targets, read_page_part
 
 SUMMARY = "viewer in one file that works offline: head, sound, timeline, curves, two takes side by side"
 SCRIPTS = ("three.js", "data.js", "stage.js", "timeline.js", "player.js")

@@ -16,7 +16,7 @@ from phonanim.core.files import atomic_path
 from phonanim.errors import AudioError, MissingExtraError, OutputError
 from phonanim.exporters._head import load_drawable_head
 from phonanim.media.pixels import Image, draw_text
-from phonanim.media.video import H264
+from phonanim.media.video import H264, LOCAL, local_file
 from phonanim.rig.head import SHIPPED, Head
 from phonanim.rig.neck import turned, turns_of
 from phonanim.rig.render import render, whole_head
@@ -136,7 +136,7 @@ def _sound(av: Any, path: Path) -> Iterator[Any]:
     """Frames of a recording, resampled for the film."""
     resampler = av.AudioResampler(format="fltp", layout="mono", rate=SOUND_RATE)
     try:
-        with av.open(str(path)) as recording:
+        with av.open(local_file(path), options=LOCAL) as recording:
             for frame in recording.decode(audio=0):
                 yield from resampler.resample(frame)
             yield from resampler.resample(None)

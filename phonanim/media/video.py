@@ -21,6 +21,11 @@ RATE_TOLERANCE = 0.5  # of a frame: largest distance of an instant from the even
 SOUND_RATE = 16000  # hertz
 H264 = {"preset": "veryfast", "tune": "zerolatency"}  # with look-ahead, x264 output differs between runs
 BLOCK = 4096  # samples that are encoded at a time
+# Playlists, which name further files, are none of these; nothing is fetched from anywhere.
+LOCAL = {
+    "protocol_whitelist": "file",
+    "format_whitelist": "wav,flac,ogg,mp3,aac,aiff,mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts",
+}
 THREADS = 2  # a fixed number, so that the bytes do not depend on the machine
 
 
@@ -154,6 +159,11 @@ def _encode_sound(file: Any, stream: Any, samples: NDArray[Any], kind: str) -> N
     file.mux(stream.encode(None))
 
 
+def local_file(path: Path) -> str:
+    """The address of a file, whatever its name looks like."""
+    return f"file:{path.absolute()}"
+
+
 def library() -> Any:
     """The `av` package. Raises MissingExtraError."""
     try:
@@ -167,7 +177,7 @@ def library() -> Any:
 def _opened(path: Path) -> Iterator[tuple[Any, Any]]:
     av = library()
     try:
-        with av.open(str(path)) as container:
+        with av.open(local_file(path), options=LOCAL) as container:
             if not container.streams.video:
                 raise CorpusError(f"{path}: contains no picture; give a video of the speaking face")
             yield av, container.streams.video[0]

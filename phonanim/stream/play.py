@@ -213,6 +213,8 @@ def read_in_thread(events: Iterator[Event]) -> Queue[Event | PhonanimError]:
                 waiting.put(event)
         except PhonanimError as error:
             waiting.put(error)
+        except OSError as error:
+            waiting.put(StreamError(f"the input cannot be read: {error.strerror or error}"))
 
     Thread(target=read, daemon=True).start()
     return waiting

@@ -14,6 +14,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from phonanim.core.files import write_text
+from phonanim.core.pages import fill_page, script_data
 from phonanim.errors import StudyError
 from phonanim.study.plan import Take, Trial
 from phonanim.study.takes import TYPES
@@ -21,6 +22,7 @@ from phonanim.study.takes import TYPES
 FORMAT = "phonanim study 1"
 PARTS = Path(__file__).parent / "page"
 SCRIPTS = ("chance.js", "player.js", "study.js")
+ADDRESS = re.compile(r"https?://[A-Za-z0-9.:_\[\]-]+(/[^\s;,\"']*)?")
 MAX_MEGABYTES = 300
 """Most that the films of a page have: browsers refuse texts of some 500 MB, and base64 adds a third."""
 
@@ -48,15 +50,16 @@ def write_page(path: Path, trials: Sequence[Trial], wording: Wording) -> int:
     Raises StudyError when the films are too large or `post` is no web address, OutputError when the
     destination cannot be written.
     """
-    if wording.post and urlsplit(wording.post).scheme not in ("http", "https"):
+    if wording.post and not ADDRESS.fullmatch(wording.post):
         raise StudyError(f"--post {wording.post}: is no web address; begin it with https://")
     fields = {
         "title": html.escape(wording.title),
         "style": _part("study.css"),
-        "data": json.dumps(_data(trials, wording), ensure_ascii=False).replace("</", "<\\/"),
+        "data": script_data(_data(trials, wording)),
         "script": "\n".join(map(_part, SCRIPTS)),
     }
-    page = re.sub(r"\{\{(\w+)\}\}", lambda match: fields[match[1]], _part("study.html"))
+    post = urlsplit(wording.post)
+    page = fill_page(_part("study.html"), fields, f"{post.scheme}://{post.netloc}" if wording.post else "")
     write_text(path, page)
     return len(page.encode())
 

@@ -3,27 +3,13 @@
 from __future__ import annotations
 
 import base64
-import json
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from phonanim.media.glb import Glb
 from phonanim.rig.morphs import moving_morphs
 
 PAGE = Path(__file__).parent
-
-
-def fill_page(page: str, fields: dict[str, str]) -> str:
-    """A page with its fields."""
-    for field, text in fields.items():
-        page = page.replace("{{" + field + "}}", text)
-    return page
-
-
-def script_data(data: dict[str, Any]) -> str:
-    """JSON that may stand within a page."""
-    return json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/")
 
 
 def character_targets(channels: tuple[str, ...], glb: Glb) -> dict[str, str]:

@@ -244,3 +244,61 @@ def test_a_reader_that_left(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(OutputError, match="stdout: cannot be opened: Broken pipe"):
         open_named("stdout", ARKIT)
     os.close(write)
+
+
+@pytest.mark.parametrize(
+    ("headers", "refusal"),
+    [
+        ({"Host": "127.0.0.1:8765"}, ""),
+        ({"Host": "localhost:8765", "Origin": "http://localhost:8765"}, ""),
+        ({"Host": "192.168.1.5:8765", "Origin": "http://192.168.1.5:8765"}, ""),
+        ({"Host": "[::1]:8765"}, ""),
+        ({"Host": "127.0.0.1:8765", "Origin": "https://tool.example"}, ""),
+        ({"Host": "127.0.0.1:8765", "Origin": "http://evil.example"}, "may not connect; allow them with"),
+        ({"Host": "127.0.0.1:8765", "Origin": "null"}, "may not connect"),
+        ({"Host": "127.0.0.1:8765", "Origin": "http://127.0.0.1:9000"}, "may not connect"),
+        ({"Host": "evil.example:8765", "Origin": "http://evil.example:8765"}, "is not served here; name it"),
+        ({"Host": "evil.example:8765"}, "is not served here"),
+        ({}, "is not served here"),
+    ],
+)
+def test_pages_of_other_sites_may_not_connect(headers: dict[str, str], refusal: str) -> None:
+    from phonanim.stream.sinks.websocket import refuse_origin
+
+    found = refuse_origin(headers, "127.0.0.1", frozenset({"https://tool.example"}))
+    assert refusal in found
+    assert bool(found) == bool(refusal)
+
+
+def test_a_page_of_another_site_gets_403() -> None:
+    pytest.importorskip("websockets")
+    port = free_port()
+    sink = open_named(f"websocket={port}", ARKIT)
+    request = urllib.request.Request(f"http://127.0.0.1:{port}/", headers={"Origin": "http://evil.example"})
+    with pytest.raises(urllib.error.HTTPError, match="403"):
+        urllib.request.urlopen(request)
+    sink.close()
+
+
+def test_a_client_that_never_reads_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("websockets")
+    port = free_port()
+    sink = open_named(f"websocket={port}", ARKIT)
+    with socket.create_connection(("127.0.0.1", port)) as visitor:
+        visitor.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 12)
+        visitor.sendall(
+            b"GET /live HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+        )
+        while not sink.server.connections:
+            time.sleep(0.01)
+        connection = next(iter(sink.server.connections))
+        frame = np.zeros(1 << 14, np.float32)
+        for number in range(20_000):
+            sink.send(number, 0.0, frame)
+            if number % 100 == 0:
+                time.sleep(0.01)
+            if connection.transport.is_closing():
+                break
+        assert connection.transport.is_closing()
+    sink.close()

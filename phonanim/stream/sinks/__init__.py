@@ -24,11 +24,12 @@ Address = tuple[str, int]
 
 @dataclass(frozen=True)
 class Stage:
-    """What moves: a rig's controls, so many times a second."""
+    """What moves: a rig's controls, so many times a second; `origins` are sites whose pages may connect."""
 
     rig: str
     controls: tuple[str, ...]
     fps: float
+    origins: tuple[str, ...] = ()
 
 
 class Sink(Protocol):

@@ -8,13 +8,18 @@ each). The first message is JSON text: the rig, frames per second, and the names
 from __future__ import annotations
 
 import asyncio
+import ipaddress
 import json
 import logging
+import socket
 import struct
+from collections.abc import Mapping
+from contextlib import suppress
 from http import HTTPStatus
 from pathlib import Path
 from threading import Thread
 from typing import Any
+from urllib.parse import urlsplit
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,14 +29,20 @@ from phonanim.stream.sinks import Address, Stage
 SUMMARY = "a WebSocket with a live page: open http://127.0.0.1:8765 in a browser"
 ADDRESS = ("127.0.0.1", 8765)
 PATH = "/live"
-FAREWELL = 1.0  # seconds that a visitor has to hang up at the end
+FAREWELL = 0.5  # seconds that a visitor has to hang up at the end
+MOST_WAITING = 1 << 18  # bytes that wait for one visitor: some seconds of frames; who is slower is dropped
+MOST_VISITORS = 1000
+MOST_SAID = 1 << 10  # bytes of a message from a visitor, whom nobody listens to
 HEAD = struct.Struct("<I4xd")
 PAGE = Path(__file__).parent.parent / "page"
 SCRIPTS = ("three.js", "data.js", "stage.js")  # of the viewer
 
 
 class Broadcast:
-    """A server on a thread of its own; whoever is connected gets every frame, and nobody is waited for."""
+    """A server on a thread of its own; whoever is connected gets every frame, and nobody is waited for.
+
+    Pages of this address alone may connect, and those of `stage.origins`.
+    """
 
     def __init__(self, stage: Stage, address: Address, page: bytes) -> None:
         from websockets.asyncio.server import broadcast
@@ -39,6 +50,8 @@ class Broadcast:
         self.where = f"http://{address[0]}:{address[1]}/"
         self.told = json.dumps({"rig": stage.rig, "fps": stage.fps, "controls": stage.controls})
         self.page = page
+        self.host = address[0]
+        self.origins = frozenset(origin.rstrip("/") for origin in stage.origins)
         self.broadcast = broadcast
         self.loop = asyncio.new_event_loop()
         self.thread = Thread(target=self.loop.run_forever, daemon=True)
@@ -72,6 +85,8 @@ class Broadcast:
             compression=None,
             logger=quiet,
             close_timeout=FAREWELL,
+            max_size=MOST_SAID,
+            max_queue=1,
         )
 
     async def _greet(self, connection: Any) -> None:
@@ -80,6 +95,10 @@ class Broadcast:
 
     def _answer(self, connection: Any, request: Any) -> Any:
         """The page, or nothing where a WebSocket is asked for."""
+        if refusal := refuse_origin(request.headers, self.host, self.origins):
+            return connection.respond(HTTPStatus.FORBIDDEN, f"{refusal}\n")
+        if len(self.server.connections) > MOST_VISITORS:
+            return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "there are too many visitors\n")
         if request.path == PATH:
             return None
         if request.path != "/":
@@ -93,11 +112,17 @@ class Broadcast:
         return response
 
     def _send(self, message: bytes) -> None:
+        for connection in self.server.connections:
+            if connection.transport.get_write_buffer_size() > MOST_WAITING:
+                connection.transport.abort()
         self.broadcast(self.server.connections, message)
 
     async def _end(self) -> None:
         self.server.close()
-        await self.server.wait_closed()
+        with suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(self.server.wait_closed(), FAREWELL)
+        for connection in self.server.connections:
+            connection.transport.abort()
         rest = asyncio.all_tasks() - {asyncio.current_task()}  # visitors who never said what they want
         for task in rest:
             task.cancel()
@@ -109,6 +134,37 @@ class Broadcast:
         self.loop.close()
 
 
+def refuse_origin(headers: Mapping[str, str], host: str, origins: frozenset[str]) -> str:
+    """Why a request is refused, nothing when it is not: a page elsewhere asks, or a name that is not ours.
+
+    `host` is the address that is listened at, `origins` are further ones to allow. A page that has its name
+    resolve to this machine sends that name as the host. Programs that are no browsers send no origin.
+    """
+    asked, origin = headers.get("Host", ""), headers.get("Origin")
+    if origin in origins:
+        return ""
+    known = {
+        "localhost",
+        host.lower(),
+        socket.gethostname().lower(),
+        *(urlsplit(o).hostname for o in origins),
+    }
+    name = urlsplit(f"//{asked}").hostname or ""
+    if name not in known and not _is_address(name):
+        return f"the host {asked!r:.80} is not served here; name it with --origin http://HOST:PORT"
+    if origin is not None and urlsplit(origin).netloc != asked:
+        return f"pages of {origin!r:.80} may not connect; allow them with --origin {origin:.80}"
+    return ""
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True
+
+
 def open_sink(stage: Stage, address: Address) -> Broadcast:
     """Raises ImportError without websockets, RigError when the head has no target for any control."""
     import websockets.asyncio.server  # noqa: F401  what is missing is said before a page is made
@@ -118,9 +174,10 @@ def open_sink(stage: Stage, address: Address) -> Broadcast:
 
 def live_page(stage: Stage) -> str:
     """The page, whole."""
+    from phonanim.core.pages import fill_page, script_data
     from phonanim.media.glb import read_glb
     from phonanim.rig.head import SHIPPED
-    from phonanim.viewer.page import base64_text, character_targets, fill_page, read_page_part, script_data
+    from phonanim.viewer.page import base64_text, character_targets, read_page_part
 
     data = {
         "facts": f"{stage.rig} · {stage.fps:g} fps · {len(stage.controls)} controls",
@@ -134,4 +191,4 @@ def live_page(stage: Stage) -> str:
         "data": script_data(data),
         "script": "\n".join([*map(read_page_part, SCRIPTS), (PAGE / "live.js").read_text("utf-8")]),
     }
-    return fill_page((PAGE / "live.html").read_text("utf-8"), fields)
+    return fill_page((PAGE / "live.html").read_text("utf-8"), fields, "'self'")
