@@ -89,6 +89,7 @@ def command(
     """
     from phonanim.dubbing.lines import read_lines
     from phonanim.dubbing.report import count_totals, headline
+    from phonanim.dubbing.reserve import reserve_outputs
     from phonanim.dubbing.row import Common
     from phonanim.dubbing.run import run
     from phonanim.dubbing.storage import parse_place
@@ -100,7 +101,7 @@ def command(
     common = with_absolute_paths(
         Common(options, read_styles(styles), exports, parse_place(edits) if edits else None)
     )
-    lines = read_lines(source, common)
+    lines = reserve_outputs(read_lines(source, common), target, formats)
     if dry_run:
         return report_dry_run(lines, target, formats, console)
     started = time.monotonic()

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
+import re
 import secrets
 import stat
 import tempfile
@@ -18,25 +20,47 @@ from numpy.typing import NDArray
 from phonanim.errors import OutputError
 
 LARGE = 1 << 26  # bytes of arrays that are held in memory
-PARTIAL = ".partial"  # every unfinished file is named ".<random>.partial<suffix>"
+PARTIAL = ".partial"  # every unfinished file is named ".<process><random>.partial<suffix>"
+PARTIAL_NAME = re.compile(r"\.([0-9a-f]{6,})[0-9a-f]{6}\.partial(\.[^/]*)?")
+DEVICES = (("/", "dev"), ("/", "proc"))  # the links in these folders are the system's
+LOG = logging.getLogger("phonanim")
 
 
 @contextmanager
 def atomic_path(path: Path) -> Iterator[Path]:
     """A temporary path next to `path`; it replaces `path` when the block ends without an error.
 
-    The suffix is kept, because some writers choose the format by it. When the block fails, the old file
-    stays. Raises OutputError when the destination cannot be written.
+    A link is replaced, not followed. The suffix is kept, because some writers choose the format by it. When
+    the block fails, the old file stays. Raises OutputError when the destination cannot be written.
     """
     target = _writable(path)
-    partial = target.with_name(f".{secrets.token_hex(6)}{PARTIAL}{target.suffix}")
+    name = f".{os.getpid():06x}{secrets.token_hex(3)}{PARTIAL}{target.suffix}"
+    partial = target.with_name(name)
     try:
         yield partial
+        if target.is_symlink():
+            LOG.warning("%s: was a link; it is a plain file now, and the file behind it is unchanged", path)
         partial.replace(target)
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
     finally:
         partial.unlink(missing_ok=True)
+
+
+def is_leftover(path: Path) -> bool:
+    """Whether a plain file is an unfinished one of ours, of a process that has ended."""
+    match = PARTIAL_NAME.fullmatch(path.name)
+    if not match or path.is_symlink() or not path.is_file():
+        return False
+    if os.name != "posix":  # where the question would end the process
+        return True
+    try:
+        os.kill(int(match[1], 16), 0)
+    except (ProcessLookupError, OverflowError):
+        return True
+    except OSError:  # it runs, and is another user's
+        return False
+    return False
 
 
 def read_bounded(path: Path, most: int) -> bytes:
@@ -57,8 +81,14 @@ def read_bounded(path: Path, most: int) -> bytes:
 
 def write_text(path: Path, text: str) -> None:
     """Write UTF-8 text with Unix line ends, atomically. Raises OutputError."""
+    try:
+        data = text.encode("utf-8")
+    except UnicodeEncodeError as error:
+        raise OutputError(
+            f"{path}: would hold a name that is not UTF-8; rename the file that has it"
+        ) from error
     with atomic_path(path) as partial:
-        partial.write_bytes(text.encode("utf-8"))
+        partial.write_bytes(data)
 
 
 def concatenate_pieces(pieces: Iterable[NDArray[Any]]) -> NDArray[Any]:
@@ -102,11 +132,11 @@ def _file_hash(path: Path) -> str:
 
 
 def _writable(path: Path) -> Path:
-    """The resolved `path`, once it is certain that a plain file can be written there."""
-    target = Path(os.path.realpath(path))
+    """The place of `path` in its real folder, once it is certain that a plain file can be written there."""
+    target = Path(os.path.realpath(path.parent)) / path.name
     if target.is_dir():
         raise OutputError(f"{path}: is a folder; name a file in it")
-    if target.exists() and not target.is_file():
+    if (target.exists() and not target.is_file()) or target.parts[:2] in DEVICES:
         raise OutputError(f"{path}: is not a plain file; name another")
     if not target.parent.is_dir():
         raise OutputError(f"{path}: the folder {target.parent} does not exist; create it first")

@@ -17,6 +17,7 @@ from phonanim.dubbing.line import Line
 from phonanim.dubbing.lines import Lines, files_below, path_below
 from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.provenance import file_entry, output_hash, rig_hash
+from phonanim.dubbing.reserve import OWN
 from phonanim.dubbing.staging import Copies
 from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError, PhonanimError
@@ -26,7 +27,6 @@ from phonanim.media.audio import audio_duration
 from phonanim.pipeline import model_hash
 from phonanim.speech.labels import is_silent
 
-OWN = ("report.json", "report.html", "summary.txt", "ledger.jsonl")
 STILL = 0.01  # of a control's range: less motion is not seen
 TOLERANCE = 0.15  # seconds between the end of a line and the end of its animation
 

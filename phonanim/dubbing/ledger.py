@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import AbstractContextManager, contextmanager
-from functools import partial
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
+from phonanim.core.decode import DecodeError, check_plain_file
 from phonanim.core.files import atomic_path
 from phonanim.dubbing import ledger_parts
 from phonanim.dubbing.outcome import Outcome, decode_outcomes, encode_outcome
@@ -16,6 +18,7 @@ from phonanim.dubbing.storage import Place, Remote
 from phonanim.errors import OutputError
 
 NAME = "ledger.jsonl"
+PERIOD = 5.0  # seconds; what ended since the last checkpoint may be made again after a power loss
 
 Record = Callable[[Outcome], None]
 
@@ -24,10 +27,18 @@ def read_ledger(folder: Place) -> dict[str, Outcome]:
     """The last outcome of each id; empty when there is no ledger. A line cut short by a kill is left out."""
     if isinstance(folder, Remote):
         return ledger_parts.read(folder, NAME)
+    path = folder / NAME
     try:
-        return decode_outcomes((folder / NAME).read_text("utf-8", errors="replace").splitlines())
+        with path.open(encoding="utf-8", errors="replace") as stream:
+            check_plain_file(stream)
+            return decode_outcomes(stream)
     except FileNotFoundError:
         return {}
+    except (OSError, DecodeError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise OutputError(
+            f"{path}: cannot be read: {reason}; move it away, and all lines are made"
+        ) from error
 
 
 def write_ledger(folder: Place, outcomes: Iterable[Outcome]) -> None:
@@ -61,29 +72,73 @@ def lock_folder(folder: Place) -> Iterator[None]:
         return
     descriptor = os.open(folder, os.O_RDONLY)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise OutputError(
+                f"{folder}: another run is writing there; wait for it or choose another"
+            ) from error
         yield
-    except BlockingIOError as error:
-        raise OutputError(f"{folder}: another run is writing there; wait for it or choose another") from error
     finally:
         os.close(descriptor)
 
 
 @contextmanager
 def _appending(folder: Path) -> Iterator[Record]:
-    """The same for a path: after a line end, if a kill left one out."""
+    """The same for a path: after a line end, if a kill left one out. Every few seconds all is on the disk."""
+    path = folder / NAME
+    with _ledger_errors(path):
+        stream = os.fdopen(_open_own(path), "a+", encoding="utf-8")
+    waiting: list[Path] = []
+    last = time.monotonic()
+
+    def record(outcome: Outcome) -> None:
+        nonlocal last
+        with _ledger_errors(path):
+            stream.write(encode_outcome(outcome))
+            stream.flush()  # the operating system has it: a kill does not lose it
+        waiting.extend(folder / name for name in outcome.outputs)
+        if time.monotonic() - last >= PERIOD:
+            with _ledger_errors(path):
+                _store(stream, waiting)
+            last = time.monotonic()
+
     try:
-        with (folder / NAME).open("a+", encoding="utf-8") as stream:
+        with _ledger_errors(path):
             _end_line(stream)
-            yield partial(_append, stream)
+        yield record
+        with _ledger_errors(path):
+            _store(stream, waiting)
+    finally:
+        with suppress(OSError):
+            stream.close()
+
+
+def _open_own(path: Path) -> int:
+    """A descriptor of the ledger itself: never of a file that a link leads to."""
+    return os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
+
+
+@contextmanager
+def _ledger_errors(path: Path) -> Iterator[None]:
+    try:
+        yield
     except OSError as error:
-        raise OutputError(f"{folder / NAME}: cannot be written: {error.strerror or error}") from error
+        link = "it is a link; remove it" if error.errno == errno.ELOOP else None
+        raise OutputError(f"{path}: cannot be written: {link or error.strerror or error}") from error
 
 
-def _append(stream: IO[str], outcome: Outcome) -> None:
-    """Add an outcome; it is with the operating system when this returns."""
-    stream.write(encode_outcome(outcome))
-    stream.flush()
+def _store(stream: IO[str], outputs: list[Path]) -> None:
+    """Put outputs on the disk, then the ledger that tells of them: a power loss keeps what was told."""
+    for path in (*outputs, *{path.parent for path in outputs}):
+        with suppress(FileNotFoundError):
+            descriptor = os.open(path, os.O_RDONLY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)
+    outputs.clear()
+    os.fsync(stream.fileno())
 
 
 def _end_line(stream: IO[str]) -> None:

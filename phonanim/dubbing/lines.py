@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-import glob
-import re
+import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
+from phonanim.core.decode import printable
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.output_names import collision_key
 from phonanim.dubbing.row import EDITS, Common, parse_row
 from phonanim.dubbing.storage import Place, Remote, forget_listings, parse_place
 from phonanim.dubbing.table import SUFFIXES as TABLES
 from phonanim.dubbing.table import Row, read_table
+from phonanim.dubbing.walk import WILD, Walk, walk_folder, walk_pattern
 from phonanim.errors import OptionError, PhonanimError
 
 # Taken from a folder; a pattern or a table may name files of any suffix, since readers go by content.
 ALIGNMENTS = (".textgrid", ".phn", ".lab", ".ctm", ".eaf", ".par", ".pgo")
-WILD = re.compile(r"[*?[]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,20 +48,22 @@ def read_lines(source: str, common: Common) -> Lines:
     """
     forget_listings()
     path = parse_place(source)
+    notes: list[str] = []
     if path.suffix.lower() in TABLES and path.is_file():
         table = read_table(path)
-        unused = [f"{path.name}: the column {name!r} is not used" for name in table.unused]
+        notes = [f"{path.name}: the column {name!r} is not used" for name in table.unused]
         lines = _checked(table.rows, path.parent, common, f"{source}: holds no row")
-    elif path.is_dir():
-        rows = _rows_of(path, [file for file in files_below(path) if file.suffix.lower() in ALIGNMENTS])
-        lines, unused = _checked(rows, path, common, f"{source}: holds no {' or '.join(ALIGNMENTS)}"), []
-    elif WILD.search(str(path)):
-        root = _root(path)
-        rows = _rows_of(root, _matches(path))
-        lines, unused = _checked(rows, root, common, f"{source}: matches no alignment"), []
+    elif path.is_dir() or WILD.search(str(path)):
+        root, found = (path, _walked(path)) if path.is_dir() else (_root(path), _matched(path))
+        files = (
+            [file for file in found[0] if file.suffix.lower() in ALIGNMENTS] if path.is_dir() else found[0]
+        )
+        none = f"holds no {' or '.join(ALIGNMENTS)}" if path.is_dir() else "matches no alignment"
+        lines = _checked(_rows_of(root, files), root, common, f"{source}: {none}", found[1])
+        notes = found[2]
     else:
         raise _useless(source, path)
-    return replace(lines, notes=(*unused, *_idle_edits(common.edits, lines.lines)))
+    return replace(lines, notes=(*notes, *_idle_edits(common.edits, lines.lines)))
 
 
 def _useless(source: str, path: Place) -> OptionError:
@@ -70,15 +72,36 @@ def _useless(source: str, path: Place) -> OptionError:
     return OptionError(f"{source}: does not exist; name a folder, a pattern in quotes, or a table")
 
 
+Walked = tuple[Sequence[Place], list[Fault], list[str]]
+
+
 def files_below(folder: Place) -> Sequence[Place]:
-    """Everything in a folder and below it, sorted."""
-    return folder.files() if isinstance(folder, Remote) else sorted(folder.rglob("*"))
+    """Every file in a folder and below it, sorted."""
+    return _walked(folder)[0]
 
 
-def _matches(pattern: Place) -> Sequence[Place]:
+def _walked(folder: Place) -> Walked:
+    """The files of a folder, the folders that cannot be read, and remarks."""
+    return (folder.files(), [], []) if isinstance(folder, Remote) else _plain(walk_folder(folder), folder)
+
+
+def _matched(pattern: Place) -> Walked:
     if isinstance(pattern, Remote):
-        return pattern.glob()
-    return sorted(map(Path, glob.iglob(str(pattern), recursive=True)))  # noqa: PTH207 - may be absolute
+        return pattern.glob(), [], []
+    return _plain(walk_pattern(pattern), Path(str(_root(pattern))))
+
+
+def _plain(found: Walk, root: Path) -> Walked:
+    faults = [
+        Fault(
+            printable(os.path.relpath(path, root)),
+            printable(str(path)),
+            f"the folder cannot be read: {why}; change its permissions, or leave it out",
+        )
+        for path, why in found.unreadable
+    ]
+    notes = [f"{printable(str(path))}: is a link to a folder, and is not followed" for path in found.links]
+    return found.files, faults, notes
 
 
 def _root(pattern: Place) -> Place:
@@ -106,24 +129,38 @@ def path_below(path: Place, folder: Place) -> PurePosixPath:
     return PurePosixPath(Path(str(path)).relative_to(Path(str(folder))).as_posix())
 
 
-def _checked(rows: Iterable[Row], root: Place, common: Common, empty: str) -> Lines:
+def _checked(
+    rows: Iterable[Row], root: Place, common: Common, empty: str, known: Sequence[Fault] = ()
+) -> Lines:
     """Rows as lines; a row that repeats an id or an output is a fault, the first one stays."""
     lines: list[Line] = []
-    faults: list[Fault] = []
+    faults: list[Fault] = [*known]
     ids: dict[str, str] = {}
     names: dict[str, str] = {}
     for row in rows:
         id = row.cells.get("id", PurePosixPath(row.cells.get("alignment", row.cells.get("audio", ""))).stem)
         try:
+            _check_text(row)
             line = parse_row(id, row, root, common)
             _first(ids, line.id, row.place, f"the id {line.id!r}")
             _first(names, collision_key(line.output), row.place, f"the output {str(line.output)!r}")
             lines.append(line)
-        except PhonanimError as error:
-            faults.append(Fault(id, row.place, str(error), row.cells.get("language", "")))
+        except (PhonanimError, OSError, ValueError) as error:
+            why = str(getattr(error, "strerror", None) or error)
+            told = (id, row.place, why, row.cells.get("language", ""))
+            faults.append(Fault(*map(printable, told)))
     if not lines and not faults:
         raise OptionError(empty)
     return Lines(tuple(lines), tuple(faults))
+
+
+def _check_text(row: Row) -> None:
+    """Raise OptionError where a cell cannot be written as UTF-8."""
+    for column, cell in row.cells.items():
+        if printable(cell) != cell:
+            raise OptionError(
+                f"{column} = {printable(cell)!r} is not UTF-8; rename the file, or write another"
+            )
 
 
 def _first(seen: dict[str, str], key: str, place: str, what: str) -> None:

@@ -39,6 +39,8 @@ def make_line(job: Job) -> Result:
             return _made(job, near)
         except PhonanimError as error:
             why = near.restore_urls(str(error))
+        except MemoryError:
+            why = f"{line.alignment}: there is not enough memory for it; use fewer --workers, or cut the line"
         except OSError as error:
             why = near.restore_urls(f"{error.filename or line.alignment}: {error.strerror or error}")
         except Exception as error:  # a fault of phonanim costs its line, not the night's run
@@ -89,9 +91,16 @@ def _written(line: Line, folder: Path, names: list[str]) -> tuple[AnimationResul
     if idle:
         raise OptionError(f"{line.alignment}: {idle[0]} does nothing for {', '.join(names)}; leave it out")
     for path, given in zip(paths, options, strict=True):
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder_within(path.parent, folder)
         save(performance.animation, path, **given)
     return performance, {path.relative_to(folder).as_posix(): content_hash(path) for path in (*made, *paths)}
+
+
+def make_folder_within(place: Path, folder: Path) -> None:
+    """Make a folder within another. Raises OptionError where a link on the way leads elsewhere."""
+    place.mkdir(parents=True, exist_ok=True)
+    if not place.resolve().is_relative_to(folder.resolve()):
+        raise OptionError(f"{place}: a link leads out of the output folder; remove the link")
 
 
 def _edited(performance: AnimationResult, line: Line) -> AnimationResult:

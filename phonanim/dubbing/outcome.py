@@ -7,6 +7,18 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from phonanim.core.decode import (
+    DAMAGE,
+    DecodeError,
+    decode_list,
+    decode_number,
+    decode_table,
+    decode_text,
+    parse_json,
+)
+
+MOST = 1e12  # of a count
+
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
@@ -42,6 +54,28 @@ def decode_outcomes(lines: Iterable[str]) -> dict[str, Outcome]:
 
 def _outcome(line: str) -> Outcome | None:
     try:
-        return Outcome(**json.loads(line))
-    except (ValueError, TypeError):
+        found = Outcome(**parse_json(line))
+        _check(found)
+    except DAMAGE:
         return None
+    return found
+
+
+def _check(outcome: Outcome) -> None:
+    """Raise DecodeError for an outcome that no run writes down: the report and the audit rely on it."""
+    for name in ("id", "place", "error"):
+        decode_text(getattr(outcome, name), name)
+    for name in ("origin", "outputs", "facts"):
+        decode_table(getattr(outcome, name), name)
+    for name, digest in outcome.outputs.items():
+        decode_text(digest, "a hash")
+        if name.startswith(("/", "\\")) or ".." in name or "\0" in name:
+            raise DecodeError(f"the output {name!r} lies elsewhere")
+    if outcome.done:
+        decode_table(outcome.origin.get("options", {}), "options")
+        for name in ("frames", "seconds", "phones"):
+            decode_number(outcome.facts[name], name, 0, MOST)
+        for flag in decode_list(outcome.facts["flags"], "flags"):
+            decode_text(flag["check"], "check")
+            decode_text(flag["text"], "text")
+            decode_number(flag["severity"], "severity", 0, MOST)

@@ -15,6 +15,7 @@ from typing import Any
 from phonanim.core.threads import use_one_thread
 from phonanim.dubbing.job import Job, Result, Task
 from phonanim.dubbing.outcome import Outcome
+from phonanim.errors import OutputError
 
 TRIES = 2  # a job whose worker dies goes to a second one: the first may have been killed from outside
 
@@ -41,8 +42,10 @@ def run_jobs(jobs: Iterable[Job], task: Task, workers: int) -> Iterator[Result]:
     """Do `task` for every job, in as many processes as said, and give the results as they come."""
     use_one_thread()  # in the workers, which inherit it
     waiting = iter(jobs)
-    team = [_start(job, task) for job in islice(waiting, workers)]
+    team: list[Worker] = []
     try:
+        for job in islice(waiting, workers):
+            team.append(_start(job, task))
         while team:
             for pipe in wait([worker.pipe for worker in team]):
                 worker = next(worker for worker in team if worker.pipe is pipe)
@@ -94,9 +97,14 @@ def _dismiss(worker: Worker, team: list[Worker]) -> None:
 def _start(job: Job, task: Task, tries: int = 1) -> Worker:
     """A new process at work on `job`; a fresh interpreter, which holds no end of another's pipe."""
     context = multiprocessing.get_context("spawn")
-    ours, theirs = context.Pipe()
-    process = context.Process(target=_serve, args=(theirs, task), daemon=True)
-    process.start()
+    try:
+        ours, theirs = context.Pipe()
+        process = context.Process(target=_serve, args=(theirs, task), daemon=True)
+        process.start()
+    except OSError as error:
+        raise OutputError(
+            f"a worker cannot be started: {error.strerror}; use fewer --workers, or raise the limit (ulimit)"
+        ) from error
     theirs.close()
     ours.send(job)
     return Worker(process, ours, task, job, tries)

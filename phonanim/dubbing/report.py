@@ -14,6 +14,7 @@ from phonanim.core.version import __version__
 from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.storage import Place, write
 
+FILES = ("report.json", "report.html", "summary.txt")
 WORST = 20  # lines in the summary
 
 STYLE = """

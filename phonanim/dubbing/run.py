@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Callable, Iterable, Iterator
+from pathlib import PurePosixPath
 
-from phonanim.core.files import PARTIAL
+from phonanim.core.files import is_leftover
 from phonanim.dubbing.job import Job, Result
-from phonanim.dubbing.ledger import ledger_writer, lock_folder, read_ledger, write_ledger
+from phonanim.dubbing.ledger import NAME, ledger_writer, lock_folder, read_ledger, write_ledger
 from phonanim.dubbing.lines import Lines
 from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.provenance import is_current, origin_of
@@ -32,8 +33,8 @@ def run(
     """
     make_folder(folder)
     with lock_folder(folder):
-        remove_unfinished(folder)
         known = read_ledger(folder)
+        remove_unfinished(folder, output_folders(lines, known.values()))
         found: dict[str, Outcome] = {}
         with ledger_writer(folder) as record:
             for result in engine(make_jobs(lines, folder, formats, known)):
@@ -66,7 +67,7 @@ def plan_run(lines: Lines, folder: Place, formats: tuple[str, ...]) -> Iterator[
         try:
             kept = job.known and is_current(job.known, origin_of(job.line, formats), folder)
             yield job.line.id, "keep" if kept else "make"
-        except PhonanimError as error:
+        except (PhonanimError, OSError) as error:
             yield job.line.id, str(error)
 
 
@@ -80,12 +81,25 @@ def make_folder(folder: Place) -> None:
         raise OutputError(f"{folder}: cannot be made: {error.strerror}") from error
 
 
-def remove_unfinished(folder: Place) -> None:
-    """Remove the unfinished files that a killed run left, in every folder of the output.
+def output_folders(lines: Lines, known: Iterable[Outcome]) -> set[PurePosixPath]:
+    """The folders that this run and those before it write to, relative to the output folder."""
+    outputs = [line.output for line in lines.lines]
+    outputs += [PurePosixPath(name) for outcome in known for name in outcome.outputs]
+    return {above for output in outputs for above in output.parents}
 
-    Shared storage has none: objects are put there whole.
+
+def remove_unfinished(folder: Place, below: Iterable[PurePosixPath]) -> None:
+    """Remove the unfinished files that a killed run left in its own folders.
+
+    A folder within that has its own ledger is another run's. Shared storage has no such files: objects are
+    put there whole.
     """
     if isinstance(folder, Remote):
         return
-    for leftover in folder.rglob(f".*{PARTIAL}*"):
-        leftover.unlink(missing_ok=True)
+    for relative in sorted(below):
+        places = [folder / above for above in (*reversed(relative.parents), relative)]
+        if any(place.is_symlink() or (place / NAME).exists() for place in places[1:] if place != folder):
+            continue
+        if places[-1].is_dir():
+            for path in filter(is_leftover, places[-1].iterdir()):
+                path.unlink(missing_ok=True)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
 
+from phonanim.core.decode import check_depth
 from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError
 
@@ -101,7 +102,8 @@ def _json_records(path: Place, text: str) -> Iterator[tuple[int, dict[str, Any]]
             continue
         try:
             record = json.loads(line)
-        except ValueError as error:
+            check_depth(record)
+        except (ValueError, RecursionError) as error:
             raise OptionError(
                 f"{path} row {number}: is not JSON ({error}); write one object a line"
             ) from error

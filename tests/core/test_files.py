@@ -1,10 +1,20 @@
 import errno
 import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from phonanim.core.files import atomic_path, concatenate_pieces, content_hash, read_bounded, write_text
+from phonanim.core.files import (
+    atomic_path,
+    concatenate_pieces,
+    content_hash,
+    is_leftover,
+    read_bounded,
+    write_text,
+)
 from phonanim.errors import OutputError
 
 
@@ -44,12 +54,46 @@ def test_places_that_hold_no_file(tmp_path):
         write_text(tmp_path / "device.csv", "")
 
 
-def test_a_link_stays_a_link(tmp_path):
+def test_a_link_is_replaced_and_not_followed(tmp_path, caplog):
     (tmp_path / "real.csv").write_text("old")
     (tmp_path / "link.csv").symlink_to("real.csv")
-    write_text(tmp_path / "link.csv", "new")
-    assert (tmp_path / "link.csv").is_symlink()
-    assert (tmp_path / "real.csv").read_text() == "new"
+    (tmp_path / "dangling.csv").symlink_to("nowhere.csv")
+    for name in ("link.csv", "dangling.csv"):
+        write_text(tmp_path / name, "new")
+        assert not (tmp_path / name).is_symlink()
+        assert (tmp_path / name).read_text() == "new"
+        assert (
+            f"{name}: was a link; it is a plain file now, and the file behind it is unchanged" in caplog.text
+        )
+    assert (tmp_path / "real.csv").read_text() == "old"
+    assert not (tmp_path / "nowhere.csv").exists()
+
+
+def test_the_links_of_the_system_stay(tmp_path):
+    with pytest.raises(OutputError, match=r"/dev/stdout: is not a plain file; name another"):
+        write_text(Path("/dev/stdout"), "")
+
+
+def test_names_that_are_not_utf8_are_not_written(tmp_path):
+    with pytest.raises(OutputError, match=r"a\.json: would hold a name that is not UTF-8; rename the file"):
+        write_text(tmp_path / "a.json", "\udcff")
+    assert not list(tmp_path.iterdir())
+
+
+def test_leftovers_are_our_own_unfinished_files_of_processes_that_ended(tmp_path):
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    ours = [f".{ended.pid:06x}0123ab.partial.csv", ".ffffff0123ab.partial"]
+    others = [
+        ".notes.partial.txt",
+        ".0123.partial.csv",
+        f".{os.getpid():06x}0123ab.partial.csv",
+        "a.partial.csv",
+    ]
+    for name in ours + others:
+        (tmp_path / name).write_text("half")
+    (tmp_path / ".ffffff0123ac.partial.csv").symlink_to(ours[0])
+    assert sorted(path.name for path in tmp_path.iterdir() if is_leftover(path)) == sorted(ours)
 
 
 def test_the_hash_of_a_folder_sees_names_and_contents(tmp_path):

@@ -4,10 +4,10 @@ import json
 import re
 
 import pytest
+from animations import line
 
 from phonanim.core.pages import fill_page, page_policy, script_data
 from phonanim.exporters import save
-from tests.support.animations import line
 
 LABELS = ["<!--<script>", "{{script}}", "</script><script>alert(1)</script>", "]]>", "a & b > c"]
 

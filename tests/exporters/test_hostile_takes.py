@@ -4,10 +4,10 @@ import json
 
 import numpy as np
 import pytest
+from animations import line
 
 from phonanim.errors import PhonanimError
 from phonanim.exporters import load, save
-from tests.support.animations import line
 
 BAD_NUMBERS = (-1, 0, float("nan"), float("inf"), 1e300, "30", None, [], {}, True, 10**400)
 AUDIO = ("http://127.0.0.1:1/a.wav", "../x.wav", "/etc/passwd", 3, ["a.wav"], "a\0b")

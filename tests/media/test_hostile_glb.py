@@ -4,6 +4,7 @@ import copy
 
 import numpy as np
 import pytest
+from animations import line
 
 from phonanim.errors import RigError
 from phonanim.exporters import save
@@ -11,7 +12,6 @@ from phonanim.media.glb import glb_bytes, read_glb
 from phonanim.media.gltf import MAX_LEVELS, MAX_NODES, MAX_TARGETS
 from phonanim.rig.character import load_bare_character, load_character
 from phonanim.rig.head import load_head
-from tests.support.animations import line
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "<f4")
 TREE = {

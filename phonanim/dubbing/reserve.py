@@ -1,0 +1,63 @@
+"""Which line may write which file: no two the same, and none that of the report, the ledger or an input."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path, PurePosixPath
+
+from phonanim.dubbing import ledger, ledger_parts
+from phonanim.dubbing.align_lines import SUFFIX
+from phonanim.dubbing.line import Line
+from phonanim.dubbing.lines import Fault, Lines
+from phonanim.dubbing.output_names import collision_key
+from phonanim.dubbing.report import FILES
+from phonanim.dubbing.storage import Place
+
+OWN = (*FILES, ledger.NAME, ledger_parts.FOLDER)
+"""What a run writes into its folder besides the lines."""
+
+
+def reserve_outputs(lines: Lines, folder: Place, formats: Sequence[str]) -> Lines:
+    """The lines whose outputs are theirs alone; each other is a fault, and the first one stays."""
+    files = {collision_key(PurePosixPath(name)): "the run itself" for name in OWN}
+    folders: dict[str, str] = {}
+    inputs = {str(place) for line in lines.lines for place in (line.alignment, line.audio, line.edits)}
+    kept: list[Line] = []
+    faults: list[Fault] = []
+    for line in lines.lines:
+        names = output_files(line, formats)
+        problem = next(_problems(names, files, folders, inputs, folder), "")
+        if problem:
+            faults.append(Fault(line.id, line.place, problem, line.options.language))
+            continue
+        kept.append(line)
+        for name in names:
+            files[collision_key(name)] = line.place
+            folders |= {collision_key(above): line.place for above in name.parents[:-1]}
+    return replace(lines, lines=tuple(kept), faults=(*lines.faults, *faults))
+
+
+def output_files(line: Line, formats: Sequence[str]) -> list[PurePosixPath]:
+    """What a line writes, relative to the output folder."""
+    suffixes = [f".{suffix}" for suffix in formats] + ([] if line.text is None else [SUFFIX])
+    return [PurePosixPath(f"{line.output}{suffix}") for suffix in suffixes]
+
+
+def _problems(
+    names: Sequence[PurePosixPath],
+    files: dict[str, str],
+    folders: dict[str, str],
+    inputs: set[str],
+    folder: Place,
+) -> Iterator[str]:
+    mend = "give the line another id or output"
+    for name in names:
+        key = collision_key(name)
+        taken = files.get(key) or folders.get(key)
+        taken = taken or next((files[k] for k in map(collision_key, name.parents) if k in files), None)
+        if taken:
+            yield f"the output {str(name)!r} was taken by {taken}; {mend}"
+        place = folder / name
+        if str(place.absolute() if isinstance(place, Path) else place) in inputs:
+            yield f"the output {str(name)!r} would overwrite an input; {mend}, or name another folder"
