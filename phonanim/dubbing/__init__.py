@@ -1,1 +1,1 @@
-"""Many lines: read, animated by many workers, remembered in a ledger, and reported on."""
+"""Animate many lines: read them, animate them with several workers, record them in a ledger, report."""

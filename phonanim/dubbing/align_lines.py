@@ -1,4 +1,4 @@
-"""Lines that come as a recording and its text: they are aligned into the output folder."""
+"""Align the lines that are given as a recording and its text."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ SUFFIX = ".aligned.TextGrid"
 
 
 def alignment_place(line: Line, folder: Place) -> Place:
-    """Where the alignment of a line is, or will be once it is made into `folder`."""
+    """The place of the alignment of a line, now or once it is made in `folder`."""
     return line.alignment if line.text is None else folder / f"{line.output}{SUFFIX}"
 
 
 def align_line(line: Line, target: Path) -> None:
-    """Align the recording of a line with its text. Raises OptionError for a language that is not English."""
+    """Align the recording of a line with its text. Raises OptionError for a language other than English."""
     language = line.options.language
     if language != "auto" and not load_language(language).code.startswith("en"):
         raise OptionError(

@@ -1,4 +1,4 @@
-"""Look over a delivery: which lines are missing, stale, still or mistimed, and which files belong to none."""
+"""Audit a delivery: find missing, outdated, motionless or mistimed lines, and files without a line."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Finding:
 
 
 def audit(lines: Lines, folder: Place) -> list[Finding]:
-    """Compare the lines with what lies in `folder`, in the order of the lines, orphans last.
+    """Compare the lines with the files in `folder`, in the order of the lines, orphans last.
 
     Raises OptionError when there is no such folder.
     """
@@ -62,7 +62,7 @@ def audit(lines: Lines, folder: Place) -> list[Finding]:
 
 
 def count_problems(findings: Iterable[Finding]) -> dict[str, dict[str, int]]:
-    """How many problems of each kind each language has."""
+    """Number of problems of each kind for each language."""
     found: dict[str, Counter[str]] = {}
     for finding in findings:
         found.setdefault(finding.language, Counter())[finding.problem] += 1
@@ -95,7 +95,7 @@ def _findings(line: Line, files: list[Place], known: Outcome | None, folder: Pla
 
 
 def _changes(line: Line, files: list[Place], known: Outcome | None, folder: Place) -> list[str]:
-    """What is not as it was when the outputs were made; by times where no ledger tells."""
+    """Changes since the outputs were made; by modification times if there is no ledger."""
     if known is None or not known.done:
         return _newer(line, files)
     changed = [
@@ -109,7 +109,7 @@ def _changes(line: Line, files: list[Place], known: Outcome | None, folder: Plac
 
 
 def _newer(line: Line, files: list[Place]) -> list[str]:
-    """The sources that are newer than the outputs; of shared storage the times are not known."""
+    """The sources that are newer than the outputs; shared storage gives no times."""
     made = [path.stat().st_mtime for path in files if isinstance(path, Path)]
     sources = [path for path in (line.alignment, line.audio) if isinstance(path, Path)]
     return [
@@ -120,9 +120,9 @@ def _newer(line: Line, files: list[Place]) -> list[str]:
 
 
 def _now(line: Line, known: Outcome) -> Mapping[str, object]:
-    """The origin of a line as it would be now, with the options that it was made with.
+    """The origin of a line as it would be now, with the options of the run that made it.
 
-    Of edits, those that the line itself names: a folder of them was known to the run alone.
+    Only edits that the line itself names are included: a folder of edits is an option of the run.
     """
     options = known.origin["options"]
     return {
@@ -136,7 +136,7 @@ def _now(line: Line, known: Outcome) -> Mapping[str, object]:
 
 
 def _looked_at(line: Line, path: Place, alignment: Place) -> list[tuple[str, str]]:
-    """What is wrong with one file, wherever it and its sources lie."""
+    """Problems of one file, which may be on shared storage."""
     with tempfile.TemporaryDirectory(prefix="phonanim-") as scratch:
         near = Copies(Path(scratch))
         audio = near.fetch(line.audio) if line.audio else None
@@ -145,7 +145,7 @@ def _looked_at(line: Line, path: Place, alignment: Place) -> list[tuple[str, str
 
 
 def _faults(line: Line, path: Path, alignment_path: Path, audio: Path | None) -> Iterator[tuple[str, str]]:
-    """What is wrong with one file: (problem, text)."""
+    """Problems of one local file: (problem, text)."""
     try:
         animation = load(path)
         alignment = read_alignment(

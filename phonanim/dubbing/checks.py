@@ -1,4 +1,4 @@
-"""What may be wrong with a line that was animated: each check is one function and gives at most one flag."""
+"""Checks of an animated line: each check is one function and gives at most one flag."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from phonanim.pipeline import AnimationResult
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.phones import PhoneTrack
 
-OPEN_MM = 1.0  # a gap between the lips that is seen as open
-FASTEST = 22.0  # phones in a second; fluent speech has 10 to 16
-WINDOW = 1.0  # seconds over which the rate is taken
+OPEN_MM = 1.0  # a gap between the lips that is visibly open
+FASTEST = 22.0  # phones per second; fluent speech has 10 to 16
+WINDOW = 1.0  # seconds over which the rate is measured
 LENGTH_TOLERANCE = 0.15  # seconds between the ends of recording and alignment
 STEP = 0.01  # seconds, for the loudness of the recording
-MARGIN = 5  # steps beside a boundary that do not count: nobody sets them that exactly
-CONTRAST_DB = 20.0  # less between loud and soft, and the recording cannot tell silence from speech
-MISPLACED = 0.3  # seconds of sound in silence, or of silence in speech, that are worth a look
+MARGIN = 5  # steps on each side of a boundary that do not count, because boundaries are not that exact
+CONTRAST_DB = 20.0  # least range of loudness in which silence and speech can be separated
+MISPLACED = 0.3  # seconds of sound in silence, or of silence in speech, that make a flag
 
 
 @dataclass(frozen=True, slots=True)
 class Flag:
-    """One thing to look at; `severity` is 0 to 1 and sorts the report."""
+    """One possible problem; `severity` is 0 to 1 and sorts the report."""
 
     check: str
     severity: float
@@ -37,7 +37,7 @@ class Flag:
 
 
 def line_facts(result: AnimationResult, audio: Path | None) -> dict[str, Any]:
-    """What the report says of a line: its size and its flags, the worst first."""
+    """The data of a line in the report: its size and its flags, the worst first."""
     flags = [flag for check in CHECKS if (flag := check(result, audio))]
     flags.sort(key=lambda flag: -flag.severity)
     return {
@@ -49,13 +49,13 @@ def line_facts(result: AnimationResult, audio: Path | None) -> dict[str, Any]:
 
 
 def replaced_labels(result: AnimationResult, audio: Path | None) -> Flag | None:
-    """Labels that were not taken as written."""
+    """Labels that were not used as written."""
     notes = result.notes
     return Flag("labels", _severity(len(notes), 5), "; ".join(notes)) if notes else None
 
 
 def missed_closures(result: AnimationResult, audio: Path | None) -> Flag | None:
-    """The p, b and m that no frame in or next to them shows with closed lips."""
+    """p, b and m without closed lips in any frame in or next to them."""
     track, fps = result.track, result.animation.fps
     numbers = np.flatnonzero(np.isin(track.codes, INVENTORY.codes(["p", "b", "m"])))
     if len(numbers) == 0:
@@ -72,7 +72,7 @@ def missed_closures(result: AnimationResult, audio: Path | None) -> Flag | None:
 
 
 def fast_speech(result: AnimationResult, audio: Path | None) -> Flag | None:
-    """More phones in a second than anybody speaks: often an alignment that failed."""
+    """More phones per second than anybody speaks: often a failed alignment."""
     track = result.track
     onsets = track.bounds[:-1][track.codes != 0]
     if len(onsets) == 0:
@@ -129,7 +129,7 @@ CHECKS: tuple[Callable[[AnimationResult, Path | None], Flag | None], ...] = (
 
 
 def _least_gap(result: AnimationResult, first: int, last: int) -> float:
-    """Millimetres between the lips in the frame, from `first` to `last`, in which they are closest."""
+    """Smallest lip gap in millimetres from frame `first` to frame `last`."""
     face = result.face
     return float(lip_aperture(face.instance(result.modes[first : last + 1]), face).min())
 
@@ -139,7 +139,7 @@ def _severity(count: float, most: float) -> float:
 
 
 def _levels(audio: Path) -> NDArray[np.float64] | None:
-    """Loudness of each 10 ms in decibels; None when the recording cannot be read here."""
+    """Loudness of each 10 ms in decibels; None when the recording cannot be read on this machine."""
     try:
         samples, rate = read_audio(audio)
     except (AudioError, MissingExtraError):
@@ -150,7 +150,7 @@ def _levels(audio: Path) -> NDArray[np.float64] | None:
 
 
 def _certain(track: PhoneTrack, steps: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which steps are silent and which are spoken, those near a boundary left out, (steps,) each."""
+    """Masks of silent and of spoken steps, without those near a boundary, (steps,) each."""
     times = np.asarray((np.arange(steps) + 0.5) * STEP, np.float64)
     silent = (track.sample(times) == 0).astype(int)
     count = np.convolve(silent, np.ones(2 * MARGIN + 1, int), mode="same")

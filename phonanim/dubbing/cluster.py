@@ -10,14 +10,14 @@ from phonanim.dubbing.outcome import Outcome
 from phonanim.errors import MissingExtraError, OptionError
 
 RETRIES = 2
-PATIENCE = "10s"  # to find the scheduler
+PATIENCE = "10s"  # time to find the scheduler
 
 
 def run_jobs(jobs: Iterable[Job], task: Task, scheduler: str) -> Iterator[Result]:
-    """Do `task` for every job on the cluster at `scheduler`, and give the results as they come.
+    """Run `task` for every job on the cluster at `scheduler`, and yield the results as they arrive.
 
-    A line whose worker dies is tried again elsewhere; when the scheduler goes away, the lines that are
-    left fail with that reason. Raises OptionError when there is no scheduler, MissingExtraError.
+    A line whose worker dies is tried again on another one. When the scheduler stops, the remaining lines fail
+    with that reason. Raises OptionError when there is no scheduler, MissingExtraError.
     """
     try:
         from distributed import Client, as_completed
@@ -27,7 +27,7 @@ def run_jobs(jobs: Iterable[Job], task: Task, scheduler: str) -> Iterator[Result
         client = Client(scheduler, timeout=PATIENCE)
     except (OSError, ValueError) as error:
         raise OptionError(
-            f"no dask scheduler answers at {scheduler} ({error}); start one, or correct it"
+            f"no dask scheduler answers at {scheduler} ({error}); start one, or correct the address"
         ) from error
     with client:
         left = {
@@ -35,7 +35,7 @@ def run_jobs(jobs: Iterable[Job], task: Task, scheduler: str) -> Iterator[Result
         }
         yield from _collect(as_completed(left, raise_errors=False), left)
         for job in left.values():
-            yield _failed(job, "the scheduler went away; run again to go on")
+            yield _failed(job, "the scheduler stopped; run again to continue")
 
 
 def _collect(finished: Iterable[Any], left: dict[Any, Job]) -> Iterator[Result]:
@@ -44,7 +44,7 @@ def _collect(finished: Iterable[Any], left: dict[Any, Job]) -> Iterator[Result]:
             return
         job = left.pop(future)
         error = future.exception() if future.status == "error" else None
-        yield _failed(job, f"the cluster gave it up: {error}") if error else future.result()
+        yield _failed(job, f"the cluster stopped this job: {error}") if error else future.result()
         future.release()
 
 

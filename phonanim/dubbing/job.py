@@ -1,4 +1,4 @@
-"""What goes to a worker and what comes back."""
+"""The messages to and from a worker."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from phonanim.dubbing.storage import Place
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """A line to make: where to, in which formats, and what the ledger knows of it.
+    """A line to make: its destination, its formats, and its entry in the ledger.
 
-    `run` differs between runs, so that a worker of many can tell them apart.
+    `run` is different for each run, so that a worker of several runs can distinguish them.
     """
 
     line: Line
@@ -26,7 +26,7 @@ class Job:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """The outcome, and whether the outputs had to be made."""
+    """The outcome, and whether the outputs were made in this run."""
 
     outcome: Outcome
     made: bool

@@ -1,4 +1,4 @@
-"""The ledger: what became of each line, written as it happens, so that a killed run goes on where it was."""
+"""The ledger: the outcome of each line, written at once, so that an interrupted run can continue."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Record = Callable[[Outcome], None]
 
 
 def read_ledger(folder: Place) -> dict[str, Outcome]:
-    """The last outcome of each id; empty when there is no ledger. A line cut short by a kill is left out."""
+    """The last outcome of each id; empty without a ledger. An incomplete line of a killed run is skipped."""
     if isinstance(folder, Remote):
         return ledger_parts.read(folder, NAME)
     path = folder / NAME
@@ -42,7 +42,7 @@ def read_ledger(folder: Place) -> dict[str, Outcome]:
 
 
 def write_ledger(folder: Place, outcomes: Iterable[Outcome]) -> None:
-    """Write the ledger anew: one outcome an id, in the order given."""
+    """Rewrite the ledger: one outcome per id, in the given order."""
     text = "".join(map(encode_outcome, outcomes))
     if isinstance(folder, Remote):
         ledger_parts.write(folder, NAME, text)
@@ -52,19 +52,19 @@ def write_ledger(folder: Place, outcomes: Iterable[Outcome]) -> None:
 
 
 def ledger_writer(folder: Place) -> AbstractContextManager[Record]:
-    """A function that adds an outcome to the ledger, so that it outlives a kill. Raises OutputError."""
+    """A function that adds an outcome to the ledger, safe against a kill. Raises OutputError."""
     return ledger_parts.part_writer(folder) if isinstance(folder, Remote) else _appending(folder)
 
 
 @contextmanager
 def lock_folder(folder: Place) -> Iterator[None]:
-    """Hold the folder for one run; a kill releases it. Raises OutputError when another run holds it.
+    """Lock the folder for one run; a kill releases the lock. Raises OutputError when another run has it.
 
-    Shared storage has no such locks: there the user must keep two runs apart.
+    Shared storage has no such locks: the user must not start two runs there.
     """
     try:
         import fcntl
-    except ImportError:  # on Windows, where the user must too
+    except ImportError:  # on Windows, the user must not start two runs either
         yield
         return
     if isinstance(folder, Remote):

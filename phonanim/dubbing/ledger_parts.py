@@ -1,7 +1,7 @@
-"""The ledger on shared storage, where a file cannot grow: parts, each a whole object, until the run ends.
+"""The ledger on shared storage, where files cannot grow: parts, each a whole object, until the run ends.
 
-A part holds the outcomes of some seconds. When the run ends, the whole ledger is written and the parts are
-removed, the oldest first: those that a kill leaves are then the newest, and say nothing old of any line.
+A part has the outcomes of a few seconds. When the run ends, the whole ledger is written and the parts are
+removed, the oldest first. So the parts that a killed run leaves are the newest, and never outdated.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from phonanim.dubbing.outcome import Outcome, decode_outcomes, encode_outcome
 from phonanim.dubbing.storage import Remote, forget_listings
 
 FOLDER = "ledger.parts"
-PERIOD = 5.0  # seconds; what ended since the last part is made again after a kill
+PERIOD = 5.0  # seconds; after a kill, lines that ended after the last part are made again
 
 
 def read(folder: Remote, name: str) -> dict[str, Outcome]:
-    """The ledger of that name, with the parts of a run that was killed."""
+    """The ledger of that name, including the parts of a killed run."""
     forget_listings()
     whole = folder / name
     texts = [part.read_bytes() for part in ([whole] if whole.is_file() else []) + _parts(folder)]
@@ -36,10 +36,10 @@ def write(folder: Remote, name: str, text: str) -> None:
 
 @contextmanager
 def part_writer(folder: Remote) -> Iterator[Callable[[Outcome], None]]:
-    """A function that takes outcomes, which become a part every few seconds and at the end."""
+    """A function that takes outcomes and writes them as a part every few seconds and at the end."""
     waiting: list[Outcome] = []
     last = time.monotonic()
-    _write(folder, waiting)  # storage that cannot be written shows before the first line is made
+    _write(folder, waiting)  # fails before the first line is made if the storage is not writable
 
     def record(outcome: Outcome) -> None:
         nonlocal last
@@ -56,7 +56,7 @@ def part_writer(folder: Remote) -> Iterator[Callable[[Outcome], None]]:
 
 
 def _write(folder: Remote, waiting: list[Outcome]) -> None:
-    """Make a part of what waits. Its name sorts by time, and is no other run's."""
+    """Write the waiting outcomes as a part. Its name sorts by time and is unique among runs."""
     name = PurePosixPath(FOLDER, f"{time.time_ns():020}-{secrets.token_hex(4)}.jsonl")
     (folder / name).write_bytes("".join(map(encode_outcome, waiting)).encode("utf-8"))
     waiting.clear()

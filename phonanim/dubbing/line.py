@@ -15,8 +15,8 @@ from phonanim.options import Options
 class Line:
     """One line to animate: absolute places, and `output`, relative to the output folder, without suffix.
 
-    Where `text` is given, `alignment` is the recording: it is aligned with the text first. `edits` are
-    an animator's changes to do again; `exports` are options of output formats, such as `character`.
+    If `text` is given, `alignment` is the recording, which is first aligned with the text. `edits` are an
+    animator's changes, which are applied again; `exports` are options of output formats, such as `character`.
     """
 
     id: str

@@ -17,13 +17,13 @@ from phonanim.dubbing.table import Row, read_table
 from phonanim.dubbing.walk import WILD, Walk, walk_folder, walk_pattern
 from phonanim.errors import OptionError, PhonanimError
 
-# Taken from a folder; a pattern or a table may name files of any suffix, since readers go by content.
+# Suffixes that are used in a folder; a pattern or a table may name any, since readers detect the content.
 ALIGNMENTS = (".textgrid", ".phn", ".lab", ".ctm", ".eaf", ".par", ".pgo")
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A line that cannot be made, and why."""
+    """A line that cannot be made, and the reason."""
 
     id: str
     place: str
@@ -33,7 +33,7 @@ class Fault:
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """What a source holds: lines in order, the rows that are none, and remarks on the whole."""
+    """The content of a source: lines in order, invalid rows, and remarks on the whole."""
 
     lines: tuple[Line, ...]
     faults: tuple[Fault, ...]
@@ -43,8 +43,8 @@ class Lines:
 def read_lines(source: str, common: Common) -> Lines:
     """The lines of a folder, of a pattern with wildcards, or of a table (.csv .tsv .jsonl), by path or URL.
 
-    Cells of a table stand before what is `common`. Raises OptionError when the source as a whole is of
-    no use.
+    Cells of a table override `common`. Raises OptionError when the source as a whole is
+    invalid.
     """
     forget_listings()
     path = parse_place(source)
@@ -68,7 +68,7 @@ def read_lines(source: str, common: Common) -> Lines:
 
 def _useless(source: str, path: Place) -> OptionError:
     if path.is_file():
-        return OptionError(f"{source}: is no folder and no table ({' '.join(TABLES)}); name one of these")
+        return OptionError(f"{source}: is not a folder or a table ({' '.join(TABLES)}); name one of these")
     return OptionError(f"{source}: does not exist; name a folder, a pattern in quotes, or a table")
 
 
@@ -123,7 +123,7 @@ def _rows_of(root: Place, paths: Iterable[Place]) -> list[Row]:
 
 
 def path_below(path: Place, folder: Place) -> PurePosixPath:
-    """Where a file lies below a folder; both are paths, or both are remote."""
+    """The path of a file below a folder; both are paths, or both are remote."""
     if isinstance(path, Remote) and isinstance(folder, Remote):
         return path.relative_to(folder)
     return PurePosixPath(Path(str(path)).relative_to(Path(str(folder))).as_posix())
@@ -165,12 +165,12 @@ def _check_text(row: Row) -> None:
 
 def _first(seen: dict[str, str], key: str, place: str, what: str) -> None:
     if key in seen:
-        raise OptionError(f"{what} was taken by {seen[key]}; give every line its own")
+        raise OptionError(f"{what} is already used by {seen[key]}; give every line another")
     seen[key] = place
 
 
 def _idle_edits(folder: Place | None, lines: Sequence[Line]) -> list[str]:
-    """A remark on each file of edits that no line has."""
+    """A remark on each file of edits without a line."""
     if folder is None:
         return []
     used = {line.edits for line in lines}

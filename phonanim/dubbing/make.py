@@ -1,4 +1,4 @@
-"""Make one line: the work of a worker."""
+"""Make one line: the task of a worker."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from phonanim.speech.pronunciations import load_pronunciations
 
 
 def make_line(job: Job) -> Result:
-    """Animate a line and write its outputs, unless they are there already, made from the same things."""
+    """Animate a line and write its outputs, unless current ones exist already."""
     reset_caches(job.run)
     line = job.line
     with open_copies(job) as near:
@@ -43,16 +43,16 @@ def make_line(job: Job) -> Result:
             why = f"{line.alignment}: there is not enough memory for it; use fewer --workers, or cut the line"
         except OSError as error:
             why = near.restore_urls(f"{error.filename or line.alignment}: {error.strerror or error}")
-        except Exception as error:  # a fault of phonanim costs its line, not the night's run
+        except Exception as error:  # a bug costs one line, not the whole run
             plugin = find_culprit(error.__traceback__)
-            what = f"{plugin} failed" if plugin else "a fault of phonanim, please report it"
+            what = f"{plugin} failed" if plugin else "an error in phonanim, please report it"
             why = f"{line.alignment}: {what}: {type(error).__name__}: {error}"
     return Result(Outcome(line.id, line.place, error=why), made=True)
 
 
 @lru_cache(maxsize=1)
 def reset_caches(run: str) -> None:
-    """Forget what an earlier run left in this process: its files may have changed since."""
+    """Clear the caches of an earlier run in this process: the files may have changed."""
     for remembered in (
         load_cached_model,
         load_cached_rig,
@@ -67,7 +67,7 @@ def reset_caches(run: str) -> None:
 
 
 def _made(job: Job, near: Copies) -> Result:
-    """The result of a line, whose files are fetched and whose outputs are delivered as need be."""
+    """The result of a line, whose files are downloaded and whose outputs are uploaded if necessary."""
     here = stage_inputs(job, near)
     origin = origin_of(here.line, job.formats)
     if job.known and is_current(job.known, origin, job.folder):
@@ -80,7 +80,7 @@ def _made(job: Job, near: Copies) -> Result:
 
 
 def _written(line: Line, folder: Path, names: list[str]) -> tuple[AnimationResult, dict[str, str]]:
-    """The performance of a line, and the content hashes of the outputs that were written of it."""
+    """The animation of a line, and the content hashes of the outputs that were written."""
     alignment = cast("Path", alignment_place(line, folder))
     made = [] if line.text is None else [alignment]
     if line.text is not None:
@@ -89,7 +89,7 @@ def _written(line: Line, folder: Path, names: list[str]) -> tuple[AnimationResul
     paths = [folder / name for name in names]
     options, idle = assign_options(line.exports, paths)
     if idle:
-        raise OptionError(f"{line.alignment}: {idle[0]} does nothing for {', '.join(names)}; leave it out")
+        raise OptionError(f"{line.alignment}: {idle[0]} has no effect on {', '.join(names)}; leave it out")
     for path, given in zip(paths, options, strict=True):
         make_folder_within(path.parent, folder)
         save(performance.animation, path, **given)

@@ -1,4 +1,4 @@
-"""What became of a line, and how a ledger writes it down."""
+"""The outcome of a line, and its form in the ledger."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ MOST = 1e12  # of a count
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of one line.
+    """The outcome of one line.
 
-    `origin` is everything that the outputs depend on; `outputs` are paths relative to the output folder
-    with their content hashes; `facts` are for the report; `error` says why there are no outputs.
+    `origin` is everything that the outputs depend on; `outputs` are paths relative to the output folder with
+    their content hashes; `facts` are for the report; `error` is the reason when there are no outputs.
     """
 
     id: str
@@ -37,7 +37,7 @@ class Outcome:
 
     @property
     def done(self) -> bool:
-        """Whether the outputs are there."""
+        """Whether the outputs exist."""
         return not self.error
 
 
@@ -47,7 +47,7 @@ def encode_outcome(outcome: Outcome) -> str:
 
 
 def decode_outcomes(lines: Iterable[str]) -> dict[str, Outcome]:
-    """The last outcome of each id; lines that are none, as a kill leaves them, are left out."""
+    """The last outcome of each id; incomplete lines, as a killed run leaves them, are skipped."""
     found = filter(None, map(_outcome, lines))
     return {outcome.id: outcome for outcome in found}
 

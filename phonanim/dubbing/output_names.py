@@ -1,4 +1,4 @@
-"""Output names that every file system takes, from the ids of lines."""
+"""Make output names that are valid on every file system, from the ids of lines."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ LONGEST = 180  # bytes of a file name: 255 less room for a suffix and the name o
 def safe_name(id: str) -> PurePosixPath:
     """The output path of a line, relative and without suffix; slashes in the id make folders.
 
-    A part that had to be changed ends in six hex digits of its hash, so that two ids never become one
-    name. Raises OptionError for an id that is empty or leads out of the output folder.
+    A part that had to be changed ends in six hex digits of its hash, so that different ids get different
+    names. Raises OptionError for an id that is empty or leads out of the output folder.
     """
     parts = id.replace("\\", "/").split("/")
     if not id.strip():
@@ -27,12 +27,12 @@ def safe_name(id: str) -> PurePosixPath:
         raise OptionError(f"the id {id!r} leads out of the output folder; use a relative path")
     kept = [_safe_part(part) for part in parts if part not in ("", ".")]
     if not kept:
-        raise OptionError(f"the id {id!r} names no file; give every line an id")
+        raise OptionError(f"the id {id!r} is not a file name; give every line an id")
     return PurePosixPath(*kept)
 
 
 def collision_key(name: PurePosixPath) -> str:
-    """What two names share when some file system takes them for one: case and composition are folded."""
+    """A key that is equal for names that some file system treats as one: case and composition are folded."""
     return unicodedata.normalize("NFC", str(name)).casefold()
 
 

@@ -1,4 +1,4 @@
-"""Worker processes on this machine: each takes a job, makes it, and sends the result back."""
+"""Worker processes on this machine: each gets a job, runs it, and sends the result back."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from phonanim.dubbing.job import Job, Result, Task
 from phonanim.dubbing.outcome import Outcome
 from phonanim.errors import OutputError
 
-TRIES = 2  # a job whose worker dies goes to a second one: the first may have been killed from outside
+TRIES = 2  # a job whose worker dies is tried again, because the worker may have been killed from outside
 
 
 @dataclass(slots=True)
 class Worker:
-    """A process, the pipe to it, and what it is at."""
+    """A process, the pipe to it, and its current job."""
 
     process: Any
     pipe: Connection
@@ -32,14 +32,14 @@ class Worker:
 
 
 def count_cores() -> int:
-    """How many processes this machine runs at once."""
+    """Number of processes that this machine runs at once."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def run_jobs(jobs: Iterable[Job], task: Task, workers: int) -> Iterator[Result]:
-    """Do `task` for every job, in as many processes as said, and give the results as they come."""
+    """Run `task` for every job in `workers` processes, and yield the results as they arrive."""
     use_one_thread()  # in the workers, which inherit it
     waiting = iter(jobs)
     team: list[Worker] = []
@@ -52,12 +52,12 @@ def run_jobs(jobs: Iterable[Job], task: Task, workers: int) -> Iterator[Result]:
                 yield from _collect(worker, team, waiting)
     finally:
         for worker in team:
-            worker.pipe.close()  # the end of its pipe is the end of a worker
+            worker.pipe.close()  # a worker ends when its pipe is closed
             worker.process.join()
 
 
 def _collect(worker: Worker, team: list[Worker], waiting: Iterator[Job]) -> Iterator[Result]:
-    """Take a worker's result and give it the next job; one that died is replaced."""
+    """Receive a worker's result and give it the next job; a dead worker is replaced."""
     try:
         result = worker.pipe.recv()
     except (EOFError, OSError):
@@ -69,19 +69,19 @@ def _collect(worker: Worker, team: list[Worker], waiting: Iterator[Job]) -> Iter
         _dismiss(worker, team)
     else:
         worker.job, worker.tries = job, 1
-        with suppress(OSError):  # it died between two jobs: the next wait shows that
+        with suppress(OSError):  # it died between two jobs, which the next wait detects
             worker.pipe.send(job)
 
 
 def _bury(worker: Worker, team: list[Worker], waiting: Iterator[Job]) -> Iterator[Result]:
-    """Let another worker try the job of one that died; when that dies too, the line has failed."""
+    """Let another worker try the job of a dead one; when that dies too, the line has failed."""
     _dismiss(worker, team)
     if worker.tries < TRIES:
         team.append(_start(worker.job, worker.task, worker.tries + 1))
         return
     line = worker.job.line
     died = f"{TRIES} workers died on this line, the last with exit code {worker.process.exitcode}"
-    mend = "free some memory, or look at the line"
+    mend = "free some memory, or check the line"
     yield Result(Outcome(line.id, line.place, error=f"{line.alignment}: {died}; {mend}"), made=True)
     job = next(waiting, None)
     if job is not None:
@@ -95,7 +95,7 @@ def _dismiss(worker: Worker, team: list[Worker]) -> None:
 
 
 def _start(job: Job, task: Task, tries: int = 1) -> Worker:
-    """A new process at work on `job`; a fresh interpreter, which holds no end of another's pipe."""
+    """Start a process for `job`; a fresh interpreter, which inherits no other worker's pipe."""
     context = multiprocessing.get_context("spawn")
     try:
         ours, theirs = context.Pipe()
@@ -111,8 +111,8 @@ def _start(job: Job, task: Task, tries: int = 1) -> Worker:
 
 
 def _serve(pipe: Connection, task: Task) -> None:
-    """The life of a worker: jobs until the pipe ends, which it also does when its parent is killed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    """The loop of a worker: runs jobs until the pipe is closed, also when the parent is killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles it
     with suppress(EOFError, OSError):
         while True:
             pipe.send(task(pipe.recv()))

@@ -1,4 +1,4 @@
-"""What outputs were made from, and whether that is still so."""
+"""The origin of outputs, and whether they are still current."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from phonanim.options import Options, Overlay
 from phonanim.pipeline import model_hash
 from phonanim.rig.read import find_rig, read_document
 
-# The keys of a rig that name files beside it.
+# The keys of a rig that name files next to it.
 
-LONGEST = 256  # characters: the name of a file is shorter than that of some licences
+LONGEST = 256  # characters; longer values of a rig, such as some licences, are not file names
 
 
 def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
@@ -44,11 +44,11 @@ def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
         "outputs": [f"{line.output}.{suffix}" for suffix in formats],
     }
     origin |= _extensions()
-    return dict(json.loads(json.dumps(origin)))  # as the ledger will give it back
+    return dict(json.loads(json.dumps(origin)))  # as it will be read back from the ledger
 
 
 def _extensions() -> dict[str, Any]:
-    """What else may have a part in any line: packages with plugins, languages on PHONANIM_PATH."""
+    """Other things that may affect any line: packages with plugins, languages on PHONANIM_PATH."""
     tables = find_tables("languages").values()
     found = {
         "plugins": plugin_packages(),
@@ -58,17 +58,17 @@ def _extensions() -> dict[str, Any]:
 
 
 def is_current(known: Outcome, origin: Mapping[str, Any], folder: Place) -> bool:
-    """Whether the outputs in the ledger were made from the same things and are there unchanged."""
+    """Whether the outputs in the ledger have this origin and exist unchanged."""
     if not known.done or known.origin != origin:
         return False
     return all(output_hash(folder / name) == digest for name, digest in known.outputs.items())
 
 
 def output_hash(path: Place) -> str:
-    """The content hash of an output; empty when it is gone."""
+    """The content hash of an output; empty when it does not exist."""
     try:
         return place_hash(path) if isinstance(path, Remote) or path.is_file() else ""
-    except OptionError:  # shared storage is not asked twice for the same file
+    except OptionError:  # avoids a second request for the same file
         return ""
 
 
@@ -85,7 +85,7 @@ def shared_file_entry(path: Place) -> list[str]:
 
 @cache
 def rig_hash(name: str) -> str:
-    """A hash of a rig: its TOML, the files that it names, and the rig that it goes through."""
+    """A hash of a rig: its TOML, the files that it names, and its base rig."""
     path = find_rig(name)
     document = read_document(path)
     texts = [value for value in document.values() if isinstance(value, str) and len(value) < LONGEST]
@@ -97,7 +97,7 @@ def rig_hash(name: str) -> str:
 
 
 def overlay_place(overlay: Overlay) -> Place:
-    """Where an overlay lies. Raises OptionError when there is none."""
+    """The place of the file of an overlay. Raises OptionError when it does not exist."""
     return parse_place(overlay.source) if is_url(overlay.source) else find_overlay(overlay.source)
 
 
@@ -108,7 +108,7 @@ def _options(options: Options) -> dict[str, Any]:
         [*shared_file_entry(overlay_place(overlay).absolute()), overlay.gain, overlay.span]
         for overlay in options.overlays
     ]
-    found = {"rig": options.rig, "model": options.model}  # where an audit will look for them
+    found = {"rig": options.rig, "model": options.model}  # so that an audit can find them
     return {**options.plain(), **found, "lexicon": lexicon, "overlays": overlays}
 
 

@@ -1,4 +1,4 @@
-"""What a run has to say: report.json for machines, summary.txt and report.html for people."""
+"""Reports of a run: report.json for programs, summary.txt and report.html for people."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ tr.good td:first-child { border-left: 4px solid #4a9a5a; }
 
 
 def write_reports(folder: Place, outcomes: Sequence[Outcome], remarks: Sequence[str]) -> None:
-    """Write report.json, summary.txt and report.html: the same for the same outcomes, whenever made."""
+    """Write report.json, summary.txt and report.html. The same outcomes give the same bytes."""
     ordered = worst_first(outcomes)
     totals = count_totals(ordered)
     document = {
@@ -48,12 +48,12 @@ def write_reports(folder: Place, outcomes: Sequence[Outcome], remarks: Sequence[
 
 
 def worst_first(outcomes: Iterable[Outcome]) -> list[Outcome]:
-    """Failed lines, then flagged ones by the sum of their severities, then the rest; by id where equal."""
+    """Failed lines, then flagged ones by the sum of their severities, then the others; ties by id."""
     return sorted(outcomes, key=lambda outcome: (outcome.done, -_badness(outcome), outcome.id))
 
 
 def count_totals(outcomes: Sequence[Outcome]) -> dict[str, Any]:
-    """Counts over a run: lines, those made, failed and flagged, seconds, frames, flags by check."""
+    """Counts of a run: lines, done, failed and flagged lines, seconds, frames, flags by check."""
     done = [outcome for outcome in outcomes if outcome.done]
     flags = Counter(flag["check"] for outcome in done for flag in outcome.facts["flags"])
     return {

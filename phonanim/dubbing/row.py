@@ -1,4 +1,4 @@
-"""From a row of a table to a line: paths made absolute, cells before the options of the run."""
+"""Convert a row of a table to a line: absolute paths, and cells that override the options of the run."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TEXTS = ("rig", "model", "language", "fallback", "tier", "speaker", "unknown")
 CHARACTERS = (".glb", ".vrm")
 EDITS = ".edits.json"
 UNKNOWN = ("error", "nearest", "silence")
-# Columns with numbers, the option that each is of, and how it is read.
+# Columns with numbers, the option of each, and its parser.
 PARSED: dict[str, tuple[str, Callable[[str], Any]]] = {
     "fps": ("fps", parse_rate),
     "smooth": ("smooth", parse_smoothing),
@@ -38,9 +38,9 @@ PARSED: dict[str, tuple[str, Callable[[str], Any]]] = {
 
 @dataclass(frozen=True, slots=True)
 class Common:
-    """What the lines of a run share, unless a row says otherwise.
+    """Settings of all lines of a run, unless a row overrides them.
 
-    `exports` are options of output formats; `edits` is a folder with an animator's changes of each line,
+    `exports` are options of output formats; `edits` is a folder with an animator's changes to each line,
     `<output>.edits.json`.
     """
 
@@ -51,7 +51,7 @@ class Common:
 
 
 def parse_row(id: str, row: Row, root: Place, common: Common) -> Line:
-    """The line of a row, whose paths are relative to `root`. Raises OptionError for cells of no use."""
+    """The line of a row, whose paths are relative to `root`. Raises OptionError for invalid cells."""
     cells = row.cells
     spoken = "alignment" not in cells
     if spoken and not {"audio", "text"} <= cells.keys():
@@ -77,7 +77,7 @@ def is_character(cell: str) -> bool:
 
 
 def resolve_files(root: Place, names: Mapping[str, Any]) -> dict[str, Any]:
-    """The absolute paths of a rig and of a model that lie below `root`; all others go by their names."""
+    """The absolute paths of a rig and of a model that are below `root`; others are names."""
     if not isinstance(root, Path):
         return {}
     marks = {"rig": "", "model": CARD}
@@ -115,7 +115,7 @@ def _exports(cells: Mapping[str, str], root: Place) -> dict[str, Any]:
 
 
 def _overrides(cells: Mapping[str, str], root: Place, styles: Styles) -> dict[str, Any]:
-    """What the cells say of the options: of several that say the same, the style stands last."""
+    """The options that the cells override; if several set the same option, the style has least priority."""
     chosen: dict[str, Any] = dict(find_style(cells["style"], styles)) if "style" in cells else {}
     chosen |= {name: cells[name] for name in TEXTS if name in cells} | _rig(cells)
     chosen |= resolve_files(root, chosen)
@@ -133,7 +133,7 @@ def _overrides(cells: Mapping[str, str], root: Place, styles: Styles) -> dict[st
 
 
 def _rig(cells: Mapping[str, str]) -> dict[str, str]:
-    """The rig that a cell of characters names."""
+    """The rig in a `character` cell."""
     name = cells.get("character", "")
     if not name or is_character(name):
         return {}
@@ -143,12 +143,12 @@ def _rig(cells: Mapping[str, str]) -> dict[str, str]:
 
 
 def _emotion(text: str, root: Place) -> str:
-    """An emotion whose file of spans, if it names one, is relative to the table."""
+    """An emotion; the path of its file of spans, if it names one, is relative to the table."""
     return str(_found(text.strip(), root)) if text.strip().lower().endswith(".csv") else text
 
 
 def _overlay(text: str, root: Place) -> Overlay:
-    """An overlay whose file is relative to the table, unless it is a shipped pose."""
+    """An overlay whose file is relative to the table, unless it is a pose of the package."""
     overlay = parse_overlay(text)
     if is_pose(overlay.source):
         return overlay

@@ -1,4 +1,4 @@
-"""A run: every line of a source made once, remembered, and reported."""
+"""A run: make every line of a source once, record it, and report."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ def run(
     engine: Engine,
     tell: Callable[[Result], None] = lambda result: None,
 ) -> list[Outcome]:
-    """Make every line into `folder`, and give the outcomes in the order of the lines, faults last.
+    """Make every line in `folder`, and return the outcomes in the order of the lines, faults last.
 
-    `tell` hears of each line as it ends. The folder gets the outputs, ledger.jsonl, report.json,
-    report.html and summary.txt. Raises OutputError when the folder cannot be written.
+    `tell` is called with the result of each line as it ends. The folder gets the outputs, ledger.jsonl,
+    report.json, report.html and summary.txt. Raises OutputError when the folder cannot be written.
     """
     make_folder(folder)
     with lock_folder(folder):
@@ -51,18 +51,18 @@ def run(
 def make_jobs(
     lines: Lines, folder: Place, formats: tuple[str, ...], known: dict[str, Outcome]
 ) -> Iterator[Job]:
-    """A job for each line, with what the ledger knows of it."""
+    """A job for each line, with its entry in the ledger."""
     run = secrets.token_hex(4)
     return (Job(line, folder.absolute(), formats, known.get(line.id), run) for line in lines.lines)
 
 
 def fault_outcomes(lines: Lines) -> list[Outcome]:
-    """The rows that are no lines, as outcomes."""
+    """The invalid rows, as outcomes."""
     return [Outcome(fault.id, fault.place, error=f"{fault.place}: {fault.message}") for fault in lines.faults]
 
 
 def plan_run(lines: Lines, folder: Place, formats: tuple[str, ...]) -> Iterator[tuple[str, str]]:
-    """What a run would do with each line: (id, "make" | "keep" | why it would fail); nothing is written."""
+    """What a run would do with each line: (id, "make" | "keep" | reason of a failure); writes nothing."""
     for job in make_jobs(lines, folder, formats, read_ledger(folder)):
         try:
             kept = job.known and is_current(job.known, origin_of(job.line, formats), folder)
@@ -72,13 +72,13 @@ def plan_run(lines: Lines, folder: Place, formats: tuple[str, ...]) -> Iterator[
 
 
 def make_folder(folder: Place) -> None:
-    """Make the output folder and those above it; shared storage needs none. Raises OutputError."""
+    """Create the output folder and its parents; not needed on shared storage. Raises OutputError."""
     if isinstance(folder, Remote):
         return
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise OutputError(f"{folder}: cannot be made: {error.strerror}") from error
+        raise OutputError(f"{folder}: cannot be created: {error.strerror}") from error
 
 
 def output_folders(lines: Lines, known: Iterable[Outcome]) -> set[PurePosixPath]:

@@ -1,4 +1,4 @@
-"""Copies of what lies on shared storage, for as long as a line is made: readers and writers see paths."""
+"""Local copies of files on shared storage while a line is made, so that readers and writers get paths."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Fetch = Callable[[Place], Path]
 
 
 class Copies:
-    """The copies in one folder; `named` puts the URLs back into what is said of them."""
+    """The copies in one folder; `restore_urls` replaces their paths by URLs in messages."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -47,7 +47,7 @@ class Copies:
 
 @contextmanager
 def open_copies(job: Job) -> Iterator[Copies]:
-    """A folder for copies that is gone afterwards; none where everything is at hand."""
+    """A temporary folder for copies; None if all files are local."""
     if not (isinstance(job.folder, Remote) or any(isinstance(file, Remote) for file in _files(job.line))):
         yield Copies(Path())
         return
@@ -56,7 +56,7 @@ def open_copies(job: Job) -> Iterator[Copies]:
 
 
 def stage_inputs(job: Job, near: Copies) -> Job:
-    """The job with paths alone, and a folder of this machine to write to. Raises OptionError."""
+    """The job with local paths only, and a local folder for its outputs. Raises OptionError."""
     line = job.line
     local = replace(
         line,
@@ -71,14 +71,14 @@ def stage_inputs(job: Job, near: Copies) -> Job:
 
 
 def upload_outputs(names: list[str], folder: Path, target: Place) -> None:
-    """Put outputs where they belong, when that is shared storage. Raises OutputError."""
+    """Copy outputs to their target, if it is on shared storage. Raises OutputError."""
     if isinstance(target, Remote):
         for name in names:
             (target / name).write_bytes((folder / name).read_bytes())
 
 
 def forget_copies() -> None:
-    """Fetch again what many lines use."""
+    """Forget the copies of shared files, so that they are downloaded again."""
     _kept.cache_clear()
     if _shelf.cache_info().currsize:
         _remove(str(_shelf().folder))
@@ -104,14 +104,14 @@ def _export(value: Any) -> Any:
 
 @lru_cache(maxsize=1024)
 def _kept(source: Place) -> Path:
-    """The copy of a file that many lines use: fetched once by each worker in a run."""
+    """The copy of a file that many lines use; each worker downloads it once per run."""
     return _shelf().fetch(source)
 
 
 @cache
 def _shelf() -> Copies:
     folder = tempfile.mkdtemp(prefix="phonanim-")
-    # Workers end without the usual farewells; those of multiprocessing are said.
+    # Workers end without running atexit handlers, but multiprocessing runs its own finalizers.
     Finalize(None, _remove, (folder,), exitpriority=0)
     return Copies(Path(folder))
 

@@ -1,4 +1,4 @@
-"""Shared storage: files by URL (s3://, gs://, http://, ...) through fsspec, beside files by path."""
+"""Shared storage: files by URL (s3://, gs://, http://, ...) through fsspec, next to files by path."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from urllib.request import url2pathname
 from phonanim.core.files import content_hash, write_text
 from phonanim.errors import MissingExtraError, OptionError, OutputError, PhonanimError
 
-SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+(://|::)")  # two characters or more: C: is a drive
-HERE = ("file", "local")  # schemes of this machine, which need no fsspec
+SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+(://|::)")  # at least two characters, because C: is a drive
+HERE = ("file", "local")  # schemes of local files, which do not need fsspec
 
 
 @dataclass(frozen=True, slots=True)
 class Remote:
-    """A file or a folder on shared storage: `url` opens the storage, `path` is the place there.
+    """A file or a folder on shared storage: `url` opens the storage, `path` is the path in it.
 
-    It offers as much of `pathlib.Path` as lines need. What the storage says against it, each method
-    raises as OptionError, or OutputError when writing, that names the URL.
+    It has the parts of `pathlib.Path` that lines need. Errors of the storage are raised as OptionError, or as
+    OutputError when writing, with the URL.
     """
 
     url: str
@@ -43,7 +43,7 @@ class Remote:
 
     @property
     def name(self) -> str:
-        """What stands behind the last slash."""
+        """The part after the last slash."""
         return self.path.rstrip("/").rpartition("/")[2]
 
     @property
@@ -70,28 +70,28 @@ class Remote:
         return PurePosixPath(self.path).relative_to(folder.path)
 
     def absolute(self) -> Remote:
-        """Itself: URLs are absolute."""
+        """The place itself, because URLs are absolute."""
         return self
 
     def is_file(self) -> bool:
-        """Whether there is a file. Storage that can list a folder is asked once per folder."""
+        """Whether the file exists. A folder that can be listed is listed once."""
         with storage_errors(self):
             storage = _storage(self.url)
             there = _listed(storage, self.parent.path)
             return self.path in there if there else bool(storage.isfile(self.path))
 
     def is_dir(self) -> bool:
-        """Whether there is a folder with something in it."""
+        """Whether the folder exists and is not empty."""
         with storage_errors(self):
             return bool(_storage(self.url).isdir(self.path))
 
     def files(self) -> list[Remote]:
-        """Every file in the folder and below, sorted; none when there is no folder."""
+        """Every file in the folder and below, sorted; empty when there is no folder."""
         with storage_errors(self):
             return [replace(self, path=path) for path in sorted(_storage(self.url).find(self.path))]
 
     def glob(self) -> list[Remote]:
-        """Every file that the path matches, read as a pattern, sorted."""
+        """Every file that matches the path as a pattern, sorted."""
         with storage_errors(self):
             return [replace(self, path=path) for path in sorted(_storage(self.url).glob(self.path))]
 
@@ -102,12 +102,12 @@ class Remote:
             return content
 
     def write_bytes(self, content: bytes) -> None:
-        """Put a whole object there, which replaces what was there."""
+        """Write a whole object, which replaces an existing one."""
         with storage_errors(self, "written"):
             storage = _storage(self.url)
             try:
                 storage.pipe_file(self.path, content)
-            except FileNotFoundError:  # from storage that has real folders; object stores need none
+            except FileNotFoundError:  # from storage with real folders; object stores have none
                 _make_folder(storage, self.parent.path)
                 storage.pipe_file(self.path, content)
 
@@ -121,9 +121,9 @@ Place: TypeAlias = Path | Remote
 
 
 def parse_place(name: str, root: Place | None = None) -> Place:
-    """What a user names: a URL, or a path, relative to `root` if it is given.
+    """Parse a place from a user: a URL, or a path, relative to `root` if it is given.
 
-    Raises OptionError for a URL that nothing here can open, MissingExtraError where a package is absent.
+    Raises OptionError for a URL that cannot be opened, MissingExtraError when a package is missing.
     """
     if not SCHEME.match(name):
         path = Path(name)
@@ -135,17 +135,17 @@ def parse_place(name: str, root: Place | None = None) -> Place:
 
 
 def is_url(name: str) -> bool:
-    """Whether a name is meant as a URL."""
+    """Whether a name is a URL."""
     return bool(SCHEME.match(name))
 
 
 def place_hash(file: Place) -> str:
-    """SHA-256 of a file wherever it lies, as 64 hex digits."""
+    """SHA-256 of a local or remote file, as 64 hex digits."""
     return hashlib.sha256(file.read_bytes()).hexdigest() if isinstance(file, Remote) else content_hash(file)
 
 
 def write(file: Place, text: str) -> None:
-    """Write UTF-8 text, whole or not at all. Raises OutputError."""
+    """Write UTF-8 text atomically. Raises OutputError."""
     if isinstance(file, Remote):
         file.write_bytes(text.encode("utf-8"))
     else:
@@ -154,9 +154,9 @@ def write(file: Place, text: str) -> None:
 
 @contextmanager
 def storage_errors(remote: Remote, verb: str = "read") -> Iterator[None]:
-    """Whatever a storage raises, as OptionError (OutputError where it was not to be read), in one line.
+    """Raise any error of a storage as OptionError (OutputError when not reading), in one line.
 
-    The packages behind fsspec share no base of their errors, so every one is caught.
+    The packages behind fsspec have no common base class of errors, so every exception is caught.
     """
     try:
         yield
@@ -171,7 +171,7 @@ def storage_errors(remote: Remote, verb: str = "read") -> Iterator[None]:
 
 
 def forget_listings() -> None:
-    """Ask the storage again what is there."""
+    """Clear the cached listings of the storage."""
     _listed.cache_clear()
 
 
@@ -196,7 +196,7 @@ def _storage(url: str) -> Any:
 
 @lru_cache(maxsize=64)
 def _listed(storage: Any, folder: str) -> frozenset[str]:
-    """The files in a folder; none where the storage does not list, as some web servers."""
+    """The files in a folder; empty if the storage cannot list, such as some web servers."""
     try:
         entries = storage.ls(folder, detail=True)
         return frozenset(entry["name"] for entry in entries if entry["type"] == "file")
@@ -205,7 +205,7 @@ def _listed(storage: Any, folder: str) -> frozenset[str]:
 
 
 def _make_folder(storage: Any, folder: str) -> None:
-    """Make a folder, but never its topmost: on an object store that would be a bucket of a mistyped name."""
+    """Create a folder, but never the top one: on an object store, a typing error would create a bucket."""
     top = "/".join(folder.split("/")[: 2 if folder.startswith("/") else 1])
     if storage.exists(top):
         storage.makedirs(folder, exist_ok=True)

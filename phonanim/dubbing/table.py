@@ -1,4 +1,4 @@
-"""Tables of lines: CSV, TSV or JSON Lines, with columns matched forgivingly."""
+"""Tables of lines: CSV, TSV or JSON Lines, with tolerant matching of column names."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from phonanim.errors import OptionError
 
 SUFFIXES = (".csv", ".tsv", ".jsonl", ".ndjson")
 
-# Every column, and what else people call it; case, blanks and punctuation do not count.
+# Every column and its other names; case, blanks and punctuation are ignored.
 COLUMNS: dict[str, tuple[str, ...]] = {
     "id": ("line", "lineid", "key", "name", "utterance", "utteranceid", "uttid", "stringid", "vo", "voiceid"),
     "alignment": ("textgrid", "grid", "alignmentfile", "alignmentpath", "phones", "labels", "align"),
@@ -52,7 +52,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One row: where it stands, and its cells by canonical column; empty cells are left out."""
+    """One row: its place, and its cells by canonical column; empty cells are left out."""
 
     place: str
     cells: dict[str, str]
@@ -60,17 +60,17 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """The rows of a file, and the columns that mean nothing here."""
+    """The rows of a file, and the names of unused columns."""
 
     rows: tuple[Row, ...]
     unused: tuple[str, ...]
 
 
 def read_table(path: Place) -> Table:
-    """Read a table of lines. Raises OptionError naming the missing column or the damaged row."""
+    """Read a table of lines. Raises OptionError, which names the missing column or the damaged row."""
     records = list(_records(path))
     if not records:
-        raise OptionError(f"{path}: holds no line; give it a header and one row a line")
+        raise OptionError(f"{path}: has no lines; give it a header and one row per line")
     headers = list(dict.fromkeys(header for _, record in records for header in record))
     columns = {header: _canonical(header) for header in headers}
     _check(path, columns)
@@ -79,7 +79,7 @@ def read_table(path: Place) -> Table:
 
 
 def _records(path: Place) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Row number as an editor or a spreadsheet shows it (from 1, the header included), and the row."""
+    """The row, and its number in an editor or a spreadsheet (from 1, including the header)."""
     text = _text(path)
     if path.suffix.lower() in (".jsonl", ".ndjson"):
         yield from _json_records(path, text)
@@ -93,7 +93,7 @@ def _records(path: Place) -> Iterator[tuple[int, dict[str, Any]]]:
                 yield reader.line_num, dict(zip(header, row, strict=False))
             header = header or [cell.strip() for cell in row if cell.strip()]
     except csv.Error as error:
-        raise OptionError(f"{path} row {reader.line_num}: is no row of a table ({error})") from error
+        raise OptionError(f"{path} row {reader.line_num}: is not a row of a table ({error})") from error
 
 
 def _json_records(path: Place, text: str) -> Iterator[tuple[int, dict[str, Any]]]:
@@ -105,10 +105,10 @@ def _json_records(path: Place, text: str) -> Iterator[tuple[int, dict[str, Any]]
             check_depth(record)
         except (ValueError, RecursionError) as error:
             raise OptionError(
-                f"{path} row {number}: is not JSON ({error}); write one object a line"
+                f"{path} row {number}: is not JSON ({error}); write one object per line"
             ) from error
         if not isinstance(record, dict):
-            raise OptionError(f"{path} row {number}: is no JSON object; write one object a line")
+            raise OptionError(f"{path} row {number}: is not a JSON object; write one object per line")
         yield number, record
 
 
@@ -125,7 +125,7 @@ def _text(path: Place) -> str:
 
 
 def _delimiter(text: str) -> str:
-    """Comma, semicolon or tab: whichever the header has most of."""
+    """Comma, semicolon or tab: the most frequent one in the header."""
     header = text.lstrip().split("\n", 1)[0]
     return max(",;\t", key=header.count)
 

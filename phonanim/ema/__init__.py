@@ -1,7 +1,7 @@
 """Electromagnetic articulography: sensors on the tongue, the jaw and the lips.
 
-`readers` read files of sensors, `preparation` and `posture` bring them to one rate and one head,
-`measures` and `examples` say what they do in speech, `report` writes it down. docs/ema.md has the use.
+`readers` read files of sensors, `preparation` and `posture` bring them to one rate and one head position,
+`measures` and `examples` measure them in speech, `report` writes the results. docs/ema.md describes the use.
 """
 
 from phonanim.ema.articulation import Articulation

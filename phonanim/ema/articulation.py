@@ -1,4 +1,4 @@
-"""Where sensors are, over time, and what they are called."""
+"""Sensor positions over time, and sensor names."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ DIRECTIONS = {
     "forward": (0, 1.0), "back": (0, -1.0), "left": (1, 1.0), "right": (1, -1.0), "up": (2, 1.0),
     "down": (2, -1.0),
 }  # fmt: skip
-"""Where an axis of a file may point: our axis, and its sign."""
+"""Possible directions of a file's axis: our axis, and its sign."""
 
 
 @dataclass(frozen=True)
 class Articulation:
     """`positions` (samples, sensors, 3) mm at `start` + n / `rate` seconds; NaN where a sensor was lost.
 
-    Measures take x as forward, y as to the speaker's left and z as up; `oriented` turns a file's axes into
+    In measures, x is forward, y is to the speaker's left and z is up; `oriented` turns a file's axes into
     these. `source` is the file, for error messages.
     """
 
@@ -41,13 +41,13 @@ class Articulation:
         return self.start + np.arange(len(self.positions)) / self.rate
 
     def has(self, *sensors: str) -> bool:
-        """Whether all of these sensors are there."""
+        """Whether all of these sensors exist."""
         return all(self._place(sensor) is not None for sensor in sensors)
 
     def sensor(self, name: str) -> Array:
-        """Positions of one sensor, (samples, 3) mm. Raises CorpusError when it is not there.
+        """Positions of one sensor, (samples, 3) mm. Raises CorpusError when it does not exist.
 
-        `name` is the file's own, or the one of lexicon/sensors.csv (TT for the tongue tip).
+        `name` is the name in the file, or the one of lexicon/sensors.csv (TT for the tongue tip).
         """
         place = self._place(name)
         if place is None:
@@ -69,33 +69,33 @@ def _standard_names() -> dict[str, str]:
 
 
 def standard_name(name: str) -> str:
-    """The name of lexicon/sensors.csv for a file's own, or that itself: "t_tip" -> "TT"."""
+    """The name in lexicon/sensors.csv for a name in a file, or the name itself: "t_tip" -> "TT"."""
     return _standard_names().get(name.lower(), name)
 
 
 def rename_sensors(articulation: Articulation, names: tuple[str, ...]) -> Articulation:
-    """Sensors under other names, in their order; "-" leaves one out. Raises OptionError."""
+    """Rename sensors, in their order; "-" removes one. Raises OptionError."""
     if len(names) != len(articulation.names):
         raise OptionError(
             f"{len(names)} names for the {len(articulation.names)} sensors of {articulation.source}; "
-            "give one for each, - for those to leave out"
+            "give one for each, - for those to remove"
         )
     kept = [place for place, name in enumerate(names) if name != "-"]
     named = tuple(names[place] for place in kept)
     if twice := [name for name in named if named.count(name) > 1]:
-        raise OptionError(f"{twice[0]} names two sensors of {articulation.source}; give each its own")
+        raise OptionError(f"{twice[0]} names two sensors of {articulation.source}; give each another name")
     return replace(articulation, names=named, positions=articulation.positions[:, kept])
 
 
 def orient_axes(articulation: Articulation, axes: str) -> Articulation:
-    """Turn a file's axes into forward, left and up; `axes` says where its x, y and z point, "left,back,up".
+    """Turn a file's axes into forward, left and up; `axes` is the direction of its x, y, z: "left,back,up".
 
     Raises OptionError.
     """
     found = [DIRECTIONS.get(word.strip()) for word in axes.split(",")]
     known = [direction for direction in found if direction is not None]
     if sorted(axis for axis, _ in known) != [0, 1, 2] or len(found) != len(known):
-        raise OptionError(f"{axes!r}: say where x, y and z point, as left,back,up or forward,left,up")
+        raise OptionError(f"{axes!r}: give the directions of x, y and z, as left,back,up or forward,left,up")
     turned = np.empty_like(articulation.positions)
     for own, (axis, sign) in enumerate(known):
         turned[..., axis] = sign * articulation.positions[..., own]

@@ -21,8 +21,8 @@ from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 
-# Columns of the mngu0 release that are standardized are brought to about millimetres by the standard
-# deviations (x, y) of the x-ray microbeam speaker JW11.
+# Standardized columns of the mngu0 release are scaled to about millimetres by the standard deviations (x, y)
+# of the x-ray microbeam speaker JW11.
 STANDARD = {
     "TD": (4.2, 4.3), "TB": (5.0, 5.7), "TT": (5.6, 6.4),
     "JAW": (1.0, 2.8), "UL": (1.7, 1.9), "LL": (2.9, 4.4),
@@ -31,10 +31,10 @@ STANDARD = {
 
 @dataclass(frozen=True)
 class Recording:
-    """What a mouth did: `curves` (samples,) by channel at `times` (samples,) seconds of `track`.
+    """The motion of a mouth: `curves` (samples,) by channel at `times` (samples,) seconds of `track`.
 
-    Each curve has an offset of its own, as sensors have. `speech` (samples,) says where something is said,
-    `in_mm` whether the unit is millimetres or an unknown one.
+    Each curve has its own offset, as sensors do. `speech` (samples,) is a mask of speech; `in_mm` is whether
+    the unit is millimetres or unknown.
     """
 
     name: str
@@ -47,10 +47,10 @@ class Recording:
 
 
 def sensor_channels(articulation: Articulation) -> dict[str, Array]:
-    """The channels that sensors show, (samples,) each; x is forward, z up. Raises CorpusError without lips.
+    """The channels of sensors, (samples,) each; x is forward, z up. Raises CorpusError without lip sensors.
 
-    The jaw is the sensor on the lower incisors, the lip gap and the protrusion come from the sensors on both
-    lips, the width is twice the corner's distance from the middle, the tongue's body is its dorsum.
+    The jaw is the sensor on the lower incisors. Lip gap and protrusion come from the sensors on both lips.
+    The width is twice the distance of the mouth corner from the middle. The tongue's body is its dorsum.
     """
     upper, lower = articulation.sensor("UL"), articulation.sensor("LL")
     found = {
@@ -70,11 +70,11 @@ def sensor_channels(articulation: Articulation) -> dict[str, Array]:
 
 
 def load_recordings(folder: Path) -> list[Recording]:
-    """Recordings of a folder of EMU bundles, or of .npz arrays beside TextGrids of the same stem.
+    """Recordings of a folder of EMU bundles, or of .npz arrays next to TextGrids of the same stem.
 
-    An .npz holds `sensors` and `xyz` (samples, sensors, 3) mm, forward, left, up, or `columns` and an array
-    of standardized midsagittal columns (samples, columns) for each utterance, x towards the back. Raises
-    CorpusError.
+    An .npz has `sensors` and `xyz` (samples, sensors, 3) mm, forward, left, up; or it has `columns`, and an
+    array of standardized midsagittal columns (samples, columns) for each utterance, x towards the back.
+    Raises CorpusError.
     """
     found = [one for path in sorted(folder.glob("*.npz")) for one in _arrays(path)]
     if not found:

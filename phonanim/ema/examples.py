@@ -1,4 +1,4 @@
-"""Phones and pairs of phones as examples of what the sensors do, and the statistics of each kind."""
+"""Phones and pairs of phones as examples of sensor motion, and the statistics of each kind."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Row:
-    """Examples of one name: how many, and the mean and standard deviation of each measure.
+    """Statistics of one name: the number of examples, and the mean and standard deviation of each measure.
 
-    A measure that no example has is NaN; the deviation of a single example is NaN.
+    A measure without examples is NaN; the deviation of a single example is NaN.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Row:
 
 
 def phone_stretches(track: PhoneTrack) -> list[Stretch]:
-    """Every phone that is no silence."""
+    """Every phone except silence."""
     found = zip(track.codes.tolist(), track.bounds[:-1], track.bounds[1:], strict=True)
     return [Stretch(_name(c), _kind(c), float(a), float(b)) for c, a, b in found if c not in SILENT]
 
@@ -55,7 +55,7 @@ def phone_stretches(track: PhoneTrack) -> list[Stretch]:
 def diphone_stretches(track: PhoneTrack) -> list[Stretch]:
     """Every pair of phones without silence, from the middle of the first to that of the second.
 
-    Pairs at the border of speech are left out, as in Medina 2023, section 2.2.
+    Pairs at the edge of speech are left out, as in Medina 2023, section 2.2.
     """
     middles = (track.bounds[:-1] + track.bounds[1:]) / 2
     pairs = zip(track.codes.tolist(), track.codes[1:].tolist(), middles, middles[1:], strict=False)
@@ -75,7 +75,7 @@ def _kind(code: int) -> str:
 
 
 def measured_curves(articulation: Articulation) -> dict[str, Array]:
-    """What is measured of stretches, (samples,) each: speeds, and the tongue's shape where it is known.
+    """Measured curves, (samples,) each: speeds, and the tongue's shape if there are sensors for it.
 
     `speed_<sensor>` is in mm/s, `width` in mm, `curvature` in 1/mm.
     """
@@ -91,7 +91,7 @@ def measured_curves(articulation: Articulation) -> dict[str, Array]:
 def measure_stretch(
     stretch: Stretch, found: dict[str, Array], articulation: Articulation
 ) -> dict[str, float]:
-    """Peaks of speeds and means of shapes within a stretch; NaN where a sensor was lost in it.
+    """Peaks of speeds and means of shapes in a stretch; NaN if a sensor was lost in it.
 
     Source: Medina 2023, sections 2.2.2 and 2.2.3.
     """
@@ -104,9 +104,9 @@ def measure_stretch(
 
 
 def side_sums(stretch: Stretch, articulation: Articulation) -> dict[tuple[str, str, str], Array]:
-    """Sums for Pearson's r of each midsagittal tongue sensor with each at the sides, by axis, (6,) each.
+    """Sums for Pearson's r of each midsagittal tongue sensor with each lateral one, by axis, (6,) each.
 
-    Source: Medina 2023, section 2.2.1. Empty where there is no sensor at the sides.
+    Source: Medina 2023, section 2.2.1. Empty without lateral sensors.
     """
     inside = slice(*np.searchsorted(articulation.times, (stretch.start, stretch.end)))
     found = {}
@@ -120,9 +120,9 @@ def side_sums(stretch: Stretch, articulation: Articulation) -> dict[tuple[str, s
 
 
 def summarize_examples(examples: Iterable[tuple[Stretch, dict[str, float]]], least: int = 1) -> list[Row]:
-    """Statistics by name, of those with `least` examples or more, sorted by name.
+    """Statistics by name, for names with at least `least` examples, sorted by name.
 
-    Medina 2023 keeps pairs with 86 examples or more and no consonant clusters (CC).
+    Medina 2023 keeps pairs with at least 86 examples and no consonant clusters (CC).
     """
     groups: dict[tuple[str, str], list[dict[str, float]]] = {}
     for stretch, measures in examples:
@@ -139,7 +139,7 @@ def _row(name: str, kind: str, group: list[dict[str, float]]) -> Row:
 
 
 def _spread(values: Array) -> tuple[float, float]:
-    """Mean and standard deviation (n - 1) of what is a number."""
+    """Mean and standard deviation (n - 1) of the values that are not NaN."""
     known = values[np.isfinite(values)]
     mean = float(known.mean()) if len(known) else np.nan
     return mean, float(known.std(ddof=1)) if len(known) > 1 else np.nan

@@ -16,8 +16,8 @@ from phonanim.ema.report import Report
 from phonanim.errors import MissingExtraError
 
 DOTS = 100  # per inch
-MOST = 30  # bars of a chart
-DRAWN = 4000  # points of a cloud, so that a long recording does not make a heavy picture
+MOST = 30  # bars in a chart
+DRAWN = 4000  # points in a scatter plot, so that a long recording does not make a large picture
 AXES = ("forward, mm", "left, mm", "up, mm")
 
 
@@ -32,7 +32,7 @@ def check_plots() -> None:
 
 
 def draw_report(report: Report, output: Path) -> list[str]:
-    """Draw every picture there is data for; -> their names. Raises MissingExtraError, OutputError."""
+    """Draw every picture that has data; -> their names. Raises MissingExtraError, OutputError."""
     check_plots()
     pictures: dict[str, Callable[[Any, Report], None]] = {"recording": _recording, "places": _places}
     if report.jaws:
@@ -77,7 +77,7 @@ def _recording(figure: Any, report: Report) -> None:
 
 
 def _places(figure: Any, report: Report) -> None:
-    """Where every sensor goes, from the side: the lips on the left."""
+    """The positions of every sensor, from the side: the lips on the left."""
     axes = figure.subplots()
     for name, places in report.places.items():
         cloud = places[:: -(-len(places) // DRAWN)]
@@ -101,7 +101,7 @@ def _jaw(figure: Any, report: Report) -> None:
 
 
 def _speed(report: Report) -> str:
-    """The measure of the first tongue sensor there is, from the tip back."""
+    """The measure of the first tongue sensor that exists, from the tip back."""
     present = [name for name in reversed(MIDSAGITTAL) if name in report.places]
     return f"speed_{present[0] if present else next(iter(report.places))}"
 

@@ -1,4 +1,4 @@
-"""What a tongue and a jaw do: width, curvature, speed, and the envelope (Medina 2023, chapter 2)."""
+"""Measures of tongue and jaw: width, curvature, speed, and the envelope (Medina 2023, chapter 2)."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from phonanim.ema.articulation import Articulation
 from phonanim.ema.preparation import resample_sensors
 
 Array = NDArray[np.float64]
-CUTOFF = 20.0  # hertz; speech keeps below it, and a derivative would enlarge the noise above
-VIEWS = {"front": (1, 2), "side": (0, 2), "top": (0, 1)}  # axes of the planes one looks at
+CUTOFF = 20.0  # hertz; speech is slower, and a derivative would amplify the noise above
+VIEWS = {"front": (1, 2), "side": (0, 2), "top": (0, 1)}  # axes of the planes of the views
 
 
 def tongue_width(articulation: Articulation) -> Array:
@@ -38,7 +38,7 @@ def tongue_curvature(articulation: Articulation) -> Array:
 def menger_curvature(a: Array, b: Array, c: Array) -> Array:
     """Signed curvature of three points of a plane, (samples, 2) each -> (samples,), per unit of length.
 
-    Positive where the way from a to c over b turns left. NaN where two points coincide.
+    Positive for a left turn on the way from a over b to c. NaN where two points coincide.
     """
     ab, bc, ca = b - a, c - b, a - c
     doubled = ab[:, 0] * bc[:, 1] - ab[:, 1] * bc[:, 0]  # twice the signed area
@@ -50,7 +50,7 @@ def menger_curvature(a: Array, b: Array, c: Array) -> Array:
 def speeds(articulation: Articulation, cutoff: float = CUTOFF) -> Array:
     """|dp/dt| of every sensor, (samples, sensors) mm/s: central differences below `cutoff` hertz.
 
-    Source: Medina 2023, section 2.2.3, takes their peaks, and does not say how it filters.
+    Source: Medina 2023, section 2.2.3, which takes their peaks and does not describe a filter.
     """
     smooth = resample_sensors(articulation, articulation.rate, cutoff).positions
     if len(smooth) < 2:
@@ -60,7 +60,7 @@ def speeds(articulation: Articulation, cutoff: float = CUTOFF) -> Array:
 
 @dataclass(frozen=True)
 class Envelope:
-    """Where a sensor goes: its `reach` (forward, left, up) in mm, `outlines` and `areas` of three views.
+    """The range of a sensor: its `reach` (forward, left, up) in mm, `outlines` and `areas` of three views.
 
     `outlines` are the convex hulls from the front, the side and the top, (corners, 2) mm each; `areas` mm².
     """
@@ -71,9 +71,9 @@ class Envelope:
 
 
 def envelope(points: Array) -> Envelope:
-    """The envelope of positions of the jaw, (samples, 3) mm; what is NaN is left out.
+    """The envelope of positions of the jaw, (samples, 3) mm; NaN is left out.
 
-    Source: Medina 2023, section 2.3, after Posselt 1952. Speech fills a small part of what a jaw can do.
+    Source: Medina 2023, section 2.3, after Posselt 1952. Speech uses a small part of a jaw's range.
     """
     tracked = points[np.isfinite(points).all(axis=1)]
     forward, left, up = np.ptp(tracked, axis=0).tolist() if len(tracked) else (0.0, 0.0, 0.0)
@@ -101,7 +101,7 @@ def _chain(points: Array) -> list[list[float]]:
 
 
 def _turn(a: list[float], b: list[float], x: float, y: float) -> float:
-    """Above zero where the way from a over b to (x, y) turns left."""
+    """Positive for a left turn on the way from a over b to (x, y)."""
     return (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])
 
 

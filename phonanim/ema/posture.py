@@ -1,4 +1,4 @@
-"""The head held still: sensors relative to the skull, in the plane of the bite."""
+"""Remove head motion: sensors relative to the skull, in the bite plane."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from phonanim.ema.articulation import Articulation
 from phonanim.errors import CorpusError
 
 Array = NDArray[np.float64]
-LEAST = 3  # reference sensors that fix a head
-FLAT = 0.05  # of their spread along the first axis that three must have along the second
+LEAST = 3  # number of reference sensors that determine the head position
+FLAT = 0.05  # least spread of three sensors along the second axis, relative to the first
 
 
 @dataclass(frozen=True)
 class Posture:
-    """A head at rest: `rest` (references, 3) mm are its reference sensors; the plane of the bite comes after.
+    """A head at rest: `rest` (references, 3) mm are its reference sensors; then the bite plane is applied.
 
-    `rotation` (3, 3) has forward, left and up as rows, `origin` (3,) mm is what becomes zero.
+    `rotation` (3, 3) has forward, left and up as rows; `origin` (3,) mm is moved to zero.
     """
 
     references: tuple[str, ...]
@@ -29,30 +29,30 @@ class Posture:
 
 
 def rest_posture(articulation: Articulation, references: tuple[str, ...]) -> Posture:
-    """The middle (median) position of reference sensors, with the axes as they are. Raises CorpusError.
+    """The median position of reference sensors, with unchanged axes. Raises CorpusError.
 
-    Three sensors that do not lie on a line fix a head: the bridge of the nose, both mastoids, the upper
+    Three sensors that are not on a line determine the head: the bridge of the nose, both mastoids, the upper
     incisors (Medina 2023, section 2.1).
     """
     if len(references) < LEAST:
         raise CorpusError(
-            f"{len(references)} reference sensors fix no head; name {LEAST} or more on the skull"
+            f"{len(references)} reference sensors do not fix the head; name {LEAST} or more on the skull"
         )
     rest = np.stack([_middle(articulation, name) for name in references])
     spread = np.linalg.svd(rest - rest.mean(axis=0), compute_uv=False)
     if spread[1] < FLAT * spread[0]:
-        raise CorpusError(f"{articulation.source}: {', '.join(references)} lie on a line; name others")
+        raise CorpusError(f"{articulation.source}: {', '.join(references)} are on a line; name others")
     return Posture(references, rest, np.eye(3), np.zeros(3))
 
 
 def bite_posture(
     bite: Articulation, references: tuple[str, ...], plate: tuple[str, str, str], origin: str = ""
 ) -> Posture:
-    """The posture of a recording in which a plate is held between the teeth. Raises CorpusError.
+    """The posture of a recording with a plate between the teeth. Raises CorpusError.
 
-    `plate` are its sensors at the front, the left and the right: x runs from the middle of the last two to
-    the first, z stands on the plane of the three, y lies in it, to the left. Zero is at the front one, or at
-    the sensor `origin` (the upper incisors).
+    `plate` are its sensors at the front, the left and the right: x goes from the middle of the last two to
+    the first, z is perpendicular to the plane of the three, and y is in the plane, to the left. Zero is at
+    the front sensor, or at the sensor `origin` (the upper incisors).
     """
     posture = rest_posture(bite, references)
     still = correct_head_motion(bite, posture)
@@ -61,7 +61,7 @@ def bite_posture(
     up = np.cross(forward, leftward)
     if np.linalg.norm(up) < FLAT * np.linalg.norm(forward) * np.linalg.norm(leftward):
         raise CorpusError(
-            f"{bite.source}: {', '.join(plate)} lie on a line; name front, left and right of the plate"
+            f"{bite.source}: {', '.join(plate)} are on a line; name front, left and right of the plate"
         )
     rows = [forward, np.cross(up, forward), up]
     rotation = np.stack([row / np.linalg.norm(row) for row in rows])
@@ -69,10 +69,10 @@ def bite_posture(
 
 
 def correct_head_motion(articulation: Articulation, posture: Posture) -> Articulation:
-    """Every sample moved and turned as a whole so that its head is at rest, then turned to the bite.
+    """Move and turn every sample rigidly so that its head is at rest, then turn it to the bite plane.
 
-    p' = B (R p + t - o), where R and t bring the references of a sample closest to their rest, in the sum of
-    squares (Kabsch 1976; Umeyama 1991). Samples that lack a reference are NaN. Raises CorpusError.
+    p' = B (R p + t - o), where R and t fit the references of a sample to their rest by least squares (Kabsch
+    1976; Umeyama 1991). Samples without all references are NaN. Raises CorpusError.
     """
     seen = np.stack([articulation.sensor(name) for name in posture.references], axis=1)
     whole = np.isfinite(seen).all(axis=(1, 2))
@@ -84,9 +84,9 @@ def correct_head_motion(articulation: Articulation, posture: Posture) -> Articul
 
 
 def rigid_fit(points: Array, onto: Array) -> tuple[Array, Array]:
-    """R (samples, 3, 3) and t (samples, 3) that bring points (samples, n, 3) closest to others, (n, 3).
+    """R (samples, 3, 3) and t (samples, 3) that fit points (samples, n, 3) to others (n, 3), least squares.
 
-    R is a rotation, never a mirror. Source: Umeyama 1991, equations 39 to 42 without the scale.
+    R is a rotation, never a reflection. Source: Umeyama 1991, equations 39 to 42 without the scale.
     """
     middle, target = points.mean(axis=1), onto.mean(axis=0)
     u, _, v = np.linalg.svd(np.swapaxes(points - middle[:, None], 1, 2) @ (onto - target))

@@ -1,4 +1,4 @@
-"""Gaps filled where they are short, and sensors at another rate or without what is too fast for speech."""
+"""Fill short gaps, resample sensors, and remove motion that is too fast for speech."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 from phonanim.ema.articulation import Articulation
 
 Array = NDArray[np.float64]
-LONGEST = 0.05  # seconds; the tongue closes and opens a t in twice this, so a longer gap may hide a gesture
-LOBES, BETA = 16, 8.0  # of the sinc on either side, and of its Kaiser window: 80 dB beyond the transition
-BELOW = 0.86  # of half the lower rate, where the transition begins so that it ends there
+LONGEST = (
+    0.05  # seconds; the tongue closes and opens a t in twice this time, so a longer gap may hide a gesture
+)
+LOBES, BETA = 16, 8.0  # of the sinc on either side, and of its Kaiser window: -80 dB beyond the transition
+BELOW = 0.86  # of half the lower rate: start of the transition, so that it ends at half the lower rate
 BLOCK = 4096  # samples at a time
 
 
@@ -27,7 +29,7 @@ class Gap:
 
 
 def fill_gaps(articulation: Articulation, longest: float = LONGEST) -> tuple[Articulation, list[Gap]]:
-    """Fill gaps of at most `longest` seconds straight between their ends; -> all gaps, longer ones left NaN.
+    """Fill gaps of at most `longest` seconds by lines between their ends; -> all gaps, longer ones left NaN.
 
     Gaps at the beginning or the end are never filled.
     """
@@ -48,18 +50,18 @@ def fill_gaps(articulation: Articulation, longest: float = LONGEST) -> tuple[Art
 
 
 def find_runs(chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Where stretches of true values begin and end, [(begin, end), ...]."""
+    """Begin and end of every run of true values, [(begin, end), ...]."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(np.int8)))
     return [(int(begin), int(end)) for begin, end in edges.reshape(-1, 2)]
 
 
 def resample_sensors(articulation: Articulation, rate: float, cutoff: float | None = None) -> Articulation:
-    """The same motion at another rate, in hertz, without what is faster than `cutoff`, in hertz.
+    """The same motion at another rate, in hertz, without motion faster than `cutoff`, in hertz.
 
-    At `cutoff` (0.86 of half the lower rate) half the amplitude is left, and nothing (-80 dB) above 1.16 of
-    it. A windowed sinc, symmetric about each instant, so that nothing is delayed; its weights sum to one, so
-    that what rests stays where it is (Oppenheim and Schafer 2010, sections 4.6 and 7.5). At its ends each
-    tracked stretch goes on as its own point reflection. What was lost stays lost (NaN).
+    At `cutoff` (0.86 of half the lower rate) half the amplitude remains, and nothing (-80 dB) above 1.16
+    times `cutoff`. The filter is a windowed sinc, symmetric about each instant, so there is no delay. Its
+    weights sum to one, so that a constant is unchanged (Oppenheim and Schafer 2010, sections 4.6 and 7.5).
+    Each tracked stretch is extended at its ends by point reflection. Lost samples stay NaN.
     """
     limit = BELOW * min(articulation.rate, rate) / 2
     if rate == articulation.rate and (cutoff is None or cutoff >= limit):
@@ -77,7 +79,7 @@ def resample_sensors(articulation: Articulation, rate: float, cutoff: float | No
 
 
 def _sinc(values: Array, at: Array, cutoff: float) -> Array:
-    """Values between samples, (samples, 3), (places,) -> (places, 3); `cutoff` in cycles a sample."""
+    """Values between samples, (samples, 3), (places,) -> (places, 3); `cutoff` in cycles per sample."""
     reach = int(np.ceil(LOBES / (2 * cutoff)))
     padded = _reflected(values, reach + 1)
     offsets = np.arange(-reach, reach + 1)
@@ -95,7 +97,7 @@ def _sinc(values: Array, at: Array, cutoff: float) -> Array:
 
 
 def _reflected(values: Array, count: int) -> Array:
-    """`count` more samples on either side, reflected in the first and the last point."""
+    """`count` more samples on either side, by reflection in the first and the last point."""
     if len(values) == 1:
         return np.repeat(values, 2 * count + 1, axis=0)
     places, last = np.arange(-count, len(values) + count), len(values) - 1

@@ -1,4 +1,4 @@
-"""All that is measured of a folder of recordings, in tables, one JSON file and pictures."""
+"""Measure a folder of recordings: tables, one JSON file and pictures."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ JAWS = ("LI", "LJ")  # sensors of the jaw
 
 @dataclass(frozen=True)
 class Preparation:
-    """How recordings are brought to one form: names of channels, axes, the head, and the rate in hertz."""
+    """Preparation of recordings: channel names, axes, head correction, and the rate in hertz."""
 
     names: tuple[str, ...] = ()
     axes: str = "forward,left,up"
@@ -51,7 +51,7 @@ class Preparation:
 
 @dataclass(frozen=True)
 class PreparedRecording:
-    """A recording as it is measured: its sensors, where they were lost, and what is said."""
+    """A prepared recording: its sensors, their gaps, and its phones."""
 
     name: str
     articulation: Articulation
@@ -73,12 +73,12 @@ class Report:
 
 
 def prepare_sensors(raw: Articulation, preparation: Preparation) -> tuple[Articulation, list[Gap]]:
-    """Name the channels, fill short gaps, hold the head still, turn the axes, and change the rate.
+    """Name the channels, fill short gaps, remove head motion, turn the axes, and change the rate.
 
-    Raises CorpusError when there are no samples, or no such sensors, and OptionError.
+    Raises CorpusError without samples or without these sensors, and OptionError.
     """
     if len(raw.positions) == 0:
-        raise CorpusError(f"{raw.source}: has no samples; fetch it again, or take it away")
+        raise CorpusError(f"{raw.source}: has no samples; fetch it again, or remove it")
     if preparation.names:
         raw = rename_sensors(raw, preparation.names)
     whole, gaps = fill_gaps(raw)
@@ -96,7 +96,7 @@ def prepare_recording(spoken: Spoken, preparation: Preparation, language: str = 
 
 @dataclass(frozen=True)
 class Measured:
-    """A take with its examples, and the sums of `side_sums` for each pair of phones."""
+    """A recording with its examples, and the sums of `side_sums` for each pair of phones."""
 
     take: PreparedRecording
     phones: list[tuple[Stretch, dict[str, float]]]
@@ -105,7 +105,7 @@ class Measured:
 
 
 def measure(one: PreparedRecording) -> Measured:
-    """Measure every phone and every pair of phones of a take."""
+    """Measure every phone and every pair of phones of a recording."""
     articulation, pairs = one.articulation, diphone_stretches(one.track)
     found = measured_curves(articulation)
     return Measured(
@@ -149,7 +149,7 @@ def _check_alike(first: Articulation, other: Articulation) -> None:
     if other.names != first.names:
         raise CorpusError(
             f"{other.source}: has the sensors {', '.join(other.names)}; {first.source} has "
-            f"{', '.join(first.names)}; report on them apart"
+            f"{', '.join(first.names)}; make a report of each alone"
         )
 
 
@@ -183,7 +183,7 @@ def _side_rows(done: Sequence[Measured], names: set[str]) -> list[dict[str, Any]
 
 
 def write_report(report: Report, output: Path) -> list[str]:
-    """Write report.json, phones.csv, diphones.csv and, where there are such sensors, sides.csv.
+    """Write report.json, phones.csv, diphones.csv and, if there are lateral sensors, sides.csv.
 
     Returns their names. Raises OutputError.
     """
@@ -200,7 +200,7 @@ def write_report(report: Report, output: Path) -> list[str]:
 
 
 def report_summary(report: Report) -> dict[str, Any]:
-    """The report without its tables, for scripts; what is not a number is null."""
+    """The report without its tables, for scripts; NaN becomes null."""
     return {
         "recordings": report.recordings,
         "sensors": {name: _range(places) for name, places in report.places.items()},
@@ -231,7 +231,7 @@ def width_against_curvature(rows: Sequence[Row]) -> float:
 
 
 def _range(places: Array) -> dict[str, Any]:
-    """Middle and reach of a sensor, mm, and the share of samples in which it was tracked."""
+    """Median and range of a sensor, mm, and the share of samples in which it was tracked."""
     tracked = places[np.isfinite(places).all(axis=1)]
     share = round(len(tracked) / len(places), 4)
     if not len(tracked):
@@ -244,7 +244,7 @@ def _range(places: Array) -> dict[str, Any]:
 
 
 def _flat(rows: Sequence[Row]) -> list[dict[str, Any]]:
-    """A row of a table: the mean and standard deviation of each measure side by side."""
+    """A row of a table: the mean and standard deviation of each measure."""
     return [
         {"name": row.name, "kind": row.kind, "examples": row.examples}
         | {
@@ -257,7 +257,7 @@ def _flat(rows: Sequence[Row]) -> list[dict[str, Any]]:
 
 
 def _csv(rows: Sequence[dict[str, Any]]) -> str:
-    """Six digits; what is not a number is left empty."""
+    """CSV with six digits; NaN becomes an empty cell."""
     stream = io.StringIO()
     columns = list(dict.fromkeys(column for row in rows for column in row))
     writer = csv.DictWriter(stream, columns, lineterminator="\n")

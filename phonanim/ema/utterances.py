@@ -1,4 +1,4 @@
-"""Recordings of sensors with what is said in them: EMU bundles, imported data sets, others."""
+"""Recordings of sensors with their phones: EMU bundles, imported data sets, others."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from phonanim.speech.language import to_phones
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
-RUN_ON = 1.0  # seconds; a last segment longer than this runs on through the silence after the speech
-LAST = 0.12  # seconds that such a segment is taken to last
+RUN_ON = 1.0  # seconds; a longer last segment includes the silence after the speech
+LAST = 0.12  # seconds that such a segment is shortened to
 EMU, EMU_AXES = "_bndl.json", "left,back,up"
 AXES = 3
 SENSORS = (".pos", ".mat")
@@ -30,7 +30,7 @@ ALIGNMENTS = (".TextGrid", ".textgrid", ".lab", ".phn", ".csv", ".json", ".eaf")
 
 @dataclass(frozen=True)
 class Spoken:
-    """A recording that is read when it is asked for: its sensors, and its phones."""
+    """A recording that is loaded on demand: its sensors, and its phones."""
 
     name: str
     sensors: Callable[[], Articulation]
@@ -41,7 +41,7 @@ class Spoken:
 class Utterance:
     """`aperture` (samples,) mm is the vertical distance of the lip sensors at `times` (samples,) s.
 
-    `speech` (samples,) says where something is said, `audio` is the recording, `articulation` all sensors.
+    `speech` (samples,) is a mask of speech, `audio` is the recording, `articulation` has all sensors.
     """
 
     name: str
@@ -55,15 +55,15 @@ class Utterance:
 
 
 def load_utterances(folder: Path) -> list[Utterance]:
-    """Every utterance of a folder of EMU bundles with lip sensors beside them, in German."""
+    """Every utterance of a folder of EMU bundles (in German) with lip sensors next to them."""
     return [_utterance(spoken, folder) for spoken in find_spoken(folder)]
 
 
 def find_spoken(folder: Path) -> list[Spoken]:
     """The recordings of a folder, sorted by name.
 
-    The folder is one that `phonanim corpus import` wrote, or holds EMU bundles (`*_bndl.json` beside SSFF
-    files), or .pos and .mat files beside alignments of the same stem. Raises CorpusError when it is none.
+    The folder was written by `phonanim corpus import`, or has EMU bundles (`*_bndl.json` next to SSFF files),
+    or .pos and .mat files next to alignments of the same stem. Raises CorpusError for any other folder.
     """
     found = list(_imported(folder) if (folder / "dataset.json").is_file() else _bundles(folder))
     found = found or list(_files(folder))
@@ -81,12 +81,12 @@ def _bundles(folder: Path) -> Iterator[Spoken]:
 
 
 def _ssff(folder: Path, name: str) -> Articulation:
-    """The first sensor found leads to the others."""
+    """The sensors of a bundle; reading the first file finds the others."""
     from phonanim.ema.readers import ssff
 
     tracks = [path for path in sorted(folder.glob(f"{name}.*")) if ssff.recognizes(path)]
     if not tracks:
-        raise CorpusError(f"{folder / name}: has no SSFF files beside {name}{EMU}; put them there")
+        raise CorpusError(f"{folder / name}: has no SSFF files next to {name}{EMU}; put them there")
     return read_articulation(tracks[0])
 
 
@@ -103,7 +103,7 @@ def _files(folder: Path) -> Iterator[Spoken]:
 def _beside(path: Path) -> Alignment:
     found = [path.with_suffix(suffix) for suffix in ALIGNMENTS if path.with_suffix(suffix).is_file()]
     if not found:
-        raise CorpusError(f"{path}: has no alignment beside it; add {path.stem}.TextGrid (phonanim align)")
+        raise CorpusError(f"{path}: has no alignment next to it; add {path.stem}.TextGrid (phonanim align)")
     return read_alignment(found[0])
 
 
@@ -115,7 +115,7 @@ def _imported(folder: Path) -> Iterator[Spoken]:
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise CorpusError(f"{path}: is damaged ({error!r}); import the data set again") from error
     if kind != "sensors":
-        raise CorpusError(f"{folder}: holds {kind} and no sensors; mngu0, mocha, hprc have some")
+        raise CorpusError(f"{folder}: has {kind} and no sensors; mngu0, mocha, hprc have some")
     for motion in (folder / "motion").glob("*.npy"):
         beside = folder / "textgrid" / motion.name
         yield Spoken(motion.stem, partial(_motion, motion, names, rate), partial(_beside, beside))
@@ -126,7 +126,7 @@ def _motion(path: Path, names: tuple[str, ...], rate: float) -> Articulation:
     try:
         values = np.load(path, allow_pickle=False).astype(np.float64)
     except (OSError, ValueError, EOFError) as error:
-        raise CorpusError(f"{path}: is no array ({error}); import the data set again") from error
+        raise CorpusError(f"{path}: is not an array ({error}); import the data set again") from error
     if values.ndim != AXES or values.shape[2] not in (AXES - 1, AXES):
         raise CorpusError(f"{path}: is {values.shape}; sensors are (samples, sensors, 2 or 3)")
     if values.shape[2] == AXES - 1:
@@ -146,7 +146,7 @@ def _utterance(spoken: Spoken, folder: Path) -> Utterance:
 
 
 def _without_run_on(alignment: Alignment) -> Alignment:
-    """End the last sound where speech ends; the labels let it run on through 1 to 2 s of silence."""
+    """End the last sound where speech ends; the labels include 1 to 2 s of silence in it."""
     kept = [
         replace(i, end=i.start + LAST) if i.end - i.start > RUN_ON and i.label[:1] != "&" else i
         for i in alignment.intervals

@@ -1,4 +1,4 @@
-"""Files to write: one module per suffix, named after it with `_` for the dots within (`metahuman_csv`).
+"""Output files: one module per suffix, named after it with `_` for the dots within (`metahuman_csv`).
 
 Each module is an `Exporter`. A name that begins with `_` is a helper.
 """
@@ -26,10 +26,10 @@ class Exporter(Protocol):
     back also has `read(path) -> Animation`.
     """
 
-    SUMMARY: str  # one line for people
+    SUMMARY: str  # one line of description
 
     def write(self, animation: Animation, path: Path) -> None:
-        """Write a file, whole or not at all. Raises OutputError when that cannot be done."""
+        """Write a file atomically. Raises OutputError when that fails."""
 
 
 def suffixes() -> tuple[str, ...]:
@@ -43,9 +43,9 @@ def readable_suffixes() -> tuple[str, ...]:
 
 
 def find_exporter(path: Path) -> Exporter:
-    """The exporter for the longest suffix that a name ends with; a built-in one goes first.
+    """The exporter for the longest suffix that a name ends with; a built-in one comes first.
 
-    Raises OutputError when none fits, PluginError when a plugin cannot be used.
+    Raises OutputError when no suffix matches, PluginError when a plugin cannot be used.
     """
     name = path.name.lower()
     for names in (EXPORTERS.built_in, EXPORTERS.plugins):
@@ -63,14 +63,14 @@ def option_names(path: Path) -> tuple[str, ...]:
 def assign_options(
     options: Mapping[str, Any], paths: Sequence[Path]
 ) -> tuple[list[dict[str, Any]], list[str]]:
-    """For each path those options that its format has, and the names of those that none of them has."""
+    """For each path the options that its format has, and the names of options that no format has."""
     known = [option_names(path) for path in paths]
     given = [{name: value for name, value in options.items() if name in names} for names in known]
     return given, [name for name in options if not any(name in names for names in known)]
 
 
 def formats() -> dict[str, str]:
-    """What each suffix holds, one line each."""
+    """The description of each suffix, one line each."""
     return {suffix: _exporter(suffix).SUMMARY for suffix in suffixes()}
 
 
@@ -83,7 +83,7 @@ def save(animation: Animation, path: str | Path, **options: object) -> None:
         options: Options of the format, such as `timecode` of .csv.
 
     Raises:
-        OutputError: The format or an option is unknown, the file cannot be written, or the animation holds
+        OutputError: The format or an option is unknown, the file cannot be written, or the animation has
             no frames or values that are not finite.
 
     Examples:
@@ -105,13 +105,13 @@ def save(animation: Animation, path: str | Path, **options: object) -> None:
 def load(path: Path) -> Animation:
     """Read an animation from a file.
 
-    Raises OutputError when its format cannot be read back or it holds values that are not finite.
+    Raises OutputError when its format cannot be read back or it has values that are not finite.
     """
     exporter = find_exporter(path)
     read: Callable[[Path], Animation] | None = getattr(exporter, "read", None)
     if read is None:
         known = " ".join(readable_suffixes())
-        raise OutputError(f"{path}: this format can only be written; those that can be read are {known}")
+        raise OutputError(f"{path}: this format can only be written; readable formats: {known}")
     animation = read(path)
     _check_finite(animation, path)
     return animation
@@ -137,4 +137,4 @@ def _check_finite(animation: Animation, path: Path) -> None:
     if not np.isfinite(values).all():
         frame, channel = np.argwhere(~np.isfinite(values))[0]
         name, time = animation.channels[channel], animation.times[frame]
-        raise OutputError(f"{path}: {name} is not a finite number at {time:.3f} s; mend the curve first")
+        raise OutputError(f"{path}: {name} is not a finite number at {time:.3f} s; correct the curve first")

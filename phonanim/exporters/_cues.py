@@ -1,4 +1,4 @@
-"""Mouth cues: one drawn shape at a time, from the phones by a published table."""
+"""Mouth cues: one mouth shape at a time, from the phones by a published table."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.inventory import INVENTORY, SILENCE
 from phonanim.speech.language import to_phones
 
-SHORTEST = 0.04  # seconds: a drawing held for less than a frame of film is not seen
+SHORTEST = 0.04  # seconds: a drawing that is shorter than a film frame is invisible
 ROUNDING = 1e-9  # seconds
-CLOSURES = ("m", "f")  # shapes of these phones are shown however short they are
+CLOSURES = ("m", "f")  # shapes of these phones are shown even if they are shorter
 
 
 def mouth_cues(animation: Animation, table: str, path: Path) -> list[Interval]:
-    """Shapes end to end from time zero, labelled as the table `lexicon/visemes/<table>.csv` calls them.
+    """Contiguous shapes from time zero, with the names of the table `lexicon/visemes/<table>.csv`.
 
-    An animation of a rig with these very shapes is followed frame by frame, any other by its phones.
-    Raises OutputError when it has neither, LabelError for a phone that its language does not know.
+    An animation of a rig with these shapes is used frame by frame, any other by its phones. Raises
+    OutputError when it has neither, LabelError for a phone that is unknown in its language.
     """
     shapes = phone_visemes(table)
     names = {name for pair in shapes.values() for name in pair}
@@ -34,19 +34,19 @@ def mouth_cues(animation: Animation, table: str, path: Path) -> list[Interval]:
     elif animation.phones:
         cues = _from_phones(animation, shapes)
     else:
-        raise OutputError(f"{path}: the animation has no phones, and mouth cues are made from them")
+        raise OutputError(f"{path}: the animation has no phones, which are needed for mouth cues")
     return _settled(cues, {name for phone in CLOSURES for name in shapes[phone]}, shapes[SILENCE][0])
 
 
 @cache
 def phone_visemes(table: str) -> dict[str, tuple[str, str]]:
-    """The shape that each phone begins and ends with."""
+    """The shapes at the start and at the end of each phone."""
     with (LEXICON / "visemes" / f"{table}.csv").open(newline="", encoding="utf-8") as file:
         return {row["phone"]: (row["viseme"], row["end"] or row["viseme"]) for row in csv.DictReader(file)}
 
 
 def _from_curves(animation: Animation) -> list[Interval]:
-    """The strongest shape of each frame, held for a frame."""
+    """The strongest shape of each frame, for one frame."""
     strongest = np.asarray(animation.values).argmax(axis=1)
     times = animation.times
     return [
@@ -69,9 +69,9 @@ def _from_phones(animation: Animation, shapes: dict[str, tuple[str, str]]) -> li
 
 
 def _settled(cues: list[Interval], kept: set[str], rest: str) -> list[Interval]:
-    """Equal neighbours joined, and what is too short to be seen given to the longer neighbour.
+    """Merge equal neighbours, and give the time of cues that are too short to the longer neighbour.
 
-    The shortest goes first; a closure neither goes nor takes, if something else is there to take.
+    The shortest is removed first. A closure is not removed, and takes time only if no other cue can.
     """
     before = [Interval(rest, 0.0, cues[0].start)] if cues[0].start > 0 else []
     held = _joined([*before, *cues])

@@ -1,4 +1,4 @@
-"""What readers of several formats need: the frame rate of times, one curve for each target."""
+"""Helpers of readers of several formats: the frame rate of times, one curve for each target."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ DIFFERENT = 1e-3  # of full weight
 def merge_target_curves(
     known: NDArray[np.floating] | None, curve: NDArray[np.floating], name: str, path: Path
 ) -> NDArray[np.floating]:
-    """The curve of a target that several meshes have: one for all that move it. Raises OutputError."""
+    """The common curve of a target that several meshes have. Raises OutputError when they differ."""
     if known is None or not known.any():
         return curve
     if curve.any() and np.abs(curve - known).max() > DIFFERENT:
         raise OutputError(
             f"{path}: two of its meshes move {name} differently; "
-            "key them alike, or export the one that you changed by itself"
+            "key them alike, or export the changed one by itself"
         )
     return known
 
 
 USUAL_RATES = (24000 / 1001, 24.0, 25.0, 30000 / 1001, 30.0, 48.0, 50.0, 60000 / 1001, 60.0, 90.0, 120.0)
-RATE_TOLERANCE = 5e-4  # timecodes are written to a thousandth of a frame
+RATE_TOLERANCE = 5e-4  # timecodes have a resolution of a thousandth of a frame
 
 
 def estimate_rate(times: NDArray[np.float64]) -> float:
-    """Frames per second of rising times, as the usual rate if one is near. Raises DecodeError."""
+    """Frames per second of rising times, rounded to a common rate if one is near. Raises DecodeError."""
     step = float(np.median(np.diff(times)))
     if not step > 0:
         raise DecodeError("its keys lie at one instant")

@@ -1,4 +1,4 @@
-"""An animation as plain values, which `.json` stores whole and `.npz` beside its arrays."""
+"""An animation as plain values, stored whole in `.json` and next to the arrays in `.npz`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from phonanim.exporters._take import build_take, check_size
 from phonanim.speech.alignment import pack_intervals
 
 FORMAT = "phonanim animation 1"
-DIGITS = 6  # a millionth of full weight; finer than float32 at 1 is not seen by any rig
+DIGITS = 6  # a millionth of full weight; no rig shows smaller differences
 
 
 def document(animation: Animation) -> dict[str, Any]:
@@ -36,7 +36,7 @@ def document(animation: Animation) -> dict[str, Any]:
 
 
 def from_document(tree: Any, path: Path) -> Animation:
-    """The inverse of `document`; the audio is looked for beside `path`. Raises OutputError."""
+    """The inverse of `document`; the audio file is searched next to `path`. Raises OutputError."""
     try:
         curves = decode_table(tree["curves"], "curves")
         return from_values(tree, _columns(curves, path), list(curves), path)
@@ -54,7 +54,7 @@ def from_values(tree: Any, values: NDArray[Any], channels: list[str], path: Path
 def not_ours(path: Path, error: BaseException) -> OutputError:
     """The error of a file that cannot be read back."""
     reason = f"it lacks {error}" if isinstance(error, KeyError) else " ".join(str(error).split())
-    return OutputError(f"{path}: is no animation written by phonanim: {reason}")
+    return OutputError(f"{path}: is not an animation written by phonanim: {reason}")
 
 
 def _columns(curves: dict[str, Any], path: Path) -> NDArray[np.float32]:
@@ -68,6 +68,6 @@ def _columns(curves: dict[str, Any], path: Path) -> NDArray[np.float32]:
     for column, (name, curve) in enumerate(curves.items()):
         numbers = np.asarray(curve, np.float64)
         if numbers.shape != (frames,):
-            raise DecodeError(f"{name} is no list of numbers")
+            raise DecodeError(f"{name} is not a list of numbers")
         values[:, column] = numbers
     return values

@@ -1,4 +1,4 @@
-"""Animations in binary glTF, which `.glb` and `.vrm` are: added to a character's file, and read back."""
+"""Animations in binary glTF (`.glb` and `.vrm`): add them to a character's file, and read them back."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from phonanim.rig.neck import TURNS, find_bone, turns_of
 from phonanim.speech.alignment import pack_intervals
 
 FLOAT = 5126
-TURN_KEYS = 10.0  # degrees of the head that may be missed for each unit of weight that others may miss
-SPAN = 0.02  # seconds by which tracks of one animation may end apart
-ROUNDING = 1e-6  # seconds: a key that is stored as float32 may lie this far after its frame
+TURN_KEYS = 10.0  # degrees of error of the head that are allowed per unit of weight error of other curves
+SPAN = 0.02  # seconds by which the ends of the tracks of one animation may differ
+ROUNDING = 1e-6  # seconds: a key that is stored as float32 may be this far after its frame
 
 
 def add_to_character(animation: Animation, path: Path, character: Path, keys: float | None) -> None:
@@ -37,7 +37,7 @@ def add_to_character(animation: Animation, path: Path, character: Path, keys: fl
 
 
 def add_animation(glb: Glb, animation: Animation, name: str, keys: float | None = None) -> bytes:
-    """The bytes of a character's file with one animation more."""
+    """The bytes of a character's file with one more animation."""
     tracks = moving_morphs(glb, animation.channels)
     binary = Appended(glb)
     samplers = [
@@ -73,7 +73,7 @@ def _sampler(
     keys: float | None,
     kind: str = "SCALAR",
 ) -> dict[str, Any]:
-    """A track of weights, (frames, targets), or rotations, (frames, 4): every frame, or few keys."""
+    """A track of weights, (frames, targets), or rotations, (frames, 4): every frame, or reduced keys."""
     times = animation.times - min(0.0, animation.start)  # glTF has no time before zero
     if keys is not None:
         reduced = reduce_curves(weights, keys)
@@ -95,7 +95,7 @@ class Appended:
         self.accessors: list[dict[str, Any]] = []
 
     def accessor(self, values: NDArray[np.float32], bounds: bool = False, kind: str = "SCALAR") -> int:
-        """Append scalars, (n,), or what they are the parts of, and return the number of their accessor."""
+        """Append scalars, (n,), or elements of another `kind`, and return the number of their accessor."""
         offset = sum(map(len, self.pieces))
         self.pieces.append(values.tobytes())
         view = len(self.glb.tree.get("bufferViews", [])) + len(self.views)
@@ -107,7 +107,7 @@ class Appended:
         return len(self.glb.tree.get("accessors", [])) + len(self.accessors) - 1
 
     def file(self, changes: dict[str, Any]) -> bytes:
-        """The bytes of the whole file, with these top-level entries of its JSON changed as well."""
+        """The bytes of the whole file, with these top-level entries of its JSON replaced."""
         tree = {**self.glb.tree, **changes}
         tree["bufferViews"] = [*tree.get("bufferViews", []), *self.views]
         tree["accessors"] = [*tree.get("accessors", []), *self.accessors]
@@ -124,8 +124,8 @@ class Appended:
 def read(path: Path) -> Animation:
     """Read the last animation that moves morph targets, by their names.
 
-    Programs that write an animation per mesh are understood: earlier ones of other meshes that last as long
-    belong to it. Keys that lie on no regular grid are interpolated onto one. Raises RigError when the file is
+    If a program wrote one animation per mesh, earlier animations of other meshes with the same length are
+    included. Keys that are not on a regular grid are interpolated onto one. Raises RigError when the file is
     damaged, OutputError when it has no such animation or two meshes disagree.
     """
     glb = read_glb(path)
@@ -136,12 +136,12 @@ def read(path: Path) -> Animation:
             return _animation(glb, tracks, morphs, path)
     except DAMAGE as error:
         raise OutputError(f"{path}: its animation is damaged: {error}; export it again") from error
-    raise OutputError(f"{path}: has no animation of morph targets with names; export it with its shape keys")
+    raise OutputError(f"{path}: has no animation of named morph targets; export it with its shape keys")
 
 
 @dataclass(frozen=True)
 class _Track:
-    """Weights of one node: the sampler, its keys in seconds, and what was noted beside its animation."""
+    """Weights of one node: the sampler, its keys in seconds, and the extras of its animation."""
 
     node: int
     sampler: dict[str, Any]
@@ -150,7 +150,7 @@ class _Track:
 
 
 def _tracks(glb: Glb, morphs: dict[int, Morphs]) -> list[_Track]:
-    """The last track of each node that lasts as long as the last one of all, in the order of the file."""
+    """The last track of each node that is as long as the last one of all, in the order of the file."""
     found: dict[int, _Track] = {}
     for entry in reversed(glb.tree.get("animations", [])):
         extras = entry.get("extras", {}) if isinstance(entry.get("extras", {}), dict) else {}
@@ -173,7 +173,7 @@ def _as_long(one: _Track, other: _Track) -> bool:
 def _animation(glb: Glb, tracks: list[_Track], morphs: dict[int, Morphs], path: Path) -> Animation:
     extras, clock = tracks[0].extras, max((track.clock for track in tracks), key=len)
     if len(clock) < 2 and "fps" not in extras:
-        raise OutputError(f"{path}: its animation has one key alone, so there is no motion to read")
+        raise OutputError(f"{path}: its animation has only one key, so there is no motion to read")
     fps = extras["fps"] if "fps" in extras else estimate_rate(clock)
     width = sum(len(morphs[track.node].names) for track in tracks)
     grid = take_grid(clock[0], clock[-1], fps, width, path)
@@ -185,7 +185,7 @@ def _animation(glb: Glb, tracks: list[_Track], morphs: dict[int, Morphs], path: 
             curves[name] = merge_target_curves(curves.get(name), curve, name, path)
     if not any(
         curves[name].any() for name in TONGUE if name in curves
-    ):  # the shipped head's, moved by few rigs
+    ):  # channels of the package's head, which few rigs move
         curves = {name: curve for name, curve in curves.items() if name not in TONGUE}
     curves |= _head_turns(glb, grid)
     values = np.empty((len(grid), len(curves)), np.float32)
@@ -213,7 +213,7 @@ def _head_turns(glb: Glb, grid: NDArray[np.float64]) -> dict[str, NDArray[np.flo
 
 
 def _sampled(glb: Glb, track: _Track, count: int, grid: NDArray[np.float64]) -> NDArray[np.floating]:
-    """(targets, frames): keys on a grid of seconds, by the sampler's own interpolation."""
+    """(targets, frames): keys on a grid of seconds, interpolated as the sampler declares."""
     sampler, keys = track.sampler, track.clock
     values = glb.accessor(sampler["output"]).astype(float).reshape(len(keys), -1, count)
     interpolation = sampler.get("interpolation", "LINEAR")

@@ -1,4 +1,4 @@
-"""The head of a file that has to be drawn or taken apart, rather than passed on whole."""
+"""The head of a file, for formats that draw it or take it apart."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from phonanim.rig.head import SHIPPED, Head, load_head
 
 
 def load_drawable_head(character: Path = SHIPPED) -> Head:
-    """The shipped head, or the meshes with morph targets of a GLB or VRM file, in the world's axes.
+    """The package's head, or the meshes with morph targets of a GLB or VRM file, in world axes.
 
-    Raises RigError when the file cannot be read, is compressed, or has other units or another way up than
-    glTF's, which would go unnoticed into another program.
+    Raises RigError when the file cannot be read, is compressed, or has other units or another up axis than
+    glTF's, which another program would not notice.
     """
     if character == SHIPPED:
         return load_head()

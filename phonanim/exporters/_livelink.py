@@ -6,7 +6,7 @@ from functools import cache
 
 from phonanim.core.lexicon import LEXICON
 
-N_ARKIT = 52  # the first columns; head and eye turns follow, in radians there and in degrees here
+N_ARKIT = 52  # the first columns; head and eye rotations follow, in radians in the file and in degrees here
 
 
 @cache
@@ -18,5 +18,5 @@ def columns() -> tuple[str, ...]:
 
 @cache
 def turns() -> tuple[str, ...]:
-    """The controls that are turns of head and eyes."""
+    """The controls that are rotations of head and eyes."""
     return columns()[N_ARKIT:]

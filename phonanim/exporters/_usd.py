@@ -1,4 +1,4 @@
-"""What needs the USD library: binary stages, and reading."""
+"""The parts that need the USD library: binary stages, and reading."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ def write_binary(text: str, path: Path) -> None:
 
 
 def read_weights(path: Path) -> Weights:
-    """Weights (frames, targets), names, start in seconds, frames per second, and what phonanim left there."""
+    """Weights (frames, targets), names, start in seconds, frames per second, and phonanim's own metadata."""
     pxr = library()
     try:
         stage = pxr.Usd.Stage.Open(str(path))
     except pxr.Tf.ErrorException as error:
-        raise OutputError(f"{path}: is no USD stage that can be read") from error
+        raise OutputError(f"{path}: is not a readable USD stage") from error
     for prim in stage.Traverse():
         animation = pxr.UsdSkel.Animation(prim)
         if animation and animation.GetBlendShapeWeightsAttr().GetNumTimeSamples():
@@ -97,9 +97,9 @@ def _shape_names(stage: Any) -> dict[str, str]:
 
 
 def read(path: Path) -> Animation:
-    """Read the blend shape weights of the first SkelAnimation that has any, in a stage of any writer.
+    """Read the blend shape weights of the first SkelAnimation that has any, in a stage of any program.
 
-    Needs the extra `usd`. Raises OutputError when there is none or two meshes disagree, MissingExtraError.
+    Needs the extra `usd`. Raises OutputError when there are none or two meshes disagree, MissingExtraError.
     """
     weights, names, start, fps, about = read_weights(path)
     curves: dict[str, NDArray[np.floating]] = {}

@@ -1,4 +1,4 @@
-"""The stage that `.usda` stores as text and `.usdc` in binary form: the head, and a UsdSkel animation."""
+"""The stage of `.usda` (text) and `.usdc` (binary): the head, and a UsdSkel animation."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from phonanim.rig.head import SHIPPED, Head, load_head
 from phonanim.rig.render import vertex_normals
 from phonanim.speech.alignment import pack_intervals
 
-MOVED = 1e-6  # metres; less is not stored
+MOVED = 1e-6  # metres; smaller offsets are not stored
 ROOT = "/head"
 IDENTITY = "((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1))"
 STAGE = """#usda 1.0
@@ -163,7 +163,7 @@ def _about(animation: Animation) -> dict[str, Any]:
 
 @cache
 def _shipped_meshes() -> str:
-    """The meshes of the shipped head, which are the same in every line."""
+    """The meshes of the package's head, which are the same in every file."""
     return _meshes(load_head())
 
 

@@ -12,7 +12,7 @@ from phonanim.core.files import write_text
 
 SUMMARY = "Maya .anim for a blendShape node; File > Import with the animImportExport plug-in"
 UNITS = {24: "film", 25: "pal", 30: "ntsc", 48: "show", 50: "palf", 60: "ntscf"}  # frames per second
-FALLBACK = 60  # other rates are counted in fractions of these frames
+FALLBACK = 60  # times of other rates are fractions of these frames
 HEADER = """animVersion 1.1;
 mayaVersion 2022;
 timeUnit {unit};
@@ -38,7 +38,7 @@ animData {{
 def write(animation: Animation, path: Path, node: str = "blendShape1", keys: float | None = None) -> None:
     """Write curves with linear tangents for the weights of `node`, named like the channels.
 
-    With `keys` frames are left out that straight lines miss by no more than that. Time zero is frame 0.
+    With `keys`, frames are left out if linear interpolation is within that error. Time zero is frame 0.
     Raises OutputError when the destination cannot be written.
     """
     rate = round(animation.fps) if abs(animation.fps - round(animation.fps)) < 1e-6 else FALLBACK

@@ -24,17 +24,16 @@ SUMMARY = "Live Link Face: a row per frame, ARKit controls by name (rigs with AR
 LEAD = ("Timecode", "BlendShapeCount")
 ZERO = f"{0:.10f}"  # as every control is written that the rig lacks
 PIECE = 4096  # rows that are held as text at a time
-NOMINAL = 60  # the app's timecode counts 60 frames per second, whatever the rate of the rows
+NOMINAL = 60  # the app's timecode counts 60 frames per second, independent of the rate of the rows
 
 
 def write(animation: Animation, path: Path, timecode: str | None = None) -> None:
     """Write one row per frame; controls that the rig lacks are zero, controls that ARKit lacks are left out.
 
-    Turns of head and eyes are degrees in the animation and radians in the file, as the app writes them.
-    `timecode` is that of time zero; else the one that the animation was read with, or 00:00:00:00. With `;`
-    before its frames it counts drop-frame.
-    Raises OutputError when the rig has no ARKit control or the destination cannot be written, OptionError
-    when the timecode is none.
+    Rotations of head and eyes are degrees in the animation and radians in the file, as in the app's files.
+    `timecode` is that of time zero; the default is the one that was read with the animation, or 00:00:00:00.
+    With `;` before its frames it counts drop-frame. Raises OutputError when the rig has no ARKit control or
+    the destination cannot be written, OptionError when the timecode is invalid.
     """
     names = columns()
     if not set(names[:N_ARKIT]) & set(animation.channels):
@@ -69,9 +68,9 @@ def _pieces(animation: Animation, names: tuple[str, ...], clock: Timecode, origi
 
 
 def read(path: Path) -> Animation:
-    """Read a recording on a regular grid: frames that the app dropped are filled in between their neighbours.
+    """Read a recording on a regular grid; frames that the app dropped are interpolated.
 
-    Raises OutputError naming the file and the row.
+    Raises OutputError, which names the file and the row.
     """
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
@@ -87,7 +86,7 @@ def _read(path: Path, rows: Iterator[list[str]]) -> Animation:
     header = next(rows, [])
     if tuple(header[: len(LEAD)]) != LEAD:
         raise OutputError(
-            f"{path}: is no Live Link Face recording; its header must begin with {','.join(LEAD)}"
+            f"{path}: is not a Live Link Face recording; its header must begin with {','.join(LEAD)}"
         )
     names = [name[:1].lower() + name[1:] for name in header[len(LEAD) :]]
     first = next(rows, None)
@@ -98,7 +97,7 @@ def _read(path: Path, rows: Iterator[list[str]]) -> Animation:
         raise OutputError(f"{path}: has fewer than two frames; record it again")
     falls = np.flatnonzero(np.diff(times) <= 0)
     if len(falls):
-        raise OutputError(f"{path}, row {falls[0] + 3}: its timecode does not rise; remove the row")
+        raise OutputError(f"{path}, row {falls[0] + 3}: its timecode does not increase; remove the row")
     fps = estimate_rate(times)
     places = np.rint((times - times[0]) * fps)
     grid = np.arange(len(take_grid(0.0, places[-1] / fps, fps, len(names), path)), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""Switch data for Moho (Anime Studio) and OpenToonz: the frame at which each mouth drawing begins."""
+"""Switch data for Moho (Anime Studio) and OpenToonz: the start frame of each mouth drawing."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ REST = "rest"
 def write(animation: Animation, path: Path, frame_rate: float = 24.0) -> None:
     """Write one line per frame at which the shape changes, from frame 1. Raises OutputError.
 
-    `frame_rate` is that of the Moho project. Of shapes that begin in the same frame the last stays.
+    `frame_rate` is that of the Moho project. If several shapes begin in one frame, the last is kept.
     """
     cues = mouth_cues(animation, "preston_blair", path)
     frames = {1 + round(cue.start * frame_rate): cue.label for cue in cues}

@@ -13,10 +13,10 @@ SUMMARY = "glTF binary: the shipped head, or your own character, speaking"
 
 
 def write(animation: Animation, path: Path, character: Path = SHIPPED, keys: float | None = None) -> None:
-    """Add the animation to a GLB or VRM file; all else in it stays, byte for byte.
+    """Add the animation to a GLB or VRM file; everything else in it is unchanged, byte for byte.
 
-    `character` has morph targets or VRM expressions with the names of the channels. With `keys` frames
-    are left out that straight lines miss by no more than that. Raises RigError when the character
-    cannot be used, OutputError when the destination cannot be written.
+    `character` has morph targets or VRM expressions with the names of the channels. With `keys`, frames are
+    left out if linear interpolation is within that error. Raises RigError when the character cannot be used,
+    OutputError when the destination cannot be written.
     """
     add_to_character(animation, path, character, keys)

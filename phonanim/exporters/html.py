@@ -1,4 +1,4 @@
-"""A viewer in one HTML file: the head speaks, with the sound, phones, words and curves on a timeline."""
+"""A viewer in one HTML file: the speaking head with sound, phones, words and curves on a timeline."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def write(
     channel, OutputError when the sound cannot be read or the destination not be written.
     """
     glb = read_glb(character)
-    glb.refuse_compressed()  # the page has no decoder
+    glb.refuse_compressed()  # the page cannot decode compressed meshes
     if outside := external_files(glb.tree):
         raise RigError(
             f"{character}: its {outside[0]!r:.60} lies outside the file, and the page fetches nothing; "

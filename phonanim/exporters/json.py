@@ -20,7 +20,7 @@ def write(animation: Animation, path: Path) -> None:
 
 
 def read(path: Path) -> Animation:
-    """Read an animation back. Raises OutputError when the file is none of ours."""
+    """Read an animation back. Raises OutputError when phonanim did not write the file."""
     try:
         tree = read_json(path)
     except (OSError, ValueError) as error:

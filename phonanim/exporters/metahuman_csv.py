@@ -34,7 +34,7 @@ def write(animation: Animation, path: Path) -> None:
 
 
 def read(path: Path) -> Animation:
-    """Read a Curve Table with evenly spaced times. Raises OutputError when it is none."""
+    """Read a Curve Table with evenly spaced times. Raises OutputError for any other file."""
     try:
         head, *rows = csv.reader(io.StringIO(read_utf8(path).removeprefix("\ufeff"), newline=""))
         times = np.array(head[1:], float)
@@ -48,5 +48,5 @@ def read(path: Path) -> Animation:
         return build_take(values, names, fps, float(times[0]), about, path, "metahuman")
     except (OSError, csv.Error, *DAMAGE) as error:
         raise OutputError(
-            f"{path}: is no Curve Table with a row of times and rows of values: {error}"
+            f"{path}: is not a Curve Table with a row of times and rows of values: {error}"
         ) from error

@@ -1,4 +1,4 @@
-"""A film of the head speaking, with the sound; a preview to look at and to send."""
+"""A video of the speaking head, with the sound, as a preview."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from phonanim.speech.labels import is_silent
 
 SUMMARY = "film of the head speaking, H.264 with the sound (needs the extra video)"
 FASTEST = 30.0  # frames per second of the film; an animation with more is sampled
-THREADS = 1  # so that the bytes depend on no schedule
+THREADS = 1  # so that the bytes do not depend on scheduling
 SOUND_RATE = 48000  # hertz
 INK, FAINT = (236, 238, 242), (170, 176, 186)
 
@@ -38,7 +38,7 @@ def write(
     samples: int = 1,
     yaw: float = -12.0,
 ) -> None:
-    """Film the head at `size` x `size` pixels, with words and phones beneath, and mux the recording.
+    """Render the head at `size` x `size` pixels, with words and phones below, and mux the recording.
 
     `samples` 2 is finer and four times as slow; `yaw` in degrees turns the head. Raises RigError when the
     head has none of the channels, AudioError when the recording cannot be decoded, OutputError when the
@@ -46,7 +46,7 @@ def write(
     """
     av = library()
     if size < 64 or size % 2:
-        raise OutputError(f"{path}: a film of {size} pixels cannot be made; choose an even size from 64")
+        raise OutputError(f"{path}: a video of {size} pixels cannot be made; choose an even size from 64")
     head = load_drawable_head(character)
     rate = _film_rate(animation.fps)
     with atomic_path(path) as partial:
@@ -62,12 +62,12 @@ def library() -> Any:
     try:
         import av
     except ImportError as error:
-        raise MissingExtraError("film needs the video library: pip install 'phonanim[video]'") from error
+        raise MissingExtraError("video needs the video library: pip install 'phonanim[video]'") from error
     return av
 
 
 def _film_rate(fps: float) -> Fraction:
-    """The animation's own rate, or a whole fraction of it when it is fast."""
+    """The animation's rate, or an integer fraction of it when it is fast."""
     rate = Fraction(fps).limit_denominator(1001)
     return rate / max(1, -(-round(rate) // round(FASTEST)))
 
@@ -75,7 +75,7 @@ def _film_rate(fps: float) -> Fraction:
 def _pictures(
     animation: Animation, head: Head, rate: Fraction, size: int, samples: int, yaw: float
 ) -> Iterator[Image]:
-    """One picture per film frame, from time zero to the end of the animation."""
+    """One picture per video frame, from time zero to the end of the animation."""
     last = float(animation.times[-1])
     times = np.arange(int(last * rate + 1e-6) + 1) / float(rate)
     weights = head.weights(animation.values, animation.channels)
@@ -116,7 +116,7 @@ def _mux(
     rate: Fraction,
     size: int,
 ) -> None:
-    """Encode pictures and sound into an open film."""
+    """Encode pictures and sound into an open video."""
     stream = film.add_stream("libx264", rate=rate, options=H264 | {"crf": "18"})
     stream.width = stream.height = size
     stream.pix_fmt = "yuv420p"
@@ -133,7 +133,7 @@ def _mux(
 
 
 def _sound(av: Any, path: Path) -> Iterator[Any]:
-    """Frames of a recording, resampled for the film."""
+    """Frames of a recording, resampled for the video."""
     resampler = av.AudioResampler(format="fltp", layout="mono", rate=SOUND_RATE)
     try:
         with av.open(local_file(path), options=LOCAL) as recording:

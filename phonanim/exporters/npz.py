@@ -1,4 +1,4 @@
-"""NumPy archive: every curve at full precision, and all that made it."""
+"""NumPy archive: every curve at full precision, with its provenance."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def write(animation: Animation, path: Path) -> None:
 
 
 def read(path: Path) -> Animation:
-    """Read an animation back. Raises OutputError when the file is none of ours."""
+    """Read an animation back. Raises OutputError when phonanim did not write the file."""
     try:
         arrays = read_arrays(path)
         about = parse_json(str(arrays["about"]))

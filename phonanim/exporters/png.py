@@ -26,7 +26,7 @@ PIXELS_PER_SECOND, NARROWEST, WIDEST = 260, 900, 8000
 STEPS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 300.0, 600.0)  # seconds between marks
 MARK_ROOM = 60  # pixels
 LOWEST_SCALE = 0.1
-STILL = 1e-3  # a curve that moves less is not shown
+STILL = 1e-3  # a curve with less motion is not shown
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ def draw_ruler(image: Image, axis: Axis, top: int) -> None:
 
 
 def draw_wave(image: Image, axis: Axis, top: int, samples: NDArray[np.float32], rate: int) -> None:
-    """The range of the samples in each column, the loudest as high as the strip."""
+    """The range of the samples in each column, scaled so that the loudest fills the strip."""
     edges = np.clip((axis.times() * rate).astype(int), 0, len(samples))
     peak = max(float(np.abs(samples).max()), 1e-6)
     middle, half = top + WAVE / 2, WAVE / 2 - 4
@@ -153,9 +153,9 @@ def draw_lane(
 
 
 def blend_curve(image: Image, rows: NDArray[np.float64], rest: float, color: Color) -> None:
-    """Lay a line of two pixels over a picture, anti-aliased, and a tint between it and `rest`.
+    """Draw an anti-aliased line of two pixels on a picture, and a tint between it and `rest`.
 
-    `rows` (width + 1,) is where the line crosses the columns' edges.
+    `rows` (width + 1,) are the heights of the line at the columns' edges.
     """
     upper, lower = np.minimum(rows[:-1], rows[1:]), np.maximum(rows[:-1], rows[1:])
     top = max(0, int(min(upper.min(), rest)) - 2)

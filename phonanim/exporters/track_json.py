@@ -1,4 +1,4 @@
-"""OpenFaceFX track: keys per channel; its exporters take them to Unity, Godot, Live2D, Spine and more."""
+"""OpenFaceFX track: keys per channel; its exporters convert them for Unity, Godot, Live2D, Spine and more."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from phonanim.errors import OutputError
 from phonanim.exporters._take import build_take, check_times, sample_curves, take_grid
 
 SUMMARY = "OpenFaceFX track (version 1): straight keys per channel"
-DIGITS = 4  # of times and values, as OpenFaceFX rounds its own
+DIGITS = 4  # of times and values, as OpenFaceFX rounds them
 
 
 def write(animation: Animation, path: Path, keys: float = 0.002) -> None:
-    """Write keys that miss no frame by more than `keys`; channels that stay at zero are left out.
+    """Write keys whose interpolation error is at most `keys`; channels that stay at zero are left out.
 
     Raises OutputError when the destination cannot be written.
     """
@@ -42,14 +42,14 @@ def write(animation: Animation, path: Path, keys: float = 0.002) -> None:
 
 
 def read(path: Path) -> Animation:
-    """Read a track at its frame rate, straight between keys. Raises OutputError when it is none."""
+    """Read a track at its frame rate, interpolated linearly. Raises OutputError for any other file."""
     try:
         tree = read_json(path)
         if tree["format"] != "openfacefx.track" or tree["version"] != 1:
             raise ValueError(f"its format is {tree['format']!r} version {tree['version']!r}")
         return _animation(tree, path)
     except (OSError, *DAMAGE) as error:
-        raise OutputError(f"{path}: is no OpenFaceFX track of version 1: {error}") from error
+        raise OutputError(f"{path}: is not an OpenFaceFX track of version 1: {error}") from error
 
 
 def _pairs(keys: Keys, animation: Animation) -> list[list[float]]:

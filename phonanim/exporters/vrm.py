@@ -13,10 +13,10 @@ SUMMARY = "VRM 0.x or 1.0: your own character, speaking"
 
 
 def write(animation: Animation, path: Path, character: Path | None = None, keys: float | None = None) -> None:
-    """Add the animation to a VRM file, as `glb.write` does; there is no VRM to fall back on.
+    """Add the animation to a VRM file, as `glb.write` does; there is no default VRM.
 
     Raises OutputError when no character is given, and what `glb.write` raises.
     """
     if character is None:
-        raise OutputError(f"{path}: a .vrm is made from a character of yours; name it, or write a .glb")
+        raise OutputError(f"{path}: a .vrm needs your own character; name it, or write a .glb")
     add_to_character(animation, path, character, keys)

@@ -1,1 +1,1 @@
-"""Phones or audio as they arrive -> frames as they fall due."""
+"""Streaming: phones or audio in as they arrive, animation frames out in real time."""

@@ -1,4 +1,4 @@
-"""The phone-driven model as a stream: each frame is what the whole line would give, once enough is known."""
+"""Stream phones through a phone-driven model: each frame equals that of the whole line."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ from phonanim.speech.prosody import Prosody
 from phonanim.stream.events import Event, Phone, Tick
 from phonanim.stream.life import HeardPhones, StreamedLife
 
-REACH = float(EDGES[-1])  # seconds to either side that the features look at
-BEYOND = 3  # segments that their timing looks at beyond the one at an instant, a closure's release among them
-ABREAST = 1e-6  # frames: an instant this little ahead is there
-LONGEST = 600.0  # seconds that may pass at once; more is a mistake of units
-AUTO = "english"  # the language of labels when none is named: a few phones do not tell it
+REACH = float(EDGES[-1])  # seconds to either side that the features use
+BEYOND = 3  # segments after the current one that their timing uses, including a closure's release
+ABREAST = 1e-6  # frames: an instant that is ahead by less counts as reached
+LONGEST = 600.0  # seconds that may pass at once; more is a wrong unit
+AUTO = "english"  # the default language of labels, because a few phones do not identify it
 EMPTY = Interval("", 0.0, 0.0)
 
 
 @dataclass
 class PhoneStream:
-    """Phones in, frames out, in the order in which they come.
+    """Phones in, frames out, in the order of time.
 
-    Frame n stands at n / fps. With `look_ahead` None it is given out as soon as nothing that may still come
-    can change it: phones known for 0.8 s ahead and three segments beyond its own. A number of seconds
-    bounds the wait instead: a frame is then given out when phones are known, or time has passed, for so
-    long beyond it, and what is not yet known counts as silence. Memory stays flat: the past is forgotten.
-    `line` is the name that the seed of life comes from, `words` are the line's where they are known before.
+    Frame n is at n / fps. With `look_ahead` None, a frame is released when no later phone can change it: when
+    phones are known for 0.8 s and three segments after it. A number of seconds limits the wait instead: the
+    frame is then released when phones are known, or time has passed, for so long after it, and the unknown
+    part counts as silence. Memory use does not grow, because the past is dropped. `line` is the name for the
+    seed of the life layer; `words` are the line's words, if they are known in advance.
     """
 
     options: Options
@@ -51,7 +51,7 @@ class PhoneStream:
     now: float = 0.0
     ticked: float = 0.0
     known: list[Interval] = field(default_factory=list)
-    patience: ClassVar[float] = 0.0  # seconds that a frame which is due waits for a phone
+    patience: ClassVar[float] = 0.0  # seconds that a due frame waits for a phone
 
     def __post_init__(self) -> None:
         if self.options.language == "auto":
@@ -70,54 +70,54 @@ class PhoneStream:
         streamed = StreamedLife(life, self.rig, self.options.fps, self._prosody)
         self.life = streamed if life.moves(self.rig) else None
         if modality == "audio":
-            raise OptionError(f"model {self.options.model} hears; stream audio to it instead of phones")
+            raise OptionError(f"model {self.options.model} is audio-driven; stream audio to it, not phones")
 
     @property
     def known_until(self) -> float:
-        """End of the last phone, or of time that has passed without one, in seconds."""
+        """End of the last phone, or of the time that has passed without one, in seconds."""
         return max(self.now, self.known[-1].end if self.known else 0.0)
 
     @property
     def ready(self) -> int:
-        """Frames that may be given out."""
+        """Number of frames that may be released."""
         return max(self._due() - self.emitted, 0)
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Whether nothing came; what else is odd about phones was told when they came."""
-        return ("no phone came",) * (self.known_until == 0)
+        """A note when no phone was received; other problems are reported when phones arrive."""
+        return ("no phone was received",) * (self.known_until == 0)
 
     def warm_up(self) -> None:
-        """Make a frame that nobody sees, so that the first one takes no longer than the others."""
+        """Make a frame and discard it, so that the first real one is as fast as the others."""
         other = PhoneStream(self.options, 0.0)
         other.pass_time(0.1)
         other.frames()
 
     def take(self, event: Event) -> None:
-        """Take a phone or the time. Raises StreamError or LabelError, and takes nothing."""
+        """Process a phone or the time. Raises StreamError or LabelError, and then ignores the event."""
         if isinstance(event, Phone):
             self.push(event.label, event.start, event.end)
         elif isinstance(event, Tick):
             self.tick(event.time)
 
     def push(self, label: str, start: float, end: float) -> None:
-        """Take the next phone. Raises StreamError when its times make no sense, and takes nothing.
+        """Add the next phone. Raises StreamError when its times are invalid, and then ignores the phone.
 
-        Raises LabelError when the language does not know it.
+        Raises LabelError when it is unknown in the language.
         """
         if not (math.isfinite(start) and math.isfinite(end)) or end <= start or start < 0:
-            raise StreamError(f'phone "{label}" from {start:g} to {end:g} s: lasts no time; send it again')
+            raise StreamError(f'phone "{label}" from {start:g} to {end:g} s: has no duration; send it again')
         last = self.known[-1] if self.known else EMPTY
         if Interval(label, start, end) == last:
             raise StreamError(f'phone "{label}" at {start:g} s was sent twice; the second is left out')
         if start < last.end - ROUNDING:
             raise StreamError(
                 f'phone "{label}" at {start:g} s begins before the last one ends ({last.end:g} s); '
-                "phones must come in the order of time"
+                "phones must arrive in the order of time"
             )
         if end * self.options.fps < self.emitted:
             raise StreamError(
-                f'phone "{label}" at {start:g} s comes after its frames were due; raise the look-ahead'
+                f'phone "{label}" at {start:g} s arrives after its frames were due; raise the look-ahead'
             )
         self._refuse_leap(end, f'phone "{label}" at {start:g} s')
         one = Alignment((Interval(label, 0.0, end - start),), end - start, "stream", "the stream")
@@ -127,9 +127,9 @@ class PhoneStream:
             self.felt.intervals.append(self.known[-1])
 
     def tick(self, now: float) -> None:
-        """The source's clock. Raises StreamError when it goes back, or far ahead, and leaves it as it was."""
+        """Set the source's clock. Raises StreamError, without setting it, for a step back or far ahead."""
         if now < self.ticked:
-            raise StreamError(f"the time went back from {self.ticked:g} to {now:g} s; it stays as it was")
+            raise StreamError(f"the time went back from {self.ticked:g} to {now:g} s and is ignored")
         self._refuse_leap(now, f"the time {now:g} s")
         self.ticked = now
         self.pass_time(now)
@@ -138,20 +138,20 @@ class PhoneStream:
         reached = max(self.known_until, self.emitted / self.options.fps)
         if time > reached + LONGEST:
             raise StreamError(
-                f"{what} lies {time - reached:g} s ahead, and no more than {LONGEST:g} may pass at once; "
+                f"{what} is {time - reached:g} s ahead, and at most {LONGEST:g} s may pass at once; "
                 "times are in seconds"
             )
 
     def pass_time(self, now: float) -> None:
-        """Say that it is `now` seconds: no phone will come that ends before, less the look-ahead."""
+        """Set the time to `now` seconds: no phone will arrive that ends before it, less the look-ahead."""
         self.now = max(self.now, now)
 
     def end(self) -> None:
-        """Say that nothing more will come."""
+        """Declare the end of the input."""
         self.ended = True
 
     def frames(self, most: int | None = None) -> NDArray[np.float32]:
-        """Frames that have fallen due since the last call, all or the first `most`, (frames, controls)."""
+        """Frames released since the last call, all or the first `most`, (frames, controls)."""
         ready = self.ready
         count = ready if most is None else min(ready, most)
         if count <= 0:
@@ -170,7 +170,7 @@ class PhoneStream:
         return self.felt.prosody(time, max(self.known_until, time), self.ended)
 
     def _due(self) -> int:
-        """How many frames, from the first of all, may be given out."""
+        """Number of frames, from the start, that may be released."""
         fps = self.options.fps
         if self.known_until == 0:
             return 0
@@ -184,18 +184,18 @@ class PhoneStream:
         return max(math.floor(min(certain, beyond) * fps + ABREAST), self.emitted)
 
     def _window(self, first: int, last: int) -> tuple[Alignment, float]:
-        """The phones that some frames can feel, on a clock that starts with the first of them."""
+        """The phones that affect some frames, on a clock that starts with the first of them."""
         begin = self._felt_from(first / self.options.fps)
         felt = self.known[begin:]
         origin = felt[0].start if begin else 0.0
-        # What is not known yet counts as silence, as far as it is looked at.
+        # The unknown part counts as silence, as far as features use it.
         unknown = max(self.known_until, last / self.options.fps) + REACH
         duration = self.known_until if self.ended else unknown
         moved = tuple(Interval(i.label, i.start - origin, i.end - origin) for i in felt)
         return Alignment(moved, duration - origin, "stream", "the stream"), origin
 
     def _felt_from(self, time: float) -> int:
-        """Index of the first phone that an instant can feel."""
+        """Index of the first phone that affects an instant."""
         before, index = 0, len(self.known)
         while index > 0 and before <= BEYOND:
             index -= 1
@@ -208,7 +208,7 @@ class PhoneStream:
 
 
 def reject_whole_line_layers(options: Options) -> None:
-    """Raises OptionError for a layer that looks at a whole line."""
+    """Raise OptionError for a layer that needs a whole line."""
     wholes = {
         "--smooth": bool(options.smooth),
         "--retarget solve": options.retarget == "solve",
@@ -216,4 +216,4 @@ def reject_whole_line_layers(options: Options) -> None:
     }
     for name, asked in wholes.items():
         if asked:
-            raise OptionError(f"{name} looks at a whole line and cannot be streamed; leave it out")
+            raise OptionError(f"{name} needs a whole line and cannot be streamed; leave it out")

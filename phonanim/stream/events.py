@@ -1,4 +1,4 @@
-"""What comes in: phones, the time, sound, the end, and what cannot be read. A line of JSON is one of them."""
+"""Events of a stream: phones, the time, audio, the end, and unreadable input. A line of JSON is one event."""
 
 from __future__ import annotations
 
@@ -27,26 +27,26 @@ class Phone:
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """The clock of the source stands at `time` seconds."""
+    """The clock of the source is at `time` seconds."""
 
     time: float
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Sound that follows the last, (n,) float32 mono in -1..1."""
+    """The next samples of audio, (n,) float32 mono in -1..1."""
 
     values: NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """Nothing more will come."""
+    """The end of the input."""
 
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Something that could not be read and was left out."""
+    """Input that could not be read and is ignored."""
 
     text: str
 
@@ -55,12 +55,12 @@ Event = Phone | Tick | Samples | End | Problem
 
 
 def parse_event(line: str) -> Event:
-    """A line of JSON. Raises StreamError when it is none of the forms."""
+    """Parse a line of JSON. Raises StreamError when it has none of the forms."""
     try:
         table = json.loads(line)
     except (ValueError, RecursionError) as error:
         reason = error.args[0] if isinstance(error, RecursionError) else str(error)
-        raise StreamError(f"a line is no JSON ({reason}) and is left out: {quote_label(line)}") from error
+        raise StreamError(f"a line is not JSON ({reason}) and is ignored: {quote_label(line)}") from error
     if isinstance(table, dict):
         if "phone" in table:
             return _phone(table, line)
@@ -68,18 +68,18 @@ def parse_event(line: str) -> Event:
             return End()
         if _is_number(table.get("time")):
             return Tick(float(table["time"]))
-    raise StreamError(f"a line is none of {FORMS} and is left out: {quote_label(line)}")
+    raise StreamError(f"a line is none of {FORMS} and is ignored: {quote_label(line)}")
 
 
 def _phone(table: dict[str, Any], line: str) -> Phone:
     label, start, end = table["phone"], table.get("start"), table.get("end")
     if not (isinstance(label, str) and _is_number(start) and _is_number(end)):
-        raise StreamError(f"a phone needs a label, a start and an end, and is left out: {quote_label(line)}")
+        raise StreamError(f"a phone needs a label, a start and an end, and is ignored: {quote_label(line)}")
     return Phone(label, float(start), float(end))
 
 
 def _is_number(value: Any) -> TypeGuard[float]:
-    """Whether JSON gave a finite number; true and false are none."""
+    """Whether a JSON value is a finite number, and not a boolean."""
     try:
         return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     except OverflowError:

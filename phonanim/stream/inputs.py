@@ -1,4 +1,4 @@
-"""Where events come from: lines of JSON, an alignment file, a recording, raw samples, a microphone."""
+"""Sources of events: lines of JSON, an alignment file, a recording, raw samples, a microphone."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from phonanim.speech.alignment import Interval
 from phonanim.speech.language import choose_language
 from phonanim.stream.events import End, Event, Phone, Problem, Samples, Tick, parse_event
 
-BLOCK = 0.01  # seconds of sound at a time, as they are heard
+BLOCK = 0.01  # seconds of microphone audio at a time
 READ = 0.1  # seconds of a recording at a time
 CHUNK = 1 << 14  # bytes at a time
 LONGEST_LINE = 1 << 16  # bytes of a line of JSON
 
 
 def json_lines(source: int) -> Iterator[Event]:
-    """Lines of JSON from a file descriptor, as they come; what is none of the forms is a Problem."""
+    """Lines of JSON from a file descriptor, as they arrive; a line in none of the forms is a Problem."""
     for line in _lines(source):
         if line is None:
-            yield Problem(f"a line is longer than {LONGEST_LINE} bytes and is left out")
+            yield Problem(f"a line is longer than {LONGEST_LINE} bytes and is ignored")
         elif line.strip():
             yield _event(line)
     yield End()
@@ -74,7 +74,7 @@ def alignment_file(path: Path, options: Options) -> tuple[str, tuple[Interval, .
 
 
 def recording(path: Path) -> tuple[int, Iterator[Event]]:
-    """The rate of a recording, and its sound, block by block; channels are averaged. Raises AudioError."""
+    """The rate of a recording, and its audio in blocks; channels are averaged. Raises AudioError."""
     rate, blocks = open_audio(path, READ)
 
     def events() -> Iterator[Event]:
@@ -87,7 +87,7 @@ def recording(path: Path) -> tuple[int, Iterator[Event]]:
 
 
 def raw_samples(source: int, channels: int) -> Iterator[Event]:
-    """16-bit little-endian samples from a file descriptor, as they come; channels are averaged.
+    """16-bit little-endian samples from a file descriptor, as they arrive; channels are averaged.
 
     Raises AudioError when it is a WAV file.
     """
@@ -102,12 +102,12 @@ def raw_samples(source: int, channels: int) -> Iterator[Event]:
         if whole:
             yield Samples(to_mono(data[:whole], channels))
     if rest:
-        yield Problem(f"the last {len(rest)} bytes are no whole sample and are left out")
+        yield Problem(f"the last {len(rest)} bytes are not a whole sample and are ignored")
     yield End()
 
 
 def microphone(device: str | None, rate: int) -> Iterator[Event]:
-    """Sound as a microphone hears it, without end. Raises MissingExtraError, AudioError."""
+    """Audio from a microphone, without end. Raises MissingExtraError, AudioError."""
     sounddevice = _sounddevice()
     heard: SimpleQueue[Event] = SimpleQueue()
 
@@ -140,7 +140,7 @@ def _sounddevice() -> Any:
 
 
 def is_lines(path: Path) -> bool:
-    """Whether a file holds lines of JSON rather than an alignment: its name, or how it begins, tells."""
+    """Whether a file has lines of JSON instead of an alignment, by its name or its first bytes."""
     if path.suffix.lower() in (".jsonl", ".ndjson"):
         return True
     with path.open("rb") as file:

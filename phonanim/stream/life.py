@@ -1,4 +1,4 @@
-"""Life in a stream: what the layer adds to frames, from the phones or the sound that came so far."""
+"""Life in a stream: add the layer to frames, from the phones or the audio received so far."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from phonanim.speech.prosody import Prosody, hear_prosody, read_prosody
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
-AT_ONCE = 256  # frames that are made ahead of their time at most
-KEPT = BACK + MEMORY + 1.0  # seconds of level and pitch that are remembered
+AT_ONCE = 256  # maximum number of frames that are made in advance
+KEPT = BACK + MEMORY + 1.0  # seconds of level and pitch that are kept
 
 
 @dataclass
 class StreamedLife:
     """The layer of frames in their order. `known` gives the prosody and the phones before an instant.
 
-    Frames that are decided are made together, for one costs as much as a hundred.
+    Frames that are decided are made together, because one costs as much as a hundred.
     """
 
     life: Life
@@ -53,7 +53,7 @@ class StreamedLife:
 
 @dataclass
 class HeardPhones:
-    """Phones that came, as far back as life looks."""
+    """Received phones, as far back as the life layer needs."""
 
     options: Options
     words: tuple[Interval, ...]
@@ -70,7 +70,7 @@ class HeardPhones:
 
 @dataclass
 class HeardVoice:
-    """Level and pitch of the sound that came, as far back as life looks."""
+    """Level and pitch of the received audio, as far back as the life layer needs."""
 
     rate: int
     ahead: float
@@ -79,11 +79,11 @@ class HeardVoice:
     voice: Voice = field(default_factory=lambda: Voice(np.zeros(0), np.zeros(0)))
 
     def push(self, samples: Floats) -> None:
-        """Take sound."""
+        """Add audio."""
         self.samples = np.concatenate([self.samples, samples])
 
     def prosody(self, time: float, ended: bool) -> tuple[Prosody, PhoneTrack]:
-        """The prosody of what is remembered at an instant; no phones are known."""
+        """The prosody of the kept audio at an instant; there are no phones."""
         begun = round(self.voice.start * FRAMES)
         first, came = begun + len(self.voice.level), self.dropped + len(self.samples)
         last = -(-came * FRAMES // self.rate) if ended else int((came / self.rate - HALF) * FRAMES)

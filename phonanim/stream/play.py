@@ -1,4 +1,4 @@
-"""The stream itself: events in, frames out, at once or as they fall due."""
+"""Run a stream: events in, frames out, at once or in real time."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from phonanim.rig import Rig
 from phonanim.stream.events import End, Event, Problem
 from phonanim.stream.sinks import Sink
 
-LEAD = 0.004  # seconds before a frame is due that it is made
-AHEAD = 5.0  # seconds that may be known beyond the clock; what comes sooner waits, so that memory stays flat
-WAITING = 1000  # events that wait to be taken
-MOST_TOLD = 20  # problems that are told one by one
-TOLD = 100_000  # frames whose lateness is kept, the last ones
+LEAD = 0.004  # seconds before its due time that a frame is made
+AHEAD = 5.0  # seconds that events may be ahead of the clock; later ones wait, so that memory does not grow
+WAITING = 1000  # events in the queue
+MOST_TOLD = 20  # problems that are reported one by one
+TOLD = 100_000  # last frames whose lateness is kept
 Floats = NDArray[np.float32]
 
 
 class Engine(Protocol):
-    """What makes frames: `PhoneStream` or `SoundStream`."""
+    """The protocol of a frame source: `PhoneStream` or `SoundStream`."""
 
     emitted: int
     ended: bool
@@ -35,49 +35,49 @@ class Engine(Protocol):
 
     @property
     def patience(self) -> float:
-        """Seconds that a frame which is due waits for what decides it."""
+        """Seconds that a due frame waits for its input."""
 
     @property
     def known_until(self) -> float:
-        """Seconds that are known."""
+        """Seconds of known input."""
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is odd about all that came, for the end."""
+        """Warnings about the whole input, for the end."""
 
     @property
     def ready(self) -> int:
-        """Frames that may be given out."""
+        """Number of frames that may be released."""
 
     def warm_up(self) -> None:
-        """Make a frame that nobody sees."""
+        """Make a frame and discard it."""
 
     def take(self, event: Event) -> None:
-        """Take an event. Raises StreamError or LabelError when it makes no sense."""
+        """Process an event. Raises StreamError or LabelError when it is invalid."""
 
     def pass_time(self, now: float) -> None:
-        """Say that it is `now` seconds."""
+        """Set the time to `now` seconds."""
 
     def end(self) -> None:
-        """Say that nothing more will come."""
+        """Declare the end of the input."""
 
     def frames(self, most: int | None = None) -> Floats:
-        """Frames that may be given out, (frames, controls)."""
+        """Frames that may be released, (frames, controls)."""
 
 
 @dataclass
 class StreamStatistics:
-    """What became of a stream. `late` frames left after the next one was due; times in seconds."""
+    """Statistics of a stream. `late` frames were sent after the next one was due; times in seconds."""
 
     frames: int = 0
     late: int = 0
     problems: int = 0
     stalls: int = 0
     lateness: list[float] = field(default_factory=list)
-    work: float = 0.0  # of the processor, for all frames
+    work: float = 0.0  # processor time for all frames
 
     def note(self, lateness: float, period: float) -> None:
-        """A frame left so many seconds after it was due."""
+        """Record that a frame was sent `lateness` seconds after it was due."""
         self.late += lateness > period
         if len(self.lateness) < TOLD:
             self.lateness.append(lateness)
@@ -87,17 +87,17 @@ class StreamStatistics:
 
 @dataclass
 class Player:
-    """An engine, the sinks that its frames go to, and `say`, which tells people of problems."""
+    """An engine, the sinks of its frames, and `say`, which reports problems to people."""
 
     engine: Engine
     sinks: list[Sink]
     fps: float
     say: Callable[[str], None]
     tally: StreamStatistics = field(default_factory=StreamStatistics)
-    silent: set[str] = field(default_factory=set)  # sinks whose trouble was told
+    silent: set[str] = field(default_factory=set)  # sinks whose problem was reported
 
     def run(self, events: Iterator[Event]) -> None:
-        """Give out every frame as soon as it is decided."""
+        """Send every frame as soon as it is decided."""
         for event in events:
             self.take(event)
             self.give()
@@ -107,9 +107,9 @@ class Player:
         self.give()
 
     def run_in_time(self, events: Iterator[Event], look_ahead: float, delay: float) -> None:
-        """Give out frame n when n / fps + `delay` seconds have passed since the first event came.
+        """Send frame n when n / fps + `delay` seconds have passed since the first event.
 
-        What is not known `look_ahead` seconds beyond it by then counts as silence.
+        Input up to `look_ahead` seconds after the frame that is unknown by then counts as silence.
         """
         self.engine.warm_up()
         waiting = read_in_thread(events)
@@ -120,7 +120,7 @@ class Player:
             second = self.engine.emitted / self.fps
             due = start + second + delay
             self._wait(waiting, due - LEAD, start)
-            # Whoever was held up makes all that is due at once, which costs little more than one frame.
+            # After a delay, all due frames are made at once, which costs little more than one frame.
             behind = max(0, int((time.monotonic() - due) * self.fps))
             if self.engine.ready <= behind and not self.engine.ended:
                 self._hurry(waiting, due, second + behind / self.fps + look_ahead)
@@ -130,7 +130,7 @@ class Player:
                 return
 
     def take(self, event: Event) -> None:
-        """Take an event, or tell what is wrong with it."""
+        """Process an event, or report why it is invalid."""
         if isinstance(event, Problem):
             self.report_problem(event.text)
         elif isinstance(event, End):
@@ -144,7 +144,7 @@ class Player:
             self.tally.work += time.thread_time() - began
 
     def give(self, most: int | None = None, due: float | None = None) -> int:
-        """Make the frames that may be given out, and send them, not before `due`; how many there were."""
+        """Make the frames that may be released and send them, not before `due`; returns their number."""
         began = time.thread_time()
         first = self.engine.emitted
         values = self.engine.frames(most)
@@ -159,29 +159,29 @@ class Player:
         return len(values)
 
     def send(self, number: int, values: Floats) -> None:
-        """Send a frame everywhere; a place that is gone is left out from now on."""
+        """Send a frame to all sinks; a sink that is disconnected is left out from now on."""
         self.tally.frames += 1
         for sink in tuple(self.sinks):
             try:
                 sink.send(number, number / self.fps, values)
             except (BrokenPipeError, ConnectionError):
-                self.say(f"{sink.where}: nobody is there any more; the stream goes on without it")
+                self.say(f"{sink.where}: disconnected; the stream continues without it")
                 self.sinks.remove(sink)
             except OSError as error:
                 if sink.where not in self.silent:
-                    self.say(f"{sink.where}: a frame could not be sent ({error.strerror}); trying on")
+                    self.say(f"{sink.where}: a frame could not be sent ({error.strerror}); trying again")
                 self.silent.add(sink.where)
 
     def report_problem(self, text: str) -> None:
-        """Tell a problem, but not for ever."""
+        """Report a problem, up to a limit."""
         self.tally.problems += 1
         if self.tally.problems <= MOST_TOLD:
             self.say(text)
         if self.tally.problems == MOST_TOLD:
-            self.say("further problems are counted, and not told")
+            self.say("further problems are counted, but not reported")
 
     def _wait(self, waiting: Queue[Event | PhonanimError], until: float, start: float) -> None:
-        """Take events until a moment, or those that have come; those far ahead of the clock wait for it."""
+        """Process events until a moment, or those in the queue; those far ahead of the clock wait for it."""
         for _ in range(WAITING):
             left = until - time.monotonic()
             if self.engine.ended or self.engine.known_until > time.monotonic() - start + AHEAD:
@@ -193,7 +193,7 @@ class Player:
         sleep_until(until)
 
     def _hurry(self, waiting: Queue[Event | PhonanimError], due: float, needed: float) -> None:
-        """A frame is due that is not decided: wait as long as the engine would; then the rest is silent."""
+        """A due frame is not decided: wait as long as the engine allows; then the rest counts as silence."""
         patience = self.engine.patience
         if (left := due + patience - time.monotonic()) > 0 and patience:
             with suppress(Empty):
@@ -204,7 +204,7 @@ class Player:
 
 
 def read_in_thread(events: Iterator[Event]) -> Queue[Event | PhonanimError]:
-    """Events as another thread reads them; an error that ends them comes last."""
+    """Read events in another thread; an error that ends them is the last item."""
     waiting: Queue[Event | PhonanimError] = Queue(WAITING)
 
     def read() -> None:
@@ -221,7 +221,7 @@ def read_in_thread(events: Iterator[Event]) -> Queue[Event | PhonanimError]:
 
 
 def unwrap_event(item: Event | PhonanimError) -> Event:
-    """An event. Raises the error that came instead of one."""
+    """An event. Raises the error if the item is one."""
     if isinstance(item, PhonanimError):
         raise item
     return item
@@ -235,14 +235,16 @@ def sleep_until(until: float) -> None:
 
 
 def report_lines(tally: StreamStatistics, places: list[str]) -> list[str]:
-    """What became of a stream, for people."""
+    """The statistics of a stream as lines for people."""
     each = 1000 * tally.work / max(tally.frames, 1)
     lines = [f"sent {tally.frames} frames to {', '.join(places)}; {each:.2f} ms of the processor for each"]
     if tally.lateness:
         most = 1000 * float(np.quantile(tally.lateness, 0.999))
-        lines.append(f"{tally.late} frames were late; 99.9 % left within {most:.1f} ms of when they were due")
+        lines.append(
+            f"{tally.late} frames were late; 99.9 % were sent within {most:.1f} ms of their due time"
+        )
     if tally.stalls:
-        lines.append(f"the sound stalled {tally.stalls} times and counted as silence")
+        lines.append(f"the audio stalled {tally.stalls} times and counted as silence")
     if tally.problems:
-        lines.append(f"{tally.problems} problems with what came in")
+        lines.append(f"{tally.problems} problems in the input")
     return lines

@@ -1,4 +1,4 @@
-"""An audio-driven model as a stream: sound in, frames out, as many as what was heard decides."""
+"""Stream audio through an audio-driven model: each frame equals that of the whole recording."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ Floats = NDArray[np.float32]
 
 @dataclass
 class SoundStream:
-    """Sound in, frames out: those that the whole recording would give, once what decides them is heard.
+    """Audio in, frames out: those of the whole recording, as soon as their input has been received.
 
-    Frame n stands at n / fps and needs `look_ahead` seconds of sound beyond. There is no warm-up in which
-    the mouth stays still: before the first sample the first step holds, as in training, so that frames
-    come from the start, and are exact from the start. Memory stays flat. `line` is the name that the seed of
-    life comes from. Raises OptionError when the model cannot be streamed, or a layer looks at a whole line.
+    Frame n is at n / fps and needs `look_ahead` seconds of audio after it. There is no warm-up with a
+    motionless mouth: before the first sample the first step is repeated, as in training, so that frames are
+    exact from the start. Memory use does not grow. `line` is the name for the seed of the life layer. Raises
+    OptionError when the model cannot be streamed, or a layer needs a whole line.
     """
 
     options: Options
@@ -48,15 +48,15 @@ class SoundStream:
     ended: bool = False
     level: Level = field(default_factory=Level)
     modes: Floats = field(init=False)
-    forgotten: int = 0  # steps of modes that no frame needs any more
-    patience: ClassVar[float] = 0.25  # seconds that a frame which is due waits for its sound
+    forgotten: int = 0  # steps of modes that are not needed any more
+    patience: ClassVar[float] = 0.25  # seconds that a due frame waits for its audio
 
     def __post_init__(self) -> None:
         reject_whole_line_layers(self.options)
         self.model = load_model(self.options.model)
         self.rig = load_cached_rig(self.options.rig)
         if self.rig.visemes is not None:
-            raise OptionError(f"rig {self.rig.name} shows phones, and sound has none; choose another --rig")
+            raise OptionError(f"rig {self.rig.name} needs phones, not audio; choose another --rig")
         self.regressor = streamable(self.model.regressor, self.options.model)
         self.resampler = Resampler(self.rate)
         self.steps = Steps(self.regressor.encoder)
@@ -69,39 +69,39 @@ class SoundStream:
 
     @property
     def look_ahead(self) -> float:
-        """Seconds of sound beyond a frame that decide it."""
+        """Seconds of audio after a frame that affect it."""
         return self.regressor.look_ahead
 
     @property
     def seconds(self) -> float:
-        """Sound that came."""
+        """Seconds of received audio."""
         return self.level.count / self.rate
 
     @property
     def known_until(self) -> float:
-        """Seconds of sound that came."""
+        """Seconds of received audio."""
         return self.seconds
 
     @property
     def ready(self) -> int:
-        """Frames that may be given out."""
+        """Number of frames that may be released."""
         return max(self._due() - self.emitted, 0)
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is odd about the sound that came."""
+        """Warnings about the received audio."""
         return self.level.notes
 
     def warm_up(self) -> None:
-        """Make a frame that nobody sees, so that the first one takes no longer than the others."""
+        """Make a frame and discard it, so that the first real one is as fast as the others."""
         other = SoundStream(self.options, self.rate)
         other.pass_time(0.5)
         other.frames()
 
     def take(self, event: Event) -> None:
-        """Take sound. Raises StreamError for samples that are no numbers, which count as silence."""
+        """Add audio. Raises StreamError for samples that are not finite, which count as silence."""
         if not isinstance(event, Samples):
-            raise StreamError("the model hears, and has no use for phones; send it sound")
+            raise StreamError("the model is audio-driven and ignores phones; send it audio")
         samples = np.nan_to_num(event.values, nan=0.0, posinf=0.0, neginf=0.0)
         self.level.add(samples)
         if self.life is not None:
@@ -110,26 +110,26 @@ class SoundStream:
         lost = int((~np.isfinite(event.values)).sum())
         if lost:
             place = f"before {self.seconds:.2f} s"
-            raise StreamError(f"{lost} samples {place} are no numbers and count as silence")
+            raise StreamError(f"{lost} samples {place} are not finite numbers and count as silence")
 
     def pass_time(self, now: float) -> None:
-        """Say that it is `now` seconds: sound that did not come was silent."""
+        """Set the time to `now` seconds: missing audio counts as silence."""
         missing = round((now - self.seconds) * self.rate)
         if missing > 0 and not self.ended:
             self.take(Samples(np.zeros(missing, np.float32)))
 
     def end(self) -> None:
-        """Say that nothing more will come."""
+        """Declare the end of the input."""
         if self.ended:
             return
         self.ended = True
         self._hear(self.steps.end(self.resampler.end()))
         if len(self.context):
-            self._hear(np.repeat(self.context[-1:], self.regressor.ahead + 1, axis=0))  # the last step holds
+            self._hear(np.repeat(self.context[-1:], self.regressor.ahead + 1, axis=0))  # repeat the last step
             self.modes = self.modes[: len(step_times(self.seconds, STEPS)) - self.forgotten]
 
     def frames(self, most: int | None = None) -> Floats:
-        """Frames that are decided since the last call, all or the first `most`, (frames, controls)."""
+        """Frames decided since the last call, all or the first `most`, (frames, controls)."""
         ready = self.ready
         count = ready if most is None else min(ready, most)
         if count <= 0:
@@ -149,7 +149,7 @@ class SoundStream:
         return self.voice.prosody(time, self.ended)
 
     def _hear(self, features: Floats) -> None:
-        """Take features of the next steps, (steps, 1, dims), and predict the steps that they decide."""
+        """Add features of the next steps, (steps, 1, dims), and predict the steps that they decide."""
         if len(features) and not len(self.context):
             features = np.concatenate([np.repeat(features[:1], self.regressor.before, axis=0), features])
         self.context = np.concatenate([self.context, features])
@@ -158,7 +158,7 @@ class SoundStream:
             self.context = self.context[len(self.context) - self.regressor.receptive_field + 1 :]
 
     def _due(self) -> int:
-        """How many frames, from the first of all, are decided."""
+        """Number of frames, from the start, that are decided."""
         if self.seconds == 0:
             return 0
         if self.ended:
@@ -167,7 +167,7 @@ class SoundStream:
         return max(math.floor(last * self.options.fps + ABREAST) + 1, self.emitted)
 
     def _at(self, times: NDArray[np.float64]) -> Floats:
-        """Modes at instants, straight between steps."""
+        """Modes at instants, interpolated linearly between steps."""
         place = np.clip(times * STEPS - self.forgotten, 0, len(self.modes) - 1)
         below = np.floor(place).astype(np.int64)
         share = (place - below).astype(np.float32)[:, None]
@@ -182,24 +182,24 @@ class SoundStream:
 
 @dataclass
 class Steps:
-    """Features of overlapping stretches of sound, each step with all that it is made from.
+    """Features of overlapping stretches of audio, with the complete context of each step.
 
-    The first and the last steps see the sound mirrored, as they do in a whole recording.
+    At the first and the last steps the audio is mirrored, as in a whole recording.
     """
 
     encoder: Cepstra
     samples: Floats = field(default_factory=lambda: np.empty(0, np.float32))
-    skipped: int = 0  # steps at the beginning of `samples` that were given out
+    skipped: int = 0  # steps at the beginning of `samples` that were returned
 
     def push(self, samples: Floats) -> Floats:
-        """Take 16 kHz samples; the steps that they decide, (steps, 1, dims)."""
+        """Add 16 kHz samples; returns the steps that they decide, (steps, 1, dims)."""
         self.samples = np.concatenate([self.samples, samples])
-        # A step is sure when nothing behind the samples can reach it.
+        # A step is decided when no later sample can change it.
         sure = (len(self.samples) - self.encoder.reach - 1) // HOP + 1
         return self._steps(sure) if sure > self.skipped else self._none()
 
     def end(self, samples: Floats) -> Floats:
-        """Take the last samples; all steps that are left."""
+        """Add the last samples; returns all remaining steps."""
         self.samples = np.concatenate([self.samples, samples])
         if not len(self.samples):
             return self._none()
@@ -213,7 +213,7 @@ class Steps:
         return found
 
     def _forget(self, upto: int) -> None:
-        """Keep what the next step sees before it."""
+        """Drop samples that the next step does not need."""
         kept = -(-self.encoder.reach // HOP)
         gone = max(upto - kept, 0)
         self.samples, self.skipped = self.samples[gone * HOP :], upto - gone
@@ -223,7 +223,7 @@ class Steps:
 
 
 class Resampler:
-    """Sound of any rate to that of the encoders, as it comes. Raises MissingExtraError without soxr."""
+    """Resample arriving audio of any rate to that of the encoders. Raises MissingExtraError without soxr."""
 
     def __init__(self, rate: int) -> None:
         self.stream: Any = None
@@ -233,23 +233,23 @@ class Resampler:
             import soxr
         except ImportError as error:
             needed = "pip install 'phonanim[stream]'"
-            raise MissingExtraError(f"sound of {rate} Hz needs {needed}, or sound of {RATE} Hz") from error
+            raise MissingExtraError(f"audio of {rate} Hz needs {needed}, or audio of {RATE} Hz") from error
         self.stream = soxr.ResampleStream(rate, RATE, 1, dtype="float32")
 
     def push(self, samples: Floats) -> Floats:
-        """Samples at the encoders' rate, some of them later."""
+        """Samples at the encoders' rate; some are returned later."""
         return np.asarray(self.stream.resample_chunk(samples) if self.stream else samples, np.float32)
 
     def end(self) -> Floats:
-        """Those that are left."""
+        """The remaining samples."""
         last = np.empty(0, np.float32)
         return np.asarray(self.stream.resample_chunk(last, last=True) if self.stream else last, np.float32)
 
 
 def streamable(regressor: object, name: str) -> Streamed:
-    """The regressor of a model, if sound may be streamed to it. Raises OptionError, ModelError."""
+    """The regressor of a model, if it can be streamed. Raises OptionError, ModelError."""
     if not isinstance(regressor, Streamed):
-        raise OptionError(f"model {name} cannot take sound as it comes; choose one of kind cnn or tcn")
+        raise OptionError(f"model {name} cannot be streamed; choose one of kind cnn or tcn")
     if regressor.config.rate != STEPS:
-        raise OptionError(f"model {name} predicts {regressor.config.rate:g} times a second, not {STEPS:g}")
+        raise OptionError(f"model {name} predicts {regressor.config.rate:g} times per second, not {STEPS:g}")
     return regressor

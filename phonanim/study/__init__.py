@@ -1,1 +1,1 @@
-"""User studies: takes side by side in a web page of one file, and what the answers say."""
+"""User studies: pairs of videos in a one-file web page, and the analysis of the answers."""

@@ -1,4 +1,4 @@
-"""What the judgements say: wins and losses by majority, preferences, ratings, and how sure they are."""
+"""Analyse judgements: wins and losses by majority, preferences, ratings, and their confidence."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """One pair. A line is won when more judgements are for `ours` than against it (Taylor 2017, section 8.3).
+    """One pair. A line is won when most of its judgements are for `ours` (Taylor 2017, section 8.3).
 
-    `preference` is the part of the decided judgements that is for `ours`, its interval by drawing lines
-    anew. `p_lines` and `p_judgements` are two-sided exact sign tests; `p_holm` is `p_lines` corrected for
-    the number of pairs in the group. Judgements of one line or one person are not independent: trust
+    `preference` is the share of decided judgements that are for `ours`; its interval comes from resampling
+    lines. `p_lines` and `p_judgements` are two-sided exact sign tests; `p_holm` is `p_lines` corrected for
+    the number of pairs in the group. Judgements of one line or one person are not independent, so use
     `p_lines`.
     """
 
@@ -44,7 +44,7 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True)
 class Rating:
-    """Mean stars of a system in one pair when it was chosen; the interval by drawing participants anew."""
+    """Mean stars of a system in one pair when it was chosen; the interval is by resampling participants."""
 
     ours: str
     other: str
@@ -94,7 +94,7 @@ def _comparison(key: tuple[str, str, str], lines: Sequence[Tally], rng: np.rando
 def rate_systems(
     participants: Sequence[Participant], rng: np.random.Generator, ours: str | None = None
 ) -> tuple[Rating, ...]:
-    """The ratings that each system was given in each pair when it was chosen."""
+    """The ratings of each system in each pair when it was chosen."""
     stars: dict[tuple[str, str, str], list[tuple[int, int]]] = defaultdict(list)
     for number, participant in enumerate(participants):
         for answer in test_answers([participant]):

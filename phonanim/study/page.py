@@ -1,4 +1,4 @@
-"""The page of a study: one HTML file that holds the films, works offline and keeps the answers."""
+"""The page of a study: one HTML file with the videos, which works offline and saves the answers."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ PARTS = Path(__file__).parent / "page"
 SCRIPTS = ("chance.js", "player.js", "study.js")
 ADDRESS = re.compile(r"https?://[A-Za-z0-9.:_\[\]-]+(/[^\s;,\"']*)?")
 MAX_MEGABYTES = 300
-"""Most that the films of a page have: browsers refuse texts of some 500 MB, and base64 adds a third."""
+"""Largest size of the videos in a page: browsers refuse texts of about 500 MB, and base64 adds a third."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wording:
-    """What a study says and asks.
+    """The texts and settings of a study.
 
-    `limit` is the number of test trials that each participant sees, drawn at random; 0 for all. `post` is
-    where the answers are sent; without it, or where it cannot be reached, participants download them.
+    `limit` is the number of test trials per participant, drawn at random; 0 for all. `post` is the address
+    that receives the answers; without it, or when it cannot be reached, participants download them.
     """
 
     title: str = "Which animation fits the speech?"
@@ -47,7 +47,7 @@ class Wording:
 def write_page(path: Path, trials: Sequence[Trial], wording: Wording) -> int:
     """Write the page and return its size in bytes.
 
-    Raises StudyError when the films are too large or `post` is no web address, OutputError when the
+    Raises StudyError when the videos are too large or `post` is not a web address, OutputError when the
     destination cannot be written.
     """
     if wording.post and not ADDRESS.fullmatch(wording.post):
@@ -65,7 +65,7 @@ def write_page(path: Path, trials: Sequence[Trial], wording: Wording) -> int:
 
 
 def _data(trials: Sequence[Trial], wording: Wording) -> dict[str, Any]:
-    """What the scripts need: the words, the films once each, and the trials that point at them."""
+    """The data for the scripts: the texts, the videos once each, and the trials that refer to them."""
     films = list(dict.fromkeys(film for trial in trials for take in trial.takes for film in _films(take)))
     _check_size(films)
     number = {film: index for index, film in enumerate(films)}
@@ -87,7 +87,7 @@ def _check_size(films: Sequence[Path]) -> None:
     megabytes = sum(film.stat().st_size for film in films) / 1e6
     if megabytes > MAX_MEGABYTES:
         raise StudyError(
-            f"the films have {megabytes:.0f} MB; a page holds {MAX_MEGABYTES}: "
+            f"the videos have {megabytes:.0f} MB, but a page can have {MAX_MEGABYTES}: "
             "make them smaller, or make two studies"
         )
 
@@ -101,7 +101,7 @@ def _trial(trial: Trial, number: dict[Path, int]) -> dict[str, Any]:
 
 
 def _address(film: Path) -> str:
-    """A film as a data address."""
+    """A video as a data address."""
     return f"data:{TYPES[film.suffix.lower()]};base64,{base64.b64encode(film.read_bytes()).decode('ascii')}"
 
 

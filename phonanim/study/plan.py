@@ -1,4 +1,4 @@
-"""What the participants of a study will see: trials for practice, for control, and for the test."""
+"""Plan the trials of a study: for practice, for control, and for the test."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from phonanim.errors import StudyError
 from phonanim.study.takes import Line, systems_of
 
 CHOICES = ("forced", "none", "equal")
-WRONG = "wrong"  # stands for the system of a take whose sound is that of another line
+WRONG = "wrong"  # the system name of a take with the sound of another line
 
 
 @dataclass(frozen=True, slots=True)
 class Take:
-    """A film to look at and one to listen to; they differ in takes that are obviously wrong."""
+    """A video to watch and one to listen to; they differ in takes that are obviously wrong."""
 
     system: str
     picture: Path
@@ -27,7 +27,7 @@ class Take:
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """Two takes of a line. `expected` is what attentive people answer: take 0 or 1, "none", or anything."""
+    """Two takes of a line. `expected` is the answer of attentive people: take 0 or 1, "none", or anything."""
 
     item: str
     kind: str
@@ -43,12 +43,12 @@ def plan_trials(
     practice: int = 3,
     controls: int = 3,
 ) -> tuple[Trial, ...]:
-    """Every pair of systems on every test line, before them the practice trials, after them the controls.
+    """Every pair of systems on every test line, after the practice trials and before the controls.
 
-    With `ours`, only pairs with that system. Lines for practice are those that were marked as such, or
-    `practice` of them drawn at random, which then take no part in the test. A control shows one of these
-    lines with the sound of another beside the right take; where "none" may be answered, two such takes
-    (Medina 2023, section 4.8). Raises StudyError when there are too few lines.
+    With `ours`, only pairs with that system. Practice lines are those that are marked as such, or `practice`
+    lines drawn at random, which are then not in the test. A control shows one of these lines with the sound
+    of another next to the correct take; if "none" is a possible answer, it shows two such takes (Medina 2023,
+    section 4.8). Raises StudyError when there are too few lines.
     """
     systems = systems_of(lines)
     pairs = _pairs(systems, ours)
@@ -56,7 +56,7 @@ def plan_trials(
     spare = trained if len(trained) > 1 else tested
     if not tested or (controls and len(spare) < 2):
         raise StudyError(
-            f"{len(lines)} lines are too few for {practice} of practice and {controls} of control; "
+            f"{len(lines)} lines are too few for {practice} practice trials and {controls} controls; "
             "give more lines, or fewer --practice and --controls"
         )
     drawn = [pairs[index] for index in rng.integers(len(pairs), size=len(trained))]
@@ -71,7 +71,7 @@ def _pairs(systems: Sequence[str], ours: str | None) -> list[tuple[str, str]]:
     if ours is None:
         return list(combinations(systems, 2))
     if ours not in systems:
-        raise StudyError(f"no system is called {ours!r}; there are {', '.join(systems)}")
+        raise StudyError(f"there is no system {ours!r}; there are {', '.join(systems)}")
     return [(ours, other) for other in systems if other != ours]
 
 

@@ -17,7 +17,7 @@ RATINGS = ("pair", "chosen", "ratings", "mean stars", "95 %")
 def markdown(
     comparisons: Sequence[Comparison], ratings: Sequence[Rating], excluded: Sequence[Exclusion], kept: int
 ) -> str:
-    """Tables of preferences by group, of ratings, and of who was left out."""
+    """Tables of preferences by group, of ratings, and of excluded participants."""
     parts = []
     for group in dict.fromkeys(one.group for one in comparisons):
         members = [one for one in comparisons if one.group == group]

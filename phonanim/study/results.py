@@ -1,4 +1,4 @@
-"""The answers of a study: read, and without those of people who did not attend."""
+"""Read the answers of a study, and exclude inattentive participants."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SIDES = ("left", "right")
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """One trial: the systems by side, what was chosen ("left", "right", "none" or "equal"), 1 to 5 stars."""
+    """One trial: the systems by side, the choice ("left", "right", "none" or "equal"), 1 to 5 stars."""
 
     item: str
     kind: str
@@ -28,7 +28,7 @@ class Answer:
 
     @property
     def attentive(self) -> bool:
-        """Whether a control was answered as attentive people do: one star, too, where neither take fits."""
+        """Whether a control was answered attentively; that includes one star when neither take fits."""
         right = self.expected in (None, self.choice)
         return right and not (self.expected == "none" and self.rating not in (None, 1))
 
@@ -44,13 +44,13 @@ class Participant:
 
     @property
     def failed(self) -> int:
-        """How many controls were failed."""
+        """Number of failed controls."""
         return sum(answer.kind == "control" and not answer.attentive for answer in self.answers)
 
 
 @dataclass(frozen=True, slots=True)
 class Exclusion:
-    """A participant whose answers do not count, and why."""
+    """A participant whose answers do not count, and the reason."""
 
     name: str
     reason: str
@@ -59,11 +59,11 @@ class Exclusion:
 def read_results(paths: Sequence[Path]) -> tuple[Participant, ...]:
     """The participants in JSON files, and in folders of them, of one study.
 
-    Raises StudyError when a file is damaged, there is none, or they are of several studies.
+    Raises StudyError when a file is damaged, there are no files, or they are of several studies.
     """
     participants = tuple(_read(file) for path in paths for file in _files(path))
     if not participants:
-        raise StudyError(f"{paths[0]}: holds no answers (.json)")
+        raise StudyError(f"{paths[0]}: has no answers (.json)")
     studies = sorted({participant.study for participant in participants})
     if len(studies) > 1:
         raise StudyError(f"the answers are of several studies ({', '.join(studies)}); analyse each alone")
@@ -73,8 +73,8 @@ def read_results(paths: Sequence[Path]) -> tuple[Participant, ...]:
 def screen_answers(
     participants: Sequence[Participant], allowed: int = 0
 ) -> tuple[tuple[Participant, ...], tuple[Exclusion, ...]]:
-    """Those whose answers count, and those who did not finish, answered before, or failed more controls
-    than are allowed.
+    """Participants whose answers count, and those who did not finish, answered before, or failed more
+    controls than `allowed`.
     """
     kept: dict[str, Participant] = {}
     excluded = []
@@ -107,7 +107,7 @@ def _read(path: Path) -> Participant:
     except (OSError, ValueError) as error:
         raise StudyError(f"{path}: cannot be read as JSON: {error}") from error
     if not isinstance(document, dict) or document.get("format") != FORMAT:
-        raise StudyError(f"{path}: holds no answers of a study; its format is not {FORMAT!r}")
+        raise StudyError(f"{path}: has no answers of a study; its format is not {FORMAT!r}")
     try:
         answers = tuple(_answers(document))
         return Participant(str(document["participant"]), document["study"], document["ended"] or "", answers)

@@ -1,4 +1,4 @@
-"""The films of a study: one of each system for each line."""
+"""The videos of a study: one per system and line."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from phonanim.errors import StudyError
 TYPES = {".mp4": "video/mp4", ".webm": "video/webm"}
 TABLES = (".csv", ".tsv")
 KINDS = ("test", "practice")
-SOUND_MARKS = (b"soun", b"A_OPUS", b"A_VORBIS")  # of a sound track in MP4, and in WebM
+SOUND_MARKS = (b"soun", b"A_OPUS", b"A_VORBIS")  # marks of an audio track in MP4 and in WebM
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One spoken line: its film by system, and whether it is for `practice` or for the `test` itself."""
+    """One spoken line: its video by system, and whether it is for `practice` or for the `test`."""
 
     item: str
     films: Mapping[str, Path]
@@ -27,14 +27,14 @@ class Line:
 
 
 def read_takes(sources: Sequence[Path]) -> tuple[Line, ...]:
-    """The lines of a table, or of folders with one film a line, the folder's name being the system.
+    """The lines of a table, or of folders with one video per line, where the folder's name is the system.
 
-    A table has the column `item`, one column a system with the paths of its films, and maybe `kind`
-    (test or practice). Raises StudyError when a film is missing, or is no film with sound.
+    A table has the column `item`, one column per system with the paths of its videos, and optionally `kind`
+    (test or practice). Raises StudyError when a video is missing, or is not a video with sound.
     """
     tables = [source for source in sources if source.suffix.lower() in TABLES]
     if tables and len(sources) > 1:
-        raise StudyError(f"{tables[0]}: a table holds all systems; give it alone, or folders")
+        raise StudyError(f"{tables[0]}: a table has all systems; give it alone, or give folders")
     lines = _of_table(tables[0]) if tables else _of_folders(sources)
     for line in lines:
         for film in line.films.values():
@@ -43,22 +43,22 @@ def read_takes(sources: Sequence[Path]) -> tuple[Line, ...]:
 
 
 def systems_of(lines: Sequence[Line]) -> tuple[str, ...]:
-    """The systems, in the order in which they were given."""
+    """The systems, in the given order."""
     return tuple(lines[0].films)
 
 
 def check_film(path: Path) -> None:
-    """Raises StudyError unless the file is an MP4 or WebM film with a sound track."""
+    """Raise StudyError unless the file is an MP4 or WebM video with an audio track."""
     if path.suffix.lower() not in TYPES:
-        raise StudyError(f"{path}: browsers play {' and '.join(TYPES)}; make it one of them")
+        raise StudyError(f"{path}: browsers play {' and '.join(TYPES)}; convert it to one of them")
     try:
         data = path.read_bytes()
     except OSError as error:
         raise StudyError(f"{path}: cannot be read: {error.strerror}") from error
     if data[4:8] != b"ftyp" and data[:4] != b"\x1a\x45\xdf\xa3":
-        raise StudyError(f"{path}: is no MP4 or WebM film; make it anew")
+        raise StudyError(f"{path}: is not an MP4 or WebM video; make it again")
     if not any(mark in data for mark in SOUND_MARKS):
-        raise StudyError(f"{path}: has no sound; make it with `phonanim animate --audio`")
+        raise StudyError(f"{path}: has no audio track; make it with `phonanim animate --audio`")
 
 
 def _of_folders(folders: Sequence[Path]) -> tuple[Line, ...]:
@@ -70,30 +70,30 @@ def _of_folders(folders: Sequence[Path]) -> tuple[Line, ...]:
     for (one, before), (other, after) in pairwise(films.items()):
         for stem in sorted(set(before) ^ set(after)):
             lacking = one if stem in after else other
-            raise StudyError(f"{lacking}: has no film {stem}; every folder needs one of the same name")
+            raise StudyError(f"{lacking}: has no video {stem}; every folder needs one of the same name")
     stems = next(iter(films.values()))
     return tuple(Line(stem, {system: found[stem] for system, found in films.items()}) for stem in stems)
 
 
 def _films(folder: Path) -> dict[str, Path]:
-    """The films of a folder by their stem."""
+    """The videos of a folder by their stem."""
     if not folder.is_dir():
-        raise StudyError(f"{folder}: is no folder with films and no table ({' '.join(TABLES)})")
+        raise StudyError(f"{folder}: is not a folder of videos or a table ({' '.join(TABLES)})")
     found: dict[str, Path] = {}
     for path in sorted(folder.iterdir()):
         if path.suffix.lower() in TYPES and not path.name.startswith("."):
             if path.stem in found:
-                raise StudyError(f"{path}: the folder has {found[path.stem].name} too; keep one of them")
+                raise StudyError(f"{path}: the folder also has {found[path.stem].name}; keep one of them")
             found[path.stem] = path
     if not found:
-        raise StudyError(f"{folder}: holds no film ({' '.join(TYPES)})")
+        raise StudyError(f"{folder}: has no video ({' '.join(TYPES)})")
     return found
 
 
 def _of_table(path: Path) -> tuple[Line, ...]:
     header, *rows = _cells(path)
     if "item" not in header or len(set(header)) < len(header):
-        raise StudyError(f"{path}: needs one column 'item' and one a system; it has {', '.join(header)}")
+        raise StudyError(f"{path}: needs one column 'item' and one per system; it has {', '.join(header)}")
     systems = [name for name in header if name not in ("item", "kind")]
     if len(systems) < 2:
         raise StudyError(f"{path}: names {len(systems)} systems; a study compares two or more")
@@ -104,14 +104,14 @@ def _of_table(path: Path) -> tuple[Line, ...]:
     items = [line.item for line in lines]
     for item in items:
         if items.count(item) > 1:
-            raise StudyError(f"{path}: the item {item} stands in two rows; name each line once")
+            raise StudyError(f"{path}: the item {item} is in two rows; name each line once")
     if not lines:
-        raise StudyError(f"{path}: holds no line; give it one row a line")
+        raise StudyError(f"{path}: has no line; give it one row per line")
     return tuple(lines)
 
 
 def non_empty_rows(rows: Sequence[list[str]]) -> list[tuple[int, list[str]]]:
-    """Rows that are not empty, with their number, the header being row 1."""
+    """Rows that are not empty, with their number; the header is row 1."""
     return [(number, row) for number, row in enumerate(rows, start=2) if any(row)]
 
 
@@ -128,8 +128,8 @@ def _line(path: Path, number: int, cells: Mapping[str, str], systems: Sequence[s
     place = f"{path} row {number}"
     missing = [name for name in ("item", *systems) if not cells.get(name)]
     if missing:
-        raise StudyError(f"{place}: has nothing for {missing[0]!r}; fill it in")
+        raise StudyError(f"{place}: the cell {missing[0]!r} is empty; fill it in")
     kind = cells.get("kind") or "test"
     if kind not in KINDS:
-        raise StudyError(f"{place}: the kind is {kind!r}; it is one of {', '.join(KINDS)}")
+        raise StudyError(f"{place}: the kind is {kind!r}; use one of {', '.join(KINDS)}")
     return Line(cells["item"], {name: path.parent / cells[name] for name in systems}, kind)

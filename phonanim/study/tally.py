@@ -1,4 +1,4 @@
-"""Judgements counted: for each line, how many preferred the one system and how many the other."""
+"""Count judgements: for each line, how many prefer the one system and how many the other."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Tally:
 
 
 def count_answers(participants: Sequence[Participant], ours: str | None = None) -> tuple[Tally, ...]:
-    """The test answers, counted by pair and line. In each pair `ours`, or else the first by name, leads.
+    """The test answers, counted by pair and line. `ours`, else the first by name, is the first of each pair.
 
     Raises StudyError when `ours` was in no test.
     """
@@ -37,7 +37,7 @@ def count_answers(participants: Sequence[Participant], ours: str | None = None) 
         first, second = order_systems(answer, ours)
         votes[first, second, answer.item][chosen_system(answer)] += 1
     if ours and not any(ours in pair for pair in votes):
-        raise StudyError(f"no system is called {ours!r}; there are {', '.join(_systems(votes))}")
+        raise StudyError(f"there is no system {ours!r}; there are {', '.join(_systems(votes))}")
     return tuple(
         Tally("", first, second, item, found[first], found[second], found[""])
         for (first, second, item), found in sorted(votes.items())
@@ -45,25 +45,25 @@ def count_answers(participants: Sequence[Participant], ours: str | None = None) 
 
 
 def test_answers(participants: Iterable[Participant]) -> list[Answer]:
-    """The answers that are no practice and no control."""
+    """The answers to test trials, without practice and controls."""
     return [answer for one in participants for answer in one.answers if answer.kind == "test"]
 
 
 def chosen_system(answer: Answer) -> str:
-    """The system that was chosen; empty for neither."""
+    """The chosen system; empty for neither."""
     return {"left": answer.left, "right": answer.right}[answer.choice] if answer.choice in SIDES else ""
 
 
 def order_systems(answer: Answer, ours: str | None) -> tuple[str, str]:
-    """The two systems, `ours` first, by name otherwise."""
+    """The two systems, `ours` first, else by name."""
     first, second = sorted((answer.left, answer.right), key=lambda name: (name != ours, name))
     return first, second
 
 
 def read_counts(path: Path) -> tuple[Tally, ...]:
-    """Counts that others published: a CSV with the columns group, ours, other, item, for and against.
+    """Published counts: a CSV with the columns group, ours, other, item, for and against.
 
-    Lines that begin with # are remarks. Raises StudyError naming the row that is damaged.
+    Lines that begin with # are comments. Raises StudyError, which names the damaged row.
     """
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
@@ -77,7 +77,7 @@ def read_counts(path: Path) -> tuple[Tally, ...]:
     numbers = (number for number, _ in kept[1:])
     tallies = tuple(_tally(path, number, row) for number, row in zip(numbers, reader, strict=True))
     if not tallies:
-        raise StudyError(f"{path}: holds no counts; give it one row a line and pair")
+        raise StudyError(f"{path}: has no counts; give it one row per line and pair")
     return tallies
 
 

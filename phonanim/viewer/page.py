@@ -1,4 +1,4 @@
-"""What pages that show a moving head share: the parts of the page, and the data within it."""
+"""Common parts of pages that show a moving head, and the data in them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PAGE = Path(__file__).parent
 
 
 def character_targets(channels: tuple[str, ...], glb: Glb) -> dict[str, str]:
-    """The morph target of a character that each channel moves. Raises RigError when there is none at all."""
+    """The morph target of a character that each channel moves. Raises RigError when no channel has one."""
     found: dict[str, str] = {}
     for morphs in moving_morphs(glb, channels):
         found |= {channels[column]: morphs.names[target] for column, target, _ in morphs.moved(channels)}
@@ -21,11 +21,11 @@ def character_targets(channels: tuple[str, ...], glb: Glb) -> dict[str, str]:
 
 
 def base64_text(data: bytes) -> str:
-    """Bytes as text."""
+    """Bytes as base64 text."""
     return base64.b64encode(data).decode("ascii")
 
 
 @cache
 def read_page_part(name: str) -> str:
-    """One of the parts of the page."""
+    """Read one of the parts of the page."""
     return (PAGE / name).read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The contact sheet: the mouth at each sound of a line, in one picture."""
+"""The contact sheet: the mouth at each phone of a line, in one picture."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PAPER, INK, FAINT, ACCENT = (24, 26, 31), (236, 238, 242), (142, 150, 163), (224
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """One picture of the sheet: a frame of the animation, and what is said there ("" if nothing)."""
+    """One picture of the sheet: a frame of the animation, and its label ("" for silence)."""
 
     frame: int
     time: float
@@ -37,9 +37,9 @@ def save_sheet(
     columns: int = 8,
     size: int = 170,
 ) -> None:
-    """Draw the lower face at the middle of each phone, `pictures` at most, and write a PNG.
+    """Draw the lower face at the middle of each phone, at most `pictures` of them, and write a PNG.
 
-    A line with more phones is shown at evenly spaced ones; one without phones at evenly spaced frames.
+    If a line has more phones, evenly spaced ones are shown; without phones, evenly spaced frames.
     Raises RigError when the head has none of the channels, OutputError when the file cannot be written.
     """
     head = head or load_head()
@@ -67,7 +67,7 @@ def choose_shots(animation: Animation, count: int) -> list[Shot]:
 
 
 def label_at(intervals: tuple[Interval, ...], time: float) -> str:
-    """The label of the interval that holds an instant, "" where none or a silence does."""
+    """The label of the interval at an instant, "" without one or in silence."""
     label = next((i.label for i in intervals if i.start <= time < i.end), "")
     return "" if is_silent(label) else label
 
@@ -98,7 +98,7 @@ def compose_sheet(
 
 
 def draw_title(sheet: Image, animation: Animation) -> None:
-    """What the sheet shows: the file on the left, the figures on the right."""
+    """The title: the file on the left, the figures on the right."""
     name = str(animation.provenance.get("input", animation.audio.name if animation.audio else ""))
     seconds = len(animation.values) / animation.fps
     facts = f"{animation.rig} · {animation.fps:g} fps · {seconds:.2f} s"
@@ -109,7 +109,7 @@ def draw_title(sheet: Image, animation: Animation) -> None:
 
 
 def draw_words(sheet: Image, shots: list[Shot], x: int, y: int, step: int) -> None:
-    """A bar under the pictures that share a word, and the word in its middle."""
+    """A bar below the pictures of a word, and the word in its middle."""
     first = 0
     for last in range(1, len(shots) + 1):
         if last < len(shots) and shots[last].word == shots[first].word:

@@ -139,7 +139,7 @@ def test_a_table_with_a_bad_row(lines, tmp_path, capsys):
     assert batch("script.csv", "-o", "out", "--format", "npz", "--workers", "1") == 1
     report = json.loads((tmp_path / "out/report.json").read_text())
     assert [(line["id"], bool(line["error"])) for line in report["lines"]] == [("x/1", True), ("x/1", False)]
-    assert "script.csv row 3: the id 'x/1' was taken by script.csv row 2" in report["lines"][0]["error"]
+    assert "script.csv row 3: the id 'x/1' is already used by script.csv row 2" in report["lines"][0]["error"]
     assert report["remarks"] == ["script.csv: the column 'Director' is not used"]
     assert np.load(tmp_path / "out/x/1.npz")["fps"] == 50
 
@@ -151,7 +151,7 @@ def test_a_table_with_a_bad_row(lines, tmp_path, capsys):
         (["lines", "-o", "out", "--format", "xyz"], "xyz"),
         (["lines", "-o", "out", "--model", "defualt"], "did you mean 'default'"),
         (["lines", "-o", "out", "--rig", "arkt"], "there is no rig 'arkt'"),
-        (["lines", "-o", "lines/a.TextGrid"], "lines/a.TextGrid: cannot be made: File exists"),
+        (["lines", "-o", "lines/a.TextGrid"], "lines/a.TextGrid: cannot be created: File exists"),
         (["lines", "-o", "out", "--engine", "dask"], "needs the address of a running cluster"),
         (["lines"], "Missing option '-o' / '--output'"),
     ],

@@ -92,7 +92,7 @@ def test_two_takes_on_one_page(take):
         (["take.npz", "-o", "a.csv", "--timecode", "1h"], "'1h' is no timecode of 60 frames per second"),
         (["take.npz", "-o", "a.csv", "--fps", "0"], "frames per second"),
         (["none.npz", "-o", "a.csv"], "none.npz"),
-        (["a.tsv", "-o", "a.csv"], "a.tsv: this format can only be written; those that can be read are .csv"),
+        (["a.tsv", "-o", "a.csv"], "a.tsv: this format can only be written; readable formats: .csv"),
         (["broken.glb", "-o", "a.csv"], "broken.glb: is not a binary glTF 2.0 file"),
     ],
 )

@@ -112,7 +112,7 @@ def test_the_plane_of_the_bite(tmp_path: Path) -> None:
             ["--bite-plate", "1.pos", "--reference", "1,2,3", "--plate", "4,5"],
             "--plate names 2 sensors; give front, left and right",
         ),
-        (["--axes", "up"], "'up': say where x, y and z point, as left,back,up or forward,left,up"),
+        (["--axes", "up"], "'up': give the directions of x, y and z, as left,back,up or forward,left,up"),
         (["--reference", "1,2,99"], "has no sensor 99; it has 1, 2, 3"),
     ],
 )
@@ -140,7 +140,7 @@ def test_recordings_without_samples(tmp_path: Path, capsys: pytest.CaptureFixtur
     (tmp_path / "a_bndl.json").write_text("{}")
     samples.ssff(tmp_path / "a.jaw", samples.sensor_columns("jw", np.zeros((0, 3))))
     assert run(["ema", "report", str(tmp_path), "-o", str(tmp_path / "out"), "--no-plots"]) == 2
-    assert "a.jaw: has no samples; fetch it again, or take it away" in capsys.readouterr().err
+    assert "a.jaw: has no samples; fetch it again, or remove it" in capsys.readouterr().err
 
 
 def test_pictures_without_matplotlib(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -59,19 +59,19 @@ def test_a_file_of_phones_gives_what_animate_gives(line: Path, capfd: pytest.Cap
 def test_lines_and_what_is_wrong_with_them(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     wrong = {
         '{"phone": "HH", "start": 0.1, "end": 0.2}': 'phone "HH" at 0.1 s was sent twice; the second is left',
-        "garbage": "a line is no JSON (Expecting value: line 1 column 1 (char 0)) and is left out: garbage",
-        "[" * 5000: "a line is no JSON (",
-        '{"phone": "AA1", "start": 0.1}': "a phone needs a label, a start and an end, and is left out",
+        "garbage": "a line is not JSON (Expecting value: line 1 column 1 (char 0)) and is ignored: garbage",
+        "[" * 5000: "a line is not JSON (",
+        '{"phone": "AA1", "start": 0.1}': "a phone needs a label, a start and an end, and is ignored",
         '{"phone": "AA1", "start": 0.3, "end": true}': "a phone needs a label, a start and an end",
         '{"phone": "AA1", "start": 0.3, "end": NaN}': "a phone needs a label, a start and an end",
         '{"hello": 1}': 'a line is none of {"phone": "AA1", "start": 0.1, "end": 0.2}, {"time": 0.3} or',
         '{"time": 1' + "0" * 400 + "}": "a line is none of",
         '{"phone": "XYZQ", "start": 0.3, "end": 0.4}': 'no phone "XYZQ" in language english (nearest: ',
-        '{"time": 1e9}': "the time 1e+09 s lies 1e+09 s ahead, and no more than 600 may pass at once",
-        '{"phone": "AA1", "start": 1e6, "end": 1e7}': 'phone "AA1" at 1e+06 s lies 1e+07 s ahead',
+        '{"time": 1e9}': "the time 1e+09 s is 1e+09 s ahead, and at most 600 s may pass at once",
+        '{"phone": "AA1", "start": 1e6, "end": 1e7}': 'phone "AA1" at 1e+06 s is 1e+07 s ahead',
         '{"time": 0.15}': "",
-        '{"time": 0.1}': "the time went back from 0.15 to 0.1 s; it stays as it was",
-        "x" * 200_000: "a line is longer than 65536 bytes and is left out",
+        '{"time": 0.1}': "the time went back from 0.15 to 0.1 s and is ignored",
+        "x" * 200_000: "a line is longer than 65536 bytes and is ignored",
     }
     first, rest = GOOD.split("\n", 1)
     path = lines_of("\n".join([first, *wrong, rest]), tmp_path)
@@ -79,7 +79,7 @@ def test_lines_and_what_is_wrong_with_them(tmp_path: Path, capfd: pytest.Capture
     out, err = capfd.readouterr()
     for text in wrong.values():
         assert text in err
-    assert f"{len(wrong) - 1} problems with what came in" in err
+    assert f"{len(wrong) - 1} problems in the input" in err
     assert "Traceback" not in err
     assert run(["stream", str(lines_of(GOOD, tmp_path)), "-q"]) == 0
     assert capfd.readouterr() == (out, "")
@@ -90,7 +90,7 @@ def test_problems_without_end_are_counted(tmp_path: Path, capfd: pytest.CaptureF
     told = [json.loads(line) for line in capfd.readouterr().out.splitlines()]
     problems = [line["text"] for line in told if line.get("event") == "problem"]
     assert len(problems) == 21
-    assert problems[-1] == "further problems are counted, and not told"
+    assert problems[-1] == "further problems are counted, but not reported"
     assert told[-1]["problems"] == 500
     assert told[-1]["frames"] == 31
 
@@ -175,7 +175,7 @@ def test_a_reader_that_hangs_up(line: Path, root: Path) -> None:
     process.stdout = None
     _, err = process.communicate(timeout=20)
     assert process.returncode == 1
-    assert b"stdout: nobody is there any more; the stream goes on without it" in err
+    assert b"stdout: disconnected; the stream continues without it" in err
     assert b"Traceback" not in err
     assert b"BrokenPipe" not in err
 
@@ -254,5 +254,5 @@ def test_raw_samples(ears: str, root: Path) -> None:
     data = (speech(0.5) * 32767).astype("<i2").tobytes()
     process = started("--model", ears, "-q", cwd=root)
     out, err = process.communicate(data + b"x", timeout=30)
-    assert err == b"the last 1 bytes are no whole sample and are left out\n"
+    assert err == b"the last 1 bytes are not a whole sample and are ignored\n"
     assert len(frames(out.decode())) == 31

@@ -132,7 +132,7 @@ def test_a_scheduler_that_goes_away_fails_what_is_left(cluster, lines, tmp_path)
     assert process.returncode == 1
     failed = [event["error"] for event in events if event.get("status") == "failed"]
     assert len(failed) == LINES
-    assert all(error.endswith("the scheduler went away; run again to go on") for error in failed)
+    assert all(error.endswith("the scheduler stopped; run again to continue") for error in failed)
     assert batch("out", "--workers", "1") == 0
 
 

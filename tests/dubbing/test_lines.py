@@ -89,8 +89,8 @@ def test_no_column_has_two_meanings():
     [
         ("x,,", "the row names no alignment; fill its cell"),
         ("x,missing.TextGrid,", "missing.TextGrid: does not exist; correct the path"),
-        ("a,b.TextGrid,", "the id 'a' was taken by table.csv row 2; give every line its own"),
-        ("A,b.TextGrid,", "the output 'A' was taken by table.csv row 2; give every line its own"),
+        ("a,b.TextGrid,", "the id 'a' is already used by table.csv row 2; give every line another"),
+        ("A,b.TextGrid,", "the output 'A' is already used by table.csv row 2; give every line another"),
         ("../x,b.TextGrid,", "the id '../x' leads out of the output folder"),
         ("x,b.TextGrid,fast", "'fast' is no frame rate"),
     ],
@@ -122,15 +122,15 @@ def test_bad_cells(folder, column, value, message):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "holds no line; give it a header and one row a line"),
-        ("alignment\n", "holds no line"),
+        ("", "has no lines; give it a header and one row per line"),
+        ("alignment\n", "has no lines"),
         ("id,algnment\n1,2\n", "has no column 'alignment', only 'id', 'algnment'; is it 'algnment'?"),
         ("id,wav\n1,2\n", "has no column 'alignment', only 'id', 'wav'$"),
         (
             "textgrid,alignment\n1,2\n",
             "the columns 'textgrid' and 'alignment' both mean 'alignment'; drop one",
         ),
-        ("alignment\n" + "x" * 200000, "row 2: is no row of a table"),
+        ("alignment\n" + "x" * 200000, "row 2: is not a row of a table"),
     ],
 )
 def test_tables_of_no_use(tmp_path, text, message):
@@ -139,9 +139,9 @@ def test_tables_of_no_use(tmp_path, text, message):
 
 
 def test_json_lines_of_no_use(tmp_path):
-    with pytest.raises(OptionError, match=r"t.jsonl row 2: is not JSON .*; write one object a line"):
+    with pytest.raises(OptionError, match=r"t.jsonl row 2: is not JSON .*; write one object per line"):
         read_table(tmp_path / table(tmp_path, '{"alignment": "a"}\n{"alignment"', "t.jsonl"))
-    with pytest.raises(OptionError, match=r"t.jsonl row 1: is no JSON object; write one object a line"):
+    with pytest.raises(OptionError, match=r"t.jsonl row 1: is not a JSON object; write one object per line"):
         read_table(tmp_path / table(tmp_path, "[1]", "t.jsonl"))
 
 
@@ -156,9 +156,9 @@ def test_bytes_that_are_no_table(tmp_path):
 def test_sources_of_no_use(folder):
     (folder / "empty").mkdir()
     for source, message in [
-        (folder / "empty", "empty: holds no .textgrid or"),
+        (folder / "empty", "empty: has no .textgrid or"),
         (folder / "*.grid", r"\*.grid: matches no alignment"),
-        (folder / "notes.txt", "notes.txt: is no folder and no table"),
+        (folder / "notes.txt", "notes.txt: is not a folder or a table"),
         (folder / "missing", "missing: does not exist; name a folder, a pattern in quotes, or a table"),
     ]:
         with pytest.raises(OptionError, match=message):

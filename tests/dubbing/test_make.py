@@ -28,7 +28,7 @@ def test_a_fault_of_phonanim_costs_one_line(job, monkeypatch):
     result = make_line(job)
     assert result.made
     assert result.outcome.error == (
-        f"{job.line.alignment}: a fault of phonanim, please report it: ZeroDivisionError: division by zero"
+        f"{job.line.alignment}: an error in phonanim, please report it: ZeroDivisionError: division by zero"
     )
 
 

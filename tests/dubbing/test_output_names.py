@@ -43,7 +43,7 @@ def test_ids_that_lead_out_are_refused(id):
 def test_ids_that_name_nothing():
     with pytest.raises(OptionError, match="the id is empty; give every line an id"):
         safe_name(" ")
-    with pytest.raises(OptionError, match=r"the id './.' names no file"):
+    with pytest.raises(OptionError, match=r"the id './.' is not a file name"):
         safe_name("./.")
 
 

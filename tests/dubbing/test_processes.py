@@ -61,7 +61,7 @@ def test_a_line_that_kills_every_worker_fails_and_the_rest_is_done(tmp_path, wor
     assert [name for name, outcome in done.items() if not outcome.done] == ["die"]
     assert done["die"].error == (
         "die.TextGrid: 2 workers died on this line, the last with exit code -9; "
-        "free some memory, or look at the line"
+        "free some memory, or check the line"
     )
     assert sorted(done) == ["a", "b", "c", "die"]
 

@@ -121,7 +121,7 @@ def test_options_that_no_format_has(folder, capsys):
     assert not (folder / "out").exists()
     source = table(folder, "id,alignment,character\nx,a.TextGrid,hero.glb\ny,b.TextGrid,\n")
     assert batch(source, "-o", "out", "--format", "csv") == 1
-    assert "a.TextGrid: character does nothing for x.csv; leave it out" in capsys.readouterr().err
+    assert "a.TextGrid: character has no effect on x.csv; leave it out" in capsys.readouterr().err
     assert (folder / "out/y.csv").exists()
 
 

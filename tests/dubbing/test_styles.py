@@ -46,13 +46,13 @@ def test_options_then_style_then_cells(tmp_path: Path) -> None:
 def test_an_unknown_style_costs_its_row(tmp_path: Path) -> None:
     lines = read_lines(table(tmp_path, "x,a.TextGrid,shuoted,\ny,a.TextGrid,quiet,\n"), Common())
     assert [line.id for line in lines.lines] == ["y"]
-    assert lines.faults[0].message == "style = 'shuoted' is not known; did you mean 'shouted'?"
+    assert lines.faults[0].message == "there is no style 'shuoted'; did you mean 'shouted'?"
     assert lines.faults[0].place == "t.csv row 2"
 
 
 def test_a_style_like_no_other(tmp_path: Path) -> None:
     styles = read_styles(own(tmp_path, "[loud]\n[soft]\n"))
-    with pytest.raises(OptionError, match=r"style = '\?' is not known; choose loud, soft"):
+    with pytest.raises(OptionError, match=r"there is no style '\?'; choose loud, soft"):
         find_style("?", styles)
 
 
@@ -60,8 +60,8 @@ def test_a_style_like_no_other(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("[loud", r"styles.toml: is not TOML \(.*\); correct it"),
-        ("loud = 2", r"styles.toml: 'loud' is no style; write \[loud\] and its dials below"),
-        ("[loud]\nchin = 2", r"style 'loud': 'chin' is no dial; there are intensity, jaw, lips"),
+        ("loud = 2", r"styles.toml: 'loud' is not a style; write \[loud\] and its dials below"),
+        ("[loud]\nchin = 2", r"style 'loud': 'chin' is not a dial; there are intensity, jaw, lips"),
         ("[loud]\njaw = 5", r"style 'loud': jaw = 5; give a number from 0 to 4"),
         ("[loud]\njaw = nan", r"style 'loud': jaw = nan; give a number from 0 to 4"),
         ("[loud]\njaw = true", r"style 'loud': jaw = True; give a number from 0 to 4"),

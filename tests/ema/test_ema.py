@@ -137,11 +137,13 @@ def test_the_plate_between_the_teeth_gives_the_axes() -> None:
 
 def test_heads_that_cannot_be_held() -> None:
     bite = samples.still((0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 3, 0), names="a b c d")
-    with pytest.raises(CorpusError, match="2 reference sensors fix no head; name 3 or more on the skull"):
+    with pytest.raises(
+        CorpusError, match="2 reference sensors do not fix the head; name 3 or more on the skull"
+    ):
         rest_posture(bite, ("a", "b"))
-    with pytest.raises(CorpusError, match="made up: a, b, c lie on a line; name others"):
+    with pytest.raises(CorpusError, match="made up: a, b, c are on a line; name others"):
         rest_posture(bite, ("a", "b", "c"))
-    with pytest.raises(CorpusError, match="made up: a, b, c lie on a line; name front, left and right"):
+    with pytest.raises(CorpusError, match="made up: a, b, c are on a line; name front, left and right"):
         bite_posture(bite, ("a", "b", "d"), ("a", "b", "c"))
     lost = replace(bite, positions=np.full_like(bite.positions, np.nan))
     with pytest.raises(CorpusError, match="made up: sensor a was never tracked; leave it out"):

@@ -61,7 +61,9 @@ def test_ssff_files_that_cannot_be_used(tmp_path: Path) -> None:
         read_ssff(path)
     samples.ssff(tmp_path / "b.jaw", samples.sensor_columns("jw", ROWS))
     samples.ssff(tmp_path / "b.tip", samples.sensor_columns("tt", ROWS), rate=100)
-    with pytest.raises(CorpusError, match=r"b\.jaw: its sensors differ in length or rate; cut them alike"):
+    with pytest.raises(
+        CorpusError, match=r"b\.jaw: its sensors differ in length or rate; cut them to the same"
+    ):
         read_articulation(tmp_path / "b.jaw")
 
 
@@ -84,7 +86,7 @@ def test_carstens_files_that_are_damaged(tmp_path: Path) -> None:
     samples.pos(path, np.ones((2, 3, 3)))
     whole = path.read_bytes()
     path.write_bytes(whole[:-4])
-    with pytest.raises(CorpusError, match=r"a\.pos: is cut short: 164 bytes are no whole samples of 84"):
+    with pytest.raises(CorpusError, match=r"a\.pos: is truncated: 164 bytes are not whole samples of 84"):
         read_articulation(path)
     path.write_bytes(whole.replace(b"NumberOf", b"Number"))
     with pytest.raises(CorpusError, match=r"a\.pos: its header is damaged \('NumberOfChannels'\); fetch"):
@@ -105,7 +107,7 @@ def test_matlab_signals_with_three_columns_are_sensors(tmp_path: Path) -> None:
     assert (found.names, found.rate, found.positions.shape) == (("TT",), 100.0, (4, 1, 3))
     read_signals.cache_clear()
     savemat(path, {"F01": _structures([("TB", 100.0, np.ones((4, 6))), ("TT", 50.0, np.ones((4, 6)))])})
-    with pytest.raises(CorpusError, match=r"F01\.mat: holds no sensors with SRATE and SIGNAL of one rate"):
+    with pytest.raises(CorpusError, match=r"F01\.mat: has no sensors with SRATE and SIGNAL of one rate"):
         read_articulation(path)
 
 
@@ -135,7 +137,9 @@ def test_files_of_no_format(tmp_path: Path) -> None:
     with pytest.raises(CorpusError, match=r"a\.txt: cannot be read: No such file"):
         read_articulation(path)
     path.write_text("hello")
-    with pytest.raises(CorpusError, match=r"a\.txt: is no file of sensors; known are mat, pos, ssff"):
+    with pytest.raises(
+        CorpusError, match=r"a\.txt: is not a file of sensors; known formats are mat, pos, ssff"
+    ):
         read_articulation(path)
 
 
@@ -155,10 +159,12 @@ def test_channels_are_named_and_axes_turned() -> None:
     np.testing.assert_array_equal(orient_axes(found, "left,back,up").positions[0, 0], [-5, 4, 6])
     with pytest.raises(OptionError, match="2 names for the 1 sensors of made up; give one for each, - for"):
         rename_sensors(found, ("a", "b"))
-    with pytest.raises(OptionError, match="TT names two sensors of made up; give each its own"):
+    with pytest.raises(OptionError, match="TT names two sensors of made up; give each another"):
         rename_sensors(samples.still((1, 2, 3), (4, 5, 6), names="1 2"), ("TT", "TT"))
     for axes in ("left,back", "left,back,forward", "left,back,up,sideways"):
-        with pytest.raises(OptionError, match=f"'{axes}': say where x, y and z point, as left,back,up or"):
+        with pytest.raises(
+            OptionError, match=f"'{axes}': give the directions of x, y and z, as left,back,up or"
+        ):
             orient_axes(found, axes)
 
 
@@ -170,7 +176,7 @@ def test_folders_of_positions_want_alignments(tmp_path: Path) -> None:
     assert (first.name, second.name) == ("0001", "0002")
     assert [interval.label for interval in first.alignment().intervals] == ["sil", "m"]
     assert first.sensors().rate == 250
-    with pytest.raises(CorpusError, match=r"0002\.pos: has no alignment beside it; add 0002\.TextGrid"):
+    with pytest.raises(CorpusError, match=r"0002\.pos: has no alignment next to it; add 0002\.TextGrid"):
         second.alignment()
 
 
@@ -185,7 +191,7 @@ def test_imported_data_sets_are_read(tmp_path: Path) -> None:
     np.testing.assert_array_equal(spoken.sensors().positions[:, 0], [[1, 0, 2], [3, 0, 4]])
     assert len(spoken.alignment().intervals) == 1
     (tmp_path / "dataset.json").write_text(json.dumps({**facts, "kind": "vertices"}))
-    with pytest.raises(CorpusError, match="holds vertices and no sensors; mngu0, mocha, hprc have some"):
+    with pytest.raises(CorpusError, match="has vertices and no sensors; mngu0, mocha, hprc have some"):
         find_spoken(tmp_path)
     (tmp_path / "dataset.json").write_text("{}")
     with pytest.raises(
@@ -204,7 +210,7 @@ def test_imported_arrays_that_cannot_be_used(tmp_path: Path) -> None:
     ):
         spoken.sensors()
     (tmp_path / "motion" / "a.npy").write_bytes(b"none")
-    with pytest.raises(CorpusError, match=r"a\.npy: is no array \(.*\); import the data set again"):
+    with pytest.raises(CorpusError, match=r"a\.npy: is not an array \(.*\); import the data set again"):
         spoken.sensors()
 
 
@@ -212,7 +218,7 @@ def test_folders_without_sensors(tmp_path: Path) -> None:
     with pytest.raises(CorpusError, match=r"has no articulography; looked for dataset\.json, \*_bndl\.json"):
         find_spoken(tmp_path)
     (tmp_path / "a_bndl.json").write_text("{}")
-    with pytest.raises(CorpusError, match=r"a: has no SSFF files beside a_bndl\.json; put them there"):
+    with pytest.raises(CorpusError, match=r"a: has no SSFF files next to a_bndl\.json; put them there"):
         find_spoken(tmp_path)[0].sensors()
 
 

@@ -69,5 +69,5 @@ def test_curve_tables_that_are_none(tmp_path):
         save(line(), path)
     for text in ("", "---,0,1,5\na,1,2,3\n", "---,0,1\na,1\n", "---,0,1\na,1,nan\n", "---,0,x\n"):
         path.write_text(text)
-        with pytest.raises(OutputError, match=r"a\.metahuman\.csv: is no Curve Table with a row of times"):
+        with pytest.raises(OutputError, match=r"a\.metahuman\.csv: is not a Curve Table with a row of times"):
             load(path)

@@ -150,7 +150,7 @@ def test_animations_that_are_not_written(tmp_path):
     animation = line()
     values = animation.values.copy()
     values[3, 7] = np.nan
-    message = rf"{animation.channels[7]} is not a finite number at 0\.050 s; mend the curve first"
+    message = rf"{animation.channels[7]} is not a finite number at 0\.050 s; correct the curve first"
     with pytest.raises(OutputError, match=message):
         save(animation.with_values(values), tmp_path / "a.csv")
     with pytest.raises(OutputError, match=r"the animation has no frames or no channels"):
@@ -164,7 +164,7 @@ def test_files_that_are_no_archives_of_arrays(tmp_path):
     np.save(stream, np.zeros(3))
     for content in (b"", b"PK", stream.getvalue()):
         path.write_bytes(content)
-        with pytest.raises(OutputError, match=r"a\.npz: is no animation written by phonanim: "):
+        with pytest.raises(OutputError, match=r"a\.npz: is not an animation written by phonanim: "):
             load(path)
 
 
@@ -202,7 +202,7 @@ def test_curves_that_are_not_finite_are_not_read(tmp_path, name):
     animation.values[3, animation.channels.index("jawOpen")] = np.nan
     DAMAGE[name](tmp_path / name, animation)
     with pytest.raises(
-        OutputError, match=r"(is not a finite number at .*; mend the curve first|finite numbers|holds NaN)"
+        OutputError, match=r"(is not a finite number at .*; correct the curve first|finite numbers|holds NaN)"
     ):
         load(tmp_path / name)
     with pytest.raises(OutputError, match=rf"{re.escape(name)}"):
@@ -229,11 +229,11 @@ def test_options_that_a_format_does_not_have(tmp_path):
 @pytest.mark.parametrize("suffix", [".json", ".npz"])
 def test_files_that_are_not_ours(tmp_path, suffix):
     path = tmp_path / f"a{suffix}"
-    with pytest.raises(OutputError, match=r"cannot be read|is no animation written by phonanim"):
+    with pytest.raises(OutputError, match=r"cannot be read|is not an animation written by phonanim"):
         load(path)
     path.write_bytes(b"{}")
     with pytest.raises(
-        OutputError, match=r"is no animation written by phonanim: (it lacks 'curves'|it is no archive)"
+        OutputError, match=r"is not an animation written by phonanim: (it lacks 'curves'|it is no archive)"
     ):
         load(path)
 

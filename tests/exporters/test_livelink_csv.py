@@ -74,7 +74,7 @@ def test_frames_that_the_app_dropped_are_filled_in(tmp_path):
         (lambda lines: lines[:2], r"a\.csv: has fewer than two frames; record it again"),
         (
             lambda lines: ["Time,JawOpen"],
-            r"is no Live Link Face recording; its header must begin with Timecode,",
+            r"is not a Live Link Face recording; its header must begin with Timecode,",
         ),
         (
             lambda lines: [*lines[:2], "x" + lines[2]],
@@ -86,7 +86,10 @@ def test_frames_that_the_app_dropped_are_filled_in(tmp_path):
             r"a\.csv, row 3: needs 61 finite numbers after the timecode",
         ),
         (lambda lines: [*lines[:2], lines[2][:-12] + "nan"], r"a\.csv, row 3: needs 61 finite numbers"),
-        (lambda lines: [*lines[:3], lines[1]], r"a\.csv, row 4: its timecode does not rise; remove the row"),
+        (
+            lambda lines: [*lines[:3], lines[1]],
+            r"a\.csv, row 4: its timecode does not increase; remove the row",
+        ),
         (lambda lines: ["\udcff"], r"a\.csv: cannot be read: 'utf-8' codec"),
     ],
 )

@@ -96,7 +96,7 @@ def test_fast_animations_are_sampled(fps, rate):
 
 def test_films_that_cannot_be_made(tmp_path):
     with pytest.raises(
-        OutputError, match=r"a\.mp4: a film of 101 pixels cannot be made; choose an even size"
+        OutputError, match=r"a\.mp4: a video of 101 pixels cannot be made; choose an even size"
     ):
         save(line(), tmp_path / "a.mp4", size=101)
     with pytest.raises(RigError, match=r"the head has none of the channels"):
@@ -110,6 +110,6 @@ def test_films_that_cannot_be_made(tmp_path):
 def test_a_missing_library_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "av", None)
     with pytest.raises(
-        MissingExtraError, match=r"film needs the video library: pip install 'phonanim\[video\]'"
+        MissingExtraError, match=r"video needs the video library: pip install 'phonanim\[video\]'"
     ):
         save(line(), tmp_path / "a.mp4")

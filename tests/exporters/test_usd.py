@@ -77,7 +77,7 @@ def test_stages_that_hold_no_animation(tmp_path):
         load(path)
     path = tmp_path / "b.usda"
     path.write_text("no stage")
-    with pytest.raises(OutputError, match=r"b\.usda: is no USD stage that can be read"):
+    with pytest.raises(OutputError, match=r"b\.usda: is not a readable USD stage"):
         load(path)
     path = tmp_path / "c.usda"
     path.write_text(

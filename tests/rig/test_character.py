@@ -104,7 +104,7 @@ def test_vrm_expressions_move_their_targets(tmp_path, mine):
     animation = replace(line(), values=line().values[:, :2], channels=("aa", "ih"), rig="vrm")
     save(animation, tmp_path / "a.vrm", character=mine(glb))
     np.testing.assert_allclose(load(tmp_path / "a.vrm").channel("Fcl_A"), animation.channel("aa") / 2)
-    with pytest.raises(OutputError, match=r"a\.vrm: a \.vrm is made from a character of yours; name it"):
+    with pytest.raises(OutputError, match=r"a\.vrm: a \.vrm needs your own character; name it"):
         save(animation, tmp_path / "a.vrm")
 
 

@@ -98,7 +98,7 @@ def test_an_empty_stream_has_no_frames() -> None:
     stream = PhoneStream(ENGLISH)
     stream.end()
     assert stream.frames().shape == (0, 55)
-    assert stream.notes == ("no phone came",)
+    assert stream.notes == ("no phone was received",)
 
 
 @pytest.mark.parametrize(
@@ -106,9 +106,9 @@ def test_an_empty_stream_has_no_frames() -> None:
     [
         (("AA1", 0.1, 0.2), 'phone "AA1" at 0.1 s was sent twice; the second is left out'),
         (("B", 0.15, 0.3), r'phone "B" at 0.15 s begins before the last one ends \(0.2 s\); phones must'),
-        (("B", 0.3, 0.3), 'phone "B" from 0.3 to 0.3 s: lasts no time; send it again'),
-        (("B", math.nan, 0.3), "lasts no time"),
-        (("B", -1.0, 0.3), "lasts no time"),
+        (("B", 0.3, 0.3), 'phone "B" from 0.3 to 0.3 s: has no duration; send it again'),
+        (("B", math.nan, 0.3), "has no duration"),
+        (("B", -1.0, 0.3), "has no duration"),
     ],
 )
 def test_what_makes_no_sense_is_said_and_left_out(phone: tuple[str, float, float], message: str) -> None:
@@ -124,7 +124,7 @@ def test_a_phone_that_comes_too_late() -> None:
     stream = PhoneStream(ENGLISH, 0.1)
     stream.pass_time(1.0)
     assert len(stream.frames()) == 55
-    with pytest.raises(StreamError, match=r'"B" at 0.5 s comes after its frames were due; raise the look'):
+    with pytest.raises(StreamError, match=r'"B" at 0.5 s arrives after its frames were due; raise the look'):
         stream.push("B", 0.5, 0.6)
 
 
@@ -137,5 +137,5 @@ def test_a_phone_that_comes_too_late() -> None:
     ],
 )
 def test_layers_that_look_at_a_whole_line(options: Options, name: str) -> None:
-    with pytest.raises(OptionError, match=f"{name} looks at a whole line and cannot be streamed"):
+    with pytest.raises(OptionError, match=f"{name} needs a whole line and cannot be streamed"):
         PhoneStream(options)

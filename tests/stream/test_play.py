@@ -61,7 +61,7 @@ def test_a_phone_that_comes_too_late_is_told() -> None:
     player = Player(PhoneStream(Options(), 0.1), [sink], 60, said.append)
     events = [(0.0, Phone("AA1", 0, 0.1)), (0.5, Phone("M", 0.1, 0.2)), (0.6, End())]
     player.run_in_time(slowly(events), 0.1, 0.1)
-    assert said == ['phone "M" at 0.1 s comes after its frames were due; raise the look-ahead']
+    assert said == ['phone "M" at 0.1 s arrives after its frames were due; raise the look-ahead']
 
 
 def test_sound_that_stalls_is_waited_for_and_then_silent(tmp_path: Path) -> None:
@@ -70,7 +70,7 @@ def test_sound_that_stalls_is_waited_for_and_then_silent(tmp_path: Path) -> None
     player = Player(engine, [sink], 60, lambda text: None)
     player.run_in_time(slowly([(0.0, sound), (1.0, sound), (1.1, End())]), 0.2, 0.2)
     assert player.tally.stalls >= 1
-    assert "the sound stalled" in " ".join(report_lines(player.tally, ["memory"]))
+    assert "the audio stalled" in " ".join(report_lines(player.tally, ["memory"]))
     assert [number for _, number in sink.came] == list(range(len(sink.came)))
     assert len(sink.came) >= 48
 
@@ -93,12 +93,12 @@ def test_a_place_that_is_gone_is_left_out() -> None:
     player = Player(PhoneStream(Options(), 0.1), [gone, stays], 60, said.append)
     player.run(iter([Phone("AA1", 0, 0.5), End()]))
     assert (len(gone.came), len(stays.came)) == (3, 31)
-    assert said == ["memory: nobody is there any more; the stream goes on without it"]
+    assert said == ["memory: disconnected; the stream continues without it"]
 
 
 def test_a_network_that_fails_is_tried_again() -> None:
     failing, said = Kept(OSError(101, "Network is unreachable")), []
     player = Player(PhoneStream(Options(), 0.1), [failing], 60, said.append)
     player.run(iter([Phone("AA1", 0, 0.5), End()]))
-    assert said == ["memory: a frame could not be sent (Network is unreachable); trying on"]
+    assert said == ["memory: a frame could not be sent (Network is unreachable); trying again"]
     assert player.sinks == [failing]

@@ -205,9 +205,9 @@ def test_a_port_that_is_taken() -> None:
     [
         ("livelnk", "there is no sink 'livelnk'; did you mean 'livelink'"),
         ("stdout=3", "stdout=3: stdout has no address; write stdout"),
-        ("osc=here", "osc=here: 'here' is no address; write HOST:PORT, such as 127.0.0.1:9000"),
-        ("osc=:0", "':0' is no address"),
-        ("osc=host:70000", "'host:70000' is no address"),
+        ("osc=here", "osc=here: 'here' is not an address; write HOST:PORT, e.g. 127.0.0.1:9000"),
+        ("osc=:0", "':0' is not an address"),
+        ("osc=host:70000", "'host:70000' is not an address"),
     ],
 )
 def test_places_that_make_no_sense(place: str, message: str) -> None:

@@ -98,14 +98,16 @@ def test_samples_that_are_no_numbers(options: Options) -> None:
     stream = SoundStream(options)
     samples = np.zeros(1600, np.float32)
     samples[:3] = np.nan, np.inf, -np.inf
-    with pytest.raises(StreamError, match=r"3 samples before 0.10 s are no numbers and count as silence"):
+    with pytest.raises(
+        StreamError, match=r"3 samples before 0.10 s are not finite numbers and count as silence"
+    ):
         stream.take(Samples(samples))
     stream.take(Samples(np.zeros(8000, np.float32)))
     assert np.isfinite(stream.frames()).all()
 
 
 def test_what_is_no_sound(options: Options) -> None:
-    with pytest.raises(StreamError, match="the model hears, and has no use for phones; send it sound"):
+    with pytest.raises(StreamError, match="the model is audio-driven and ignores phones; send it audio"):
         SoundStream(options).take(Phone("AA1", 0, 1))
 
 
@@ -126,12 +128,12 @@ def test_an_empty_stream_has_no_frames(options: Options) -> None:
 
 
 def test_models_that_cannot_take_sound(options: Options, tmp_path: Path) -> None:
-    with pytest.raises(OptionError, match="model default cannot take sound as it comes; choose one of kind"):
+    with pytest.raises(OptionError, match="model default cannot be streamed; choose one of kind"):
         SoundStream(Options())
     slow = made_up_model(tmp_path / "slow", "cnn", rate=25.0)
-    with pytest.raises(OptionError, match="predicts 25 times a second, not 50"):
+    with pytest.raises(OptionError, match="predicts 25 times per second, not 50"):
         SoundStream(Options(life=0, model=str(slow)))
-    with pytest.raises(OptionError, match="rig rhubarb shows phones, and sound has none; choose another"):
+    with pytest.raises(OptionError, match="rig rhubarb needs phones, not audio; choose another"):
         SoundStream(Options(life=0, model=options.model, rig="rhubarb"))
 
 
@@ -139,6 +141,6 @@ def test_another_rate_needs_an_extra(options: Options, monkeypatch: pytest.Monke
     monkeypatch.setitem(__import__("sys").modules, "soxr", None)
     with pytest.raises(
         MissingExtraError,
-        match=r"sound of 44100 Hz needs pip install 'phonanim\[stream\]', or sound of 16000",
+        match=r"audio of 44100 Hz needs pip install 'phonanim\[stream\]', or audio of 16000",
     ):
         SoundStream(options, 44100)

@@ -110,7 +110,7 @@ def test_answers_are_counted_whatever_the_side(tmp_path):
         Tally("", "ours", "other", "b", 0, 1, 0),
     )
     assert count_answers(people)[1] == Tally("", "other", "ours", "b", 1, 0, 0)
-    with pytest.raises(StudyError, match="no system is called 'mine'; there are other, ours"):
+    with pytest.raises(StudyError, match="there is no system 'mine'; there are other, ours"):
         count_answers(people, "mine")
 
 
@@ -161,7 +161,7 @@ def test_the_command_names_who_was_left_out(tmp_path, capsys):
     ("text", "told"),
     [
         ("[", "cannot be read as JSON: Expecting value"),
-        ("[]", "holds no answers of a study; its format is not 'phonanim study result 1'"),
+        ("[]", "has no answers of a study; its format is not 'phonanim study result 1'"),
         (json.dumps({"format": FORMAT}), r"is damaged \(KeyError\('answers'\)\); ask for it again"),
     ],
 )
@@ -172,7 +172,7 @@ def test_answers_that_cannot_be_read(tmp_path, text, told):
 
 
 def test_answers_that_make_no_sense(tmp_path):
-    with pytest.raises(StudyError, match=r"holds no answers \(\.json\)"):
+    with pytest.raises(StudyError, match=r"has no answers \(\.json\)"):
         read_results([tmp_path])
     saved(tmp_path, "p", answer("equal"))
     with pytest.raises(StudyError, match="answer 1 chooses 'equal'"):
@@ -190,7 +190,7 @@ def test_answers_that_make_no_sense(tmp_path):
     ("text", "told"),
     [
         ("group,ours\n", "has no column 'other'; it needs group, ours, other, item, for, against"),
-        ("group,ours,other,item,for,against\n", "holds no counts; give it one row a line and pair"),
+        ("group,ours,other,item,for,against\n", "has no counts; give it one row per line and pair"),
         ("# remark\ngroup,ours,other,item,for,against\n\n,x,y,1,-1,2", "row 4: 'for' and 'against' must be"),
         ("group,ours,other,item,for,against\n,x,y,1,a,2", "row 2: 'for' and 'against' must be whole numbers"),
         ("group,ours,other,item,for,against\n,x,y,1,3", "row 2: 'for' and 'against' must be whole numbers"),

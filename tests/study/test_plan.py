@@ -62,22 +62,22 @@ def test_takes_that_cannot_be_used(tmp_path):
     assert refused(tmp_path, "ours", "again/ours") == (
         "two folders have the same name; name each after its system"
     )
-    assert refused(tmp_path, "ours", "empty") == "empty: holds no film (.mp4 .webm)"
-    assert refused(tmp_path, "ours", "none") == "none: is no folder with films and no table (.csv .tsv)"
+    assert refused(tmp_path, "ours", "empty") == "empty: has no video (.mp4 .webm)"
+    assert refused(tmp_path, "ours", "none") == "none: is not a folder of videos or a table (.csv .tsv)"
     (tmp_path / "other/b.webm").rename(tmp_path / "other/x.webm")
     assert (
-        refused(tmp_path, "ours", "other") == "other: has no film b; every folder needs one of the same name"
+        refused(tmp_path, "ours", "other") == "other: has no video b; every folder needs one of the same name"
     )
     (tmp_path / "other/x.webm").rename(tmp_path / "other/a.mp4")
-    assert refused(tmp_path, "ours", "other") == "other/a.webm: the folder has a.mp4 too; keep one of them"
+    assert refused(tmp_path, "ours", "other") == "other/a.webm: the folder also has a.mp4; keep one of them"
 
 
 @pytest.mark.parametrize(
     ("data", "told"),
     [
-        (b"", "is no MP4 or WebM film; make it anew"),
-        (b"\0\0\0\x20ftypisom....vide", "has no sound; make it with `phonanim animate --audio`"),
-        (film().replace(b"A_OPUS", b"A_none"), "has no sound; make it with `phonanim animate --audio`"),
+        (b"", "is not an MP4 or WebM video; make it again"),
+        (b"\0\0\0\x20ftypisom....vide", "has no audio track; make it with `phonanim animate --audio`"),
+        (film().replace(b"A_OPUS", b"A_none"), "has no audio track; make it with `phonanim animate --audio`"),
     ],
 )
 def test_films_that_cannot_be_used(tmp_path, data, told):
@@ -89,15 +89,15 @@ def test_films_that_cannot_be_used(tmp_path, data, told):
 @pytest.mark.parametrize(
     ("table", "told"),
     [
-        ("", "takes.csv: needs one column 'item' and one a system; it has "),
-        ("item,ours,ours", "takes.csv: needs one column 'item' and one a system; it has item, ours, ours"),
+        ("", "takes.csv: needs one column 'item' and one per system; it has "),
+        ("item,ours,ours", "takes.csv: needs one column 'item' and one per system; it has item, ours, ours"),
         ("item,kind,ours", "takes.csv: names 1 systems; a study compares two or more"),
-        ("item,ours,other", "takes.csv: holds no line; give it one row a line"),
-        ("item,ours,other\n\na,x.mp4,", "takes.csv row 3: has nothing for 'other'; fill it in"),
-        ("item,kind,x,y\na,odd,x.mp4,y.mp4", "takes.csv row 2: the kind is 'odd'; it is one of "
+        ("item,ours,other", "takes.csv: has no line; give it one row per line"),
+        ("item,ours,other\n\na,x.mp4,", "takes.csv row 3: the cell 'other' is empty; fill it in"),
+        ("item,kind,x,y\na,odd,x.mp4,y.mp4", "takes.csv row 2: the kind is 'odd'; use one of "
             "test, practice"),
-        ("item,ours,other\na,b,c\na,d,e", "takes.csv: the item a stands in two rows; name each line once"),
-        ("item,ours,other\na,x.avi,y.mp4", "x.avi: browsers play .mp4 and .webm; make it one of them"),
+        ("item,ours,other\na,b,c\na,d,e", "takes.csv: the item a is in two rows; name each line once"),
+        ("item,ours,other\na,x.avi,y.mp4", "x.avi: browsers play .mp4 and .webm; convert it to one of them"),
         ("item,ours,other\na,x.mp4,y.mp4", "x.mp4: cannot be read: No such file or directory"),
     ],
 )  # fmt: skip
@@ -109,7 +109,7 @@ def test_tables_that_cannot_be_used(tmp_path, table, told):
 def test_tables_stand_alone_and_are_text(tmp_path):
     (tmp_path / "takes.csv").write_bytes(b"\xff\xfe\xff")
     assert refused(tmp_path, "takes.csv").startswith("takes.csv: cannot be read as a table: 'utf-8' codec")
-    told = "takes.csv: a table holds all systems; give it alone, or folders"
+    told = "takes.csv: a table has all systems; give it alone, or give folders"
     assert refused(tmp_path, "takes.csv", "ours") == told
 
 
@@ -139,10 +139,12 @@ def test_controls_have_the_sound_of_another_line(tmp_path):
 
 def test_plans_that_cannot_be_made(tmp_path):
     lines = read_takes(folders(tmp_path))
-    told = "3 lines are too few for 3 of practice and 3 of control; give more lines, or fewer --practice and"
+    told = (
+        "3 lines are too few for 3 practice trials and 3 controls; give more lines, or fewer --practice and"
+    )
     with pytest.raises(StudyError, match=told):
         planned(lines[:3])
-    with pytest.raises(StudyError, match="no system is called 'mine'; there are ours, other"):
+    with pytest.raises(StudyError, match="there is no system 'mine'; there are ours, other"):
         planned(lines, ours="mine")
     assert kinds(planned(lines[:1], practice=0, controls=0)) == ["test"]
 
@@ -167,11 +169,11 @@ def test_the_page_holds_each_film_once(tmp_path):
 
 def test_pages_that_cannot_be_made(tmp_path, monkeypatch):
     trials = planned(read_takes(folders(tmp_path)))
-    with pytest.raises(StudyError, match="--post file:///x: is no web address; begin it with https://"):
+    with pytest.raises(StudyError, match="--post file:///x: is not a web address; begin it with https://"):
         write_page(tmp_path / "a.html", trials, Wording(post="file:///x"))
     monkeypatch.setattr(page, "MAX_MEGABYTES", 0)
     with pytest.raises(
-        StudyError, match="the films have 0 MB; a page holds 0: make them smaller, or make two"
+        StudyError, match="the videos have 0 MB, but a page can have 0: make them smaller, or make two"
     ):
         write_page(tmp_path / "a.html", trials, Wording())
     assert not list(tmp_path.glob("*.html"))

@@ -1,7 +1,7 @@
-"""Files of sensors: one module each, named after its format.
+"""Readers of sensor files: one module per format, named after it.
 
-Each module has `recognizes(path)`, which looks at the file's name or first bytes, and
-`read(path)`, the sensors in mm with the axes of the file.
+Each module has `recognizes(path)`, which checks the file's name or first bytes, and `read(path)`, which
+returns the sensors in mm with the axes of the file.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ class Reader(Protocol):
 
 @cache
 def reader_names() -> tuple[str, ...]:
-    """The formats, by the stem of their file."""
+    """The formats: the stems of this folder's files."""
     return tuple(sorted(path.stem for path in Path(__file__).parent.glob("[a-z]*.py")))
 
 
 def read_articulation(path: Path) -> Articulation:
-    """Read sensors in any of the formats. Raises CorpusError when the file is of none of them."""
+    """Read sensors in any of the formats. Raises CorpusError for a file in none of them."""
     for name in reader_names():
         reader = cast("Reader", import_module(f"{__name__}.{name}"))
         if reader.recognizes(path):
             return reader.read(path)
-    raise CorpusError(f"{path}: is no file of sensors; known are {', '.join(reader_names())}")
+    raise CorpusError(f"{path}: is not a file of sensors; known formats are {', '.join(reader_names())}")
 
 
 def first_bytes(path: Path, count: int) -> bytes:

@@ -1,4 +1,4 @@
-"""MATLAB files of named signals, as Haskins Laboratories and others keep articulography."""
+"""MATLAB files of named signals, the articulography format of Haskins Laboratories and others."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ AXES = 3
 
 
 def recognizes(path: Path) -> bool:
-    """Whether the file is named as MATLAB's are."""
+    """Whether the file has the suffix of MATLAB files."""
     return path.suffix.lower() == ".mat"
 
 
 def read(path: Path) -> Articulation:
-    """Elements of a structure array (NAME, SRATE, SIGNAL) whose signals have three columns or more, x y z mm.
+    """Elements of a structure array (NAME, SRATE, SIGNAL) whose signals have three or more columns, x y z mm.
 
     Raises CorpusError when there are none or their rates differ, MissingExtraError without SciPy.
     """
@@ -30,7 +30,5 @@ def read(path: Path) -> Articulation:
         (rate,) = {float(signals[name]["SRATE"]) for name in sensors}
         positions = np.stack([a[:, :AXES].astype(np.float64) for a in sensors.values()], axis=1)
     except DAMAGE as error:
-        raise CorpusError(
-            f"{path}: holds no sensors with SRATE and SIGNAL of one rate ({error!r})"
-        ) from error
+        raise CorpusError(f"{path}: has no sensors with SRATE and SIGNAL of one rate ({error!r})") from error
     return Articulation(tuple(sensors), positions, rate, source=str(path))

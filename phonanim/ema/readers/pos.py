@@ -12,19 +12,19 @@ from phonanim.errors import CorpusError
 
 MARK = b"AG50xDATA_V"
 FIELDS = 7  # x, y, z in mm, phi, theta in degrees, the error of the fit, and one more: little-endian float32
-AG500_CHANNELS, AG500_RATE = 12, 200.0  # that machine writes no header
+AG500_CHANNELS, AG500_RATE = 12, 200.0  # the AG500 writes no header
 
 
 def recognizes(path: Path) -> bool:
-    """Whether the file is named or begins as Carstens's are."""
+    """Whether the file has the suffix or the first bytes of Carstens files."""
     return path.suffix.lower() == ".pos" or first_bytes(path, len(MARK)) == MARK
 
 
 def read(path: Path) -> Articulation:
-    """The channels, called by their number from 1. Raises CorpusError when the file is damaged.
+    """The channels, named by their number from 1. Raises CorpusError when the file is damaged.
 
     The second line of an AG501 file is the size of the header in bytes; lines of NAME=VALUE follow. A
-    channel at the origin exactly was not tracked.
+    channel exactly at the origin was not tracked.
     """
     data = first_bytes(path, -1)
     try:
@@ -34,7 +34,7 @@ def read(path: Path) -> Articulation:
     frame = 4 * FIELDS * channels
     if len(data) <= size or (len(data) - size) % frame:
         raise CorpusError(
-            f"{path}: is cut short: {max(0, len(data) - size)} bytes are no whole samples of {frame}"
+            f"{path}: is truncated: {max(0, len(data) - size)} bytes are not whole samples of {frame}"
         )
     table = np.frombuffer(data, "<f4", offset=size).reshape(-1, channels, FIELDS)
     positions = table[..., :3].astype(np.float64)

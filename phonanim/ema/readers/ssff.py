@@ -1,4 +1,4 @@
-"""SSFF, the tracks of EMU: one file per sensor of a recording, told apart by their suffix."""
+"""SSFF, the tracks of EMU: one file per sensor of a recording; the suffix is the sensor."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from phonanim.errors import CorpusError
 
 MARK, END = b"SSFF -- (c) SHLRC", re.compile(rb"^-{17}\r?\n", re.MULTILINE)
 TYPES = {"FLOAT": "f4", "DOUBLE": "f8", "SHORT": "i2", "LONG": "i4", "CHAR": "i1", "BYTE": "u1"}
-AXES = ("_posx", "_posy", "_posz")  # what ends the columns of a sensor's position, mm
+AXES = ("_posx", "_posy", "_posz")  # suffixes of the columns of a sensor's position, mm
 
 
 @dataclass(frozen=True)
@@ -28,15 +28,15 @@ class Columns:
 
 
 def recognizes(path: Path) -> bool:
-    """Whether the file begins as SSFF does."""
+    """Whether the first bytes are those of SSFF."""
     return first_bytes(path, len(MARK)) == MARK
 
 
 def read(path: Path) -> Articulation:
-    """Every sensor of the recording that a file belongs to: files of the same stem that have positions.
+    """Every sensor of the recording of a file: all files of the same stem that have positions.
 
-    A sensor is called by the file's suffix. Samples whose columns are all zero were not tracked. Raises
-    CorpusError when there is none, or when they differ in length or rate.
+    A sensor's name is the file's suffix. Samples whose columns are all zero were not tracked. Raises
+    CorpusError when there are no sensors, or when they differ in length or rate.
     """
     files = {p.suffix[1:]: p for p in sorted(path.parent.glob(f"{path.stem}.*")) if recognizes(p)}
     sensors = {name: columns for name, file in files.items() if _axes(columns := read_ssff(file))}
@@ -44,14 +44,14 @@ def read(path: Path) -> Articulation:
         raise CorpusError(f"{path}: has no columns that end in {', '.join(AXES)}")
     shapes = {(len(next(iter(c.values.values()))), c.rate, c.start) for c in sensors.values()}
     if len(shapes) > 1:
-        raise CorpusError(f"{path}: its sensors differ in length or rate; cut them alike")
+        raise CorpusError(f"{path}: its sensors differ in length or rate; cut them to the same length")
     _, rate, start = shapes.pop()
     positions = np.stack([_positions(columns) for columns in sensors.values()], axis=1)
     return Articulation(tuple(sensors), positions, rate, start, str(path))
 
 
 def read_ssff(path: Path) -> Columns:
-    """Read one file, whatever its columns. Raises CorpusError when it is damaged."""
+    """Read one file with any columns. Raises CorpusError when it is damaged."""
     head, *rest = END.split(first_bytes(path, -1), maxsplit=1)
     lines = [line.split() for line in head.decode("latin-1").splitlines()]
     fields = {words[0]: words[1] for words in lines if len(words) == 2}
@@ -68,7 +68,7 @@ def read_ssff(path: Path) -> Columns:
 
 
 def _axes(columns: Columns) -> list[str]:
-    """The columns of a position, none if one of them is absent."""
+    """The columns of a position; empty if one is missing."""
     found = [name for axis in AXES for name in columns.values if name.endswith(axis)]
     return found if len(found) == len(AXES) else []
 

@@ -1,4 +1,4 @@
-"""Where frames go as they fall due: one module per protocol, named after it.
+"""Destinations of frames in real time: one module per protocol, named after it.
 
 Each module is a `SinkModule`. A name that begins with `_` is a helper.
 """
@@ -33,25 +33,25 @@ class Stage:
 
 
 class Sink(Protocol):
-    """A place for frames. `send` never waits for who listens."""
+    """A destination of frames. `send` never waits for receivers."""
 
-    where: str  # the name of the place, for people
+    where: str  # the name of the destination, for messages
 
     def send(self, number: int, time: float, values: NDArray[np.float32]) -> None:
-        """Send frame `number`, of `time` seconds, its values (controls,). Raises OSError when it cannot."""
+        """Send frame `number` at `time` seconds with its values (controls,). Raises OSError on failure."""
 
     def close(self) -> None:
-        """Let go of the place."""
+        """Close the destination."""
 
 
 class SinkModule(Protocol):
     """What a module of this folder, or a plugin of the group `phonanim.sinks`, offers."""
 
-    SUMMARY: str  # one line for people
-    ADDRESS: Address | None  # the host and port when none is named; None where there is none
+    SUMMARY: str  # one line of description
+    ADDRESS: Address | None  # the default host and port; None without an address
 
     def open_sink(self, stage: Stage, address: Address | None) -> Sink:
-        """Open the place. Raises OSError when that fails, ImportError when a package is absent."""
+        """Open the destination. Raises OSError when that fails, ImportError when a package is missing."""
 
 
 def sink_names() -> tuple[str, ...]:
@@ -60,7 +60,7 @@ def sink_names() -> tuple[str, ...]:
 
 
 def find_sink(name: str) -> SinkModule:
-    """The module of a sink. Raises OptionError with the nearest name."""
+    """The module of a sink. Raises OptionError, which suggests the nearest name."""
     found = SINKS.find(name)
     if found is None:
         near = get_close_matches(name, sink_names(), n=1)
@@ -88,16 +88,16 @@ def open_named(text: str, stage: Stage) -> Sink:
 
 
 def parse_address(text: str, usual: Address, where: str) -> Address:
-    """HOST:PORT, or PORT on the usual host. Raises OptionError."""
+    """HOST:PORT, or PORT on the default host. Raises OptionError."""
     host, _, port = text.rpartition(":")
     if not port.isdecimal() or not 0 < int(port) < 65536:
-        raise OptionError(f"{where}: {text!r} is no address; write HOST:PORT, such as {usual[0]}:{usual[1]}")
+        raise OptionError(f"{where}: {text!r} is not an address; write HOST:PORT, e.g. {usual[0]}:{usual[1]}")
     return host.strip("[]") or usual[0], int(port)
 
 
 @dataclass
 class Datagrams:
-    """A sink that packs each frame into one UDP packet."""
+    """A sink that sends each frame as one UDP packet."""
 
     where: str
     address: tuple[object, ...]
@@ -105,7 +105,7 @@ class Datagrams:
     pack: Callable[[int, float, NDArray[np.float32]], bytes]
 
     def send(self, number: int, time: float, values: NDArray[np.float32]) -> None:
-        """Send a frame; nobody need be listening."""
+        """Send a frame; a receiver is not required."""
         self.socket.sendto(self.pack(number, time, values), self.address)
 
     def close(self) -> None:
@@ -116,6 +116,6 @@ class Datagrams:
 def datagrams(
     name: str, address: Address, pack: Callable[[int, float, NDArray[np.float32]], bytes]
 ) -> Datagrams:
-    """A sink to a host and port. Raises OSError when there is no such host."""
+    """A sink to a host and port. Raises OSError when the host does not exist."""
     family, kind, _, _, place = socket.getaddrinfo(*address, type=socket.SOCK_DGRAM)[0]
     return Datagrams(f"{name}={address[0]}:{address[1]}", place, socket.socket(family, kind), pack)

@@ -11,7 +11,7 @@ Message = tuple[str | float, ...]  # the path, then the values
 
 
 def bundle(messages: Sequence[Message]) -> bytes:
-    """Messages that belong together, as one packet."""
+    """Pack messages into one packet."""
     built = OscBundleBuilder(IMMEDIATELY)
     for path, *values in messages:
         message = OscMessageBuilder(str(path))

@@ -1,9 +1,9 @@
 """Live Link Face over UDP, as Epic's iPhone app sends it and Unreal's Live Link receives it.
 
-A packet (read off PyLiveLinkFace 0.1, MIT, which decodes those of the app): the version, 6, as a
+A packet (after PyLiveLinkFace 0.1, MIT, which decodes the app's packets) has: the version, 6, as a
 little-endian integer; then, all big-endian, "$" and a UUID in 36 letters; the length of the subject's name,
-and the name; frame number and the part of a frame as a float; frames per second and its denominator; a byte
-that says how many values follow, 61, and the values as floats.
+and the name; frame number and the fraction of a frame as a float; frames per second and its denominator; a
+byte with the number of values, 61, and the values as floats.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ SUMMARY = "Live Link Face over UDP, as the app sends it (rigs with ARKit control
 ADDRESS = ("127.0.0.1", 11111)
 VERSION = 6
 SUBJECT = "phonanim"
-# Of one subject, so that a receiver knows it again.
+# Constant for a subject, so that a receiver recognizes it.
 DEVICE = "$" + str(uuid.uuid5(uuid.NAMESPACE_URL, "phonanim")).upper()
-SWAPPED = (("jawRight", "jawLeft"), ("mouthRight", "mouthLeft"))  # packets have left before right
-LARGEST = 2**31  # of a frame number
+SWAPPED = (("jawRight", "jawLeft"), ("mouthRight", "mouthLeft"))  # in packets, left comes before right
+LARGEST = 2**31  # frame numbers wrap here
 
 
 def open_sink(stage: Stage, address: Address) -> Datagrams:
@@ -50,7 +50,7 @@ def open_sink(stage: Stage, address: Address) -> Datagrams:
 
 
 def packet_order() -> tuple[str, ...]:
-    """Control names in the order of a packet: that of the app's files, left and right exchanged twice."""
+    """Control names in the order of a packet: that of the app's files, with left and right swapped twice."""
     order = list(columns())
     for right, left in SWAPPED:
         first, second = order.index(right), order.index(left)

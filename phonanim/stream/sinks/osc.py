@@ -1,4 +1,4 @@
-"""Open Sound Control over UDP: a bundle a frame, a message a control."""
+"""Open Sound Control over UDP: one bundle per frame, one message per control."""
 
 from __future__ import annotations
 

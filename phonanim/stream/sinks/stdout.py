@@ -1,4 +1,4 @@
-"""Lines of JSON on stdout: one that says what moves, then one a frame."""
+"""Lines of JSON on stdout: one that describes the stream, then one per frame."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from phonanim.stream.sinks import Address, Stage
 
 SUMMARY = "lines of JSON: the controls, then frame, time and values"
 ADDRESS = None
-DIGITS = 5  # of a value; controls lie in 0..1
+DIGITS = 5  # of a value; controls are in 0..1
 STDOUT = 1
 
 
@@ -29,7 +29,7 @@ class Lines:
         _write(json.dumps({"frame": number, "time": round(time, 6), "values": rounded}))
 
     def close(self) -> None:
-        """Nothing is left to write."""
+        """Do nothing: every line is already written."""
 
 
 def open_sink(stage: Stage, address: Address | None) -> Lines:
@@ -39,7 +39,7 @@ def open_sink(stage: Stage, address: Address | None) -> Lines:
 
 
 def _write(line: str) -> None:
-    """Write at once and past Python's buffer, which would complain at the end about a reader that left."""
+    """Write at once, without Python's buffer, which would raise an error at exit for a closed pipe."""
     data = (line + "\n").encode()
     while data:
         data = data[os.write(STDOUT, data) :]

@@ -1,4 +1,4 @@
-"""The Virtual Motion Capture protocol, which players of VRM avatars receive: blend shapes over OSC.
+"""The Virtual Motion Capture protocol, for players of VRM avatars: blend shapes over OSC.
 
 The messages: /VMC/Ext/OK (loaded), /VMC/Ext/T (seconds), /VMC/Ext/Blend/Val (name, value) for each blend
 shape, /VMC/Ext/Blend/Apply at the end, and /VMC/Ext/Bone/Pos for the head while it turns (protocol.vmc.info,
@@ -38,7 +38,7 @@ def open_sink(stage: Stage, address: Address) -> Datagrams:
 
 
 def _unity(values: NDArray[np.float32], controls: tuple[str, ...]) -> list[float]:
-    """The turn of the head as Unity's quaternion, xyzw, whose x goes to the character's right."""
+    """The rotation of the head as Unity's quaternion, xyzw, where x is the character's right."""
     turn = turns_of(values[None], controls)
     rotation = quaternions(np.zeros((1, 3)) if turn is None else turn)[0]
     return list((rotation * [1, -1, -1, 1]).tolist())

@@ -1,8 +1,8 @@
-"""A WebSocket, and a page that shows the shipped head moving: both at one address, for any browser.
+"""A WebSocket, and a page that shows the moving head: both at one address, for any browser.
 
-`http://HOST:PORT/` is the page, which needs nothing from elsewhere. `ws://HOST:PORT/live` sends a frame as
-one binary message, little-endian: number (uint32), 4 bytes of nothing, seconds (float64), values (float32
-each). The first message is JSON text: the rig, frames per second, and the names of the controls.
+`http://HOST:PORT/` is the page, which loads nothing from other hosts. `ws://HOST:PORT/live` sends a frame as
+one binary message, little-endian: number (uint32), 4 unused bytes, seconds (float64), values (float32 each).
+The first message is JSON text: the rig, frames per second, and the names of the controls.
 """
 
 from __future__ import annotations
@@ -68,14 +68,14 @@ class Broadcast:
         self.loop.call_soon_threadsafe(self._send, message)
 
     def close(self) -> None:
-        """Tell everybody that it is over."""
+        """Close all connections."""
         asyncio.run_coroutine_threadsafe(self._end(), self.loop).result()
         self._stop()
 
     async def _serve(self, address: Address) -> Any:
         from websockets.asyncio.server import serve
 
-        quiet = logging.getLogger("phonanim.websocket")  # a visitor who hangs up is no news
+        quiet = logging.getLogger("phonanim.websocket")  # a client that disconnects is not logged
         quiet.addHandler(logging.NullHandler())
         quiet.propagate = False
         return await serve(
@@ -167,7 +167,7 @@ def _is_address(name: str) -> bool:
 
 def open_sink(stage: Stage, address: Address) -> Broadcast:
     """Raises ImportError without websockets, RigError when the head has no target for any control."""
-    import websockets.asyncio.server  # noqa: F401  what is missing is said before a page is made
+    import websockets.asyncio.server  # noqa: F401  fail before the page is made
 
     return Broadcast(stage, address, live_page(stage).encode())
 
