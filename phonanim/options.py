@@ -66,7 +66,7 @@ class Options:
     lexicon: str | None = None
     unknown: Literal["error", "nearest", "silence"] = "error"
     contacts: bool = True
-    retarget: Literal["auto", "poses", "direct", "solve"] = "auto"
+    retarget: Literal["auto", "articulation", "poses", "direct", "solve"] = "auto"
     intensity: float = 1.0
     jaw: float = 1.0
     lips: float = 1.0

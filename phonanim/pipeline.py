@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from phonanim.animation.overlay import apply_overlays, hash_overlays
 from phonanim.animation.rates import check_rate, frame_count
 from phonanim.animation.smooth import closure_mask, smooth_controls
 from phonanim.animation.style import is_stepped_rig, scale_controls, unused_option_warnings
+from phonanim.articulation import Articulation
+from phonanim.articulation.blend import blend_articulation
+from phonanim.articulation.scaling import scale_articulation
 from phonanim.core.catalog import find_model
 from phonanim.core.files import content_hash
 from phonanim.core.version import __version__
@@ -43,6 +46,14 @@ class AnimationResult:
     notes: tuple[str, ...]
     modes: NDArray[np.float32]
     face: FaceModel
+
+
+class Motion(NamedTuple):
+    """Modes (frames, modes), controls (frames, controls), and the articulation that made them, if any."""
+
+    modes: NDArray[np.float32]
+    values: NDArray[np.float32]
+    articulation: Articulation | None
 
 
 def animate(
@@ -77,10 +88,10 @@ def animate_detailed(path: Path, options: Options = DEFAULTS, audio: Path | None
     model, rig = load_model(options.model), load_cached_rig(options.rig)
     source = read_speech_input(path, options, audio, model.regressor.input_modality)
     track, frames = source.track, frame_count(source.track.duration, options.fps)
-    modes, values = predict_controls(track, model, rig, options, frames, sound=source.sound)
+    modes, values, articulation = predict_controls(track, model, rig, options, frames, sound=source.sound)
     times = np.arange(len(modes)) / options.fps
     if options.smooth and not is_stepped_rig(rig):
-        closed = closure_mask(modes, track, model.face, times)
+        closed = closure_mask(modes, track, model.face, times, articulation)
         values = smooth_controls(values, options.smooth, options.fps, closed)
     values, laid = apply_overlays(values, rig, options.overlays, track, times, load)
     remarks = (*unused_option_warnings(options, rig), *idle_life(options, rig), *laid)
@@ -98,6 +109,7 @@ def animate_detailed(path: Path, options: Options = DEFAULTS, audio: Path | None
         words=source.alignment.words,
         audio=source.audio,
         provenance=_provenance(path, options, (*source.notes, *remarks)) | _heard(source),
+        articulation=None if articulation is None else articulation.values.astype(np.float32),
     )
     return AnimationResult(animation, track, source.notes, modes, model.face)
 
@@ -110,8 +122,8 @@ def predict_controls(
     frames: int,
     start: float = 0.0,
     sound: Sound | None = None,
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Modes (frames, modes) and controls (frames, controls) at start + n / fps seconds of a track.
+) -> Motion:
+    """The motion at start + n / fps seconds of a track.
 
     All that decides a frame lies near it, so a stream may ask for a few at a time.
     """
@@ -119,8 +131,29 @@ def predict_controls(
     if options.contacts:
         modes = contacts.enforce_lip_contacts(modes, track, model.face, options.fps, start)
     times = start + np.arange(frames) / options.fps
-    values = retarget(modes, model.face, rig, options.retarget, track, times, options.contacts)
-    return modes, scale_controls(values, rig, options.intensity, options.jaw, options.lips, options.gains)
+    articulation = _articulation(modes, model.face, rig, options, track, times)
+    values = retarget(modes, model.face, rig, options.retarget, track, times, options.contacts, articulation)
+    if articulation is None:
+        values = scale_controls(values, rig, options.intensity, options.jaw, options.lips, options.gains)
+    else:
+        values = scale_controls(values, rig, own=options.gains)
+    return Motion(modes, values, articulation)
+
+
+def _articulation(
+    modes: NDArray[np.float32],
+    face: FaceModel,
+    rig: Rig,
+    options: Options,
+    track: PhoneTrack,
+    times: NDArray[np.float64],
+) -> Articulation | None:
+    """What the mouth does, as strongly as wished; none where modes move the rig or no phone is known."""
+    if options.retarget not in ("auto", "articulation") or not rig.speaks or not track.codes.any():
+        return None
+    shapes, closed = face.instance(modes), contacts.closed_shape(face)
+    mouth = blend_articulation(shapes, face, closed, track, times, options.contacts)
+    return scale_articulation(mouth, options.intensity, options.jaw, options.lips)
 
 
 def apply_edit_file(animation: Animation, path: Path, options: Options = DEFAULTS) -> Animation:

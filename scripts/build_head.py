@@ -29,7 +29,8 @@ from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
-from tongue_shapes import tongue_shapes
+from mouth_shapes import closed_lips, low_tongue, round_funnel, upright_teeth
+from tongue_shapes import lifted_out, tongue_shapes
 
 from phonanim.core.files import atomic_path
 from phonanim.media.glb import glb_bytes
@@ -47,8 +48,8 @@ COPYRIGHT = "CC0 1.0; base mesh: MakeHuman community (MPFB2); face units: Mika S
 MATERIALS = {
     "skin": ((0.60, 0.36, 0.26), 0.55),
     "tongue": ((0.48, 0.13, 0.13), 0.40),
-    "teeth_u": ((0.68, 0.62, 0.52), 0.25),
-    "teeth_l": ((0.68, 0.62, 0.52), 0.25),
+    "teeth_u": ((0.56, 0.51, 0.43), 0.25),
+    "teeth_l": ((0.56, 0.51, 0.43), 0.25),
     "eye_l": ((0.82, 0.80, 0.77), 0.12),
     "eye_r": ((0.82, 0.80, 0.77), 0.12),
 }
@@ -57,7 +58,7 @@ LIPS = (0.72, 0.42, 0.42)
 INNER_MOUTH = (0.38, 0.12, 0.12)
 HAIR = (0.16, 0.13, 0.12)
 DEEP = (0.18, 0.12, 0.12)  # tongue and teeth as they lie in the dark
-LIT, DARK = 0.010, 0.034  # metres from the tip of the tongue, or from between the front teeth
+LIT, DARK = 0.012, 0.055  # metres from the tip of the tongue, or from between the front teeth
 
 RIM = 0.5295  # metres: the height of the rim of the neck
 
@@ -129,11 +130,38 @@ def build(data: Path) -> tuple[dict[str, Part], tuple[str, ...]]:
     """The parts of the head in their order, and the names of its targets."""
     base = read_base(data / "mpfb2" / "3dobjs" / "base.obj")
     names, moves = read_units(data / "faceunits01" / "targets" / "faceunits", len(base.points))
+    moves = round_funnel(names, moves)
     parts = {"skin": skin(base, moves, data / "mpfb2" / "textures")}
     parts |= {name: piece(base, moves, base.quads[group]) for name, group in GROUPS.items()}
     parts |= {name: eye(base, moves, base.quads[group]) for name, group in EYES.items()}
-    shapes = tongue_shapes(parts["tongue"].points)
+    parts |= mended(parts, parts["skin"].deltas[names.index("jawOpen")])
+    tongue, out = parts["tongue"], names.index("tongueOut")
+    tongue.deltas[out] = lifted_out(tongue.points, tongue.deltas[out])
+    shapes = tongue_shapes(tongue.points)
     return {name: with_tongue(name, part, shapes) for name, part in parts.items()}, (*names, *shapes)
+
+
+def mended(parts: dict[str, Part], opening: Array) -> dict[str, Part]:
+    """Lips, teeth and tongue as speech shows them; `opening` (n, 3) is what jawOpen moves of the skin."""
+    rest = {"tongue": low_tongue(parts["tongue"].points), "skin": closed_lips(parts["skin"].points, opening)}
+    teeth = {name: upright_teeth(parts[name].points, name) for name in ("teeth_u", "teeth_l")}
+    moved = {name: carried(parts[name].points, parts[name].deltas, points) for name, points in teeth.items()}
+    return {name: replace(parts[name], points=points) for name, points in rest.items()} | {
+        name: replace(parts[name], points=points, deltas=moved[name]) for name, points in teeth.items()
+    }
+
+
+def carried(points: Array, deltas: Array, other: Array) -> Array:
+    """What moves points as one piece, (n, 3) and (targets, n, 3), at other points, (m, 3) -> (targets, m, 3).
+
+    Turns are linear in the points: one linear map per target, by least squares.
+    """
+    centre = points.mean(axis=0)
+    known, there = (np.column_stack([p - centre, np.ones(len(p))]) for p in (points, other))
+    maps = np.linalg.lstsq(known, np.hstack(list(deltas)), rcond=None)[0]
+    moved = (there @ maps).reshape(len(other), -1, 3).swapaxes(0, 1)
+    moved[np.abs(deltas).max(axis=(1, 2)) == 0] = 0
+    return moved
 
 
 def with_tongue(name: str, part: Part, shapes: dict[str, Array]) -> Part:
@@ -253,20 +281,14 @@ def masked(base: BaseMesh, quads: Array, path: Path) -> Array:
 def eye(base: BaseMesh, moves: Array, quads: Array) -> Part:
     """A sphere in the place of a helper eye, with rings of colour; it moves as the helper does.
 
-    Face units turn the helper about its centre, which is linear in its points: one linear map per unit,
-    by least squares.
+    Face units turn the helper about its centre.
     """
     helper = piece(base, moves, quads)
     centre = (helper.points.min(axis=0) + helper.points.max(axis=0)) / 2
     radius = np.linalg.norm(helper.points - centre, axis=1).mean()
     directions, triangles, colors = sphere()
-    basis = np.column_stack([helper.points - centre, np.ones(len(helper.points))])
-    points = directions * radius
-    there = np.column_stack([points, np.ones(len(points))])
-    maps = np.linalg.lstsq(basis, np.hstack(list(helper.deltas)), rcond=None)[0]
-    deltas = (there @ maps).reshape(len(points), -1, 3).swapaxes(0, 1)
-    deltas[np.abs(helper.deltas).max(axis=(1, 2)) == 0] = 0
-    return Part(points + centre, triangles, colors, deltas)
+    points = directions * radius + centre
+    return Part(points, triangles, colors, carried(helper.points, helper.deltas, points))
 
 
 def sphere() -> tuple[Array, Array, Array]:

@@ -1,12 +1,13 @@
 """Fit the shipped presets to the reference face's motion, on the shipped head.
 
-    phonanim corpus build RECORDINGS -o work/corpus
+    python scripts/fit_rig.py                                      # the head has changed
+    phonanim corpus build RECORDINGS -o work/corpus                # the reference face has
     python scripts/fit_rig.py work/corpus [--model NAME]
 
 writes into lexicon/rigs: motion.csv (a sample of the training clips' motion); arkit and vrm (controls,
-limits, mean, eight poses, direct map); oculus15.shapes.csv (where each viseme takes the face); and face, the
-reference face's own landmarks as a rig. Run it again when the reference face or the head changes;
-benchmarks/retarget.py gives the figures.
+limits, mean, eight poses, direct map, measures of the mouth); oculus15.shapes.csv and oculus15.mouth.csv
+(where each viseme takes the face and the mouth); and face, the reference face's own landmarks as a rig.
+Without a corpus the sample of motion that is there serves. benchmarks/retarget.py gives the figures.
 """
 
 from __future__ import annotations
@@ -29,14 +30,17 @@ from phonanim.face.model import FaceModel
 from phonanim.pipeline import load_model
 from phonanim.rig import HingeMap, Rig
 from phonanim.rig.fit import fit_rig
-from phonanim.rig.head import load_head
+from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmark_rig import LandmarkRig, make_landmark_rig
 from phonanim.rig.landmarks import shipped_landmarks
-from phonanim.rig.motion import SHIPPED, closed_face, sample_motion, write_motion
+from phonanim.rig.measures import write_measures
+from phonanim.rig.measuring import ALWAYS, ARKIT, measure
+from phonanim.rig.motion import SHIPPED, Motion, closed_face, read_motion, sample_motion, write_motion
 from phonanim.rig.neck import TURNS
 from phonanim.rig.tables import VRM, read_viseme_shapes, write_shapes
 from phonanim.rig.write import write_rig
 
+EFFORT = 3.0  # mm² of a viseme at full weight
 RIGS = LEXICON / "rigs"
 FRAMES = 1000  # more change no figure in its second digit
 # Sideways jaw and mouth are no speech; cheeks, nose and tongue do not show in the landmarks.
@@ -51,24 +55,34 @@ FITTED = (
 def main() -> None:
     """Sample the motion, fit every preset, write them."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    options.add_argument("corpus", type=Path)
+    options.add_argument("corpus", type=Path, nargs="?")
     options.add_argument("--model", help="take the reference face of this model, not a new one")
     options.add_argument("--seed", type=int, default=1)
     chosen = options.parse_args()
+    face, motion = sampled(chosen) if chosen.corpus else (load_model(DEFAULT_MODEL).face, read_motion())
+    if chosen.corpus:
+        write_motion(SHIPPED, motion)
+    modes, head, spots = motion.modes(face), load_head(), shipped_landmarks()
+    landmark_rig = make_landmark_rig(head, spots, face)
+    preset = replace(arkit(tuple(sorted(columns()[:N_ARKIT]))), mouth=measure(head, spots, face, ARKIT))
+    write_rig(RIGS / "arkit.toml", fit_rig(preset, landmark_rig, face, modes))
+    visemes, shapes = viseme_landmark_rig(landmark_rig), viseme_head(head)
+    mouth = measure(named_head(shapes, VRM), spots, face, dict.fromkeys(VRM, (ALWAYS, EFFORT)))
+    write_rig(RIGS / "vrm.toml", fit_rig(replace(vrm(), mouth=mouth), vrm_landmark_rig(visemes), face, modes))
+    write_oculus(visemes, face, closed_face(face, modes))
+    own = {f"viseme_{name}": name for name in shapes.targets}
+    mouth = measure(named_head(shapes, own), spots, face, dict.fromkeys(own, (ALWAYS, EFFORT)))
+    write_measures(RIGS / "oculus15.mouth.csv", mouth)
+    if chosen.corpus:
+        write_rig(RIGS / "face.toml", identity(face, closed_face(face, modes)))
+
+
+def sampled(chosen: argparse.Namespace) -> tuple[FaceModel, Motion]:
+    """The reference face of a model or of the corpus, and a sample of the corpus' motion in its modes."""
     corpus = load_corpus(chosen.corpus)
     face = load_model(chosen.model).face if chosen.model else train_face(corpus)
     shapes = corpus.landmarks[corpus.rows(corpus.clips_of("train"))]
-    motion = sample_motion(face.project(shapes), face, FRAMES, np.random.default_rng(chosen.seed))
-    write_motion(SHIPPED, motion)
-    modes = motion.modes(face)
-    landmark_rig = make_landmark_rig(load_head(), shipped_landmarks(), face)
-    write_rig(
-        RIGS / "arkit.toml", fit_rig(arkit(tuple(sorted(columns()[:N_ARKIT]))), landmark_rig, face, modes)
-    )
-    visemes = viseme_landmark_rig(landmark_rig)
-    write_rig(RIGS / "vrm.toml", fit_rig(vrm(), vrm_landmark_rig(visemes), face, modes))
-    write_oculus(visemes, face, closed_face(face, modes))
-    write_rig(RIGS / "face.toml", identity(face, closed_face(face, modes)))
+    return face, sample_motion(face.project(shapes), face, FRAMES, np.random.default_rng(chosen.seed))
 
 
 def train_face(corpus: Corpus) -> FaceModel:
@@ -99,6 +113,7 @@ def arkit(controls: tuple[str, ...]) -> Rig:
         head=RIGS / "head.glb",
         landmarks=RIGS / "arkit.landmarks.csv",
         accents=RIGS / "arkit.accents.csv",
+        tongue=RIGS / "arkit.places.csv",
     )
 
 
@@ -115,6 +130,18 @@ def viseme_landmark_rig(landmark_rig: LandmarkRig) -> LandmarkRig:
     """The shipped head with visemes for controls, as viseme_shapes.csv mixes them of ARKit controls."""
     names, mixtures = read_viseme_shapes(landmark_rig.controls)
     return LandmarkRig(names, landmark_rig.rest, np.tensordot(mixtures, landmark_rig.shapes, axes=1))
+
+
+def viseme_head(head: Head) -> Head:
+    """The shipped head with visemes for its shapes."""
+    names, mixtures = read_viseme_shapes(head.targets)
+    return replace(head, targets=names, deltas=np.tensordot(mixtures, head.deltas, axes=1))
+
+
+def named_head(head: Head, names: dict[str, str]) -> Head:
+    """Some shapes of a head under other names, each with the name that it has."""
+    rows = [head.targets.index(name) for name in names.values()]
+    return replace(head, targets=tuple(names), deltas=head.deltas[rows])
 
 
 def vrm_landmark_rig(visemes: LandmarkRig) -> LandmarkRig:

@@ -3,7 +3,7 @@
 ARKit's only tongue shape is tongueOut. These four move the tongue to the places of articulation of the IPA
 chart: the tip between the teeth (dental) and to the ridge behind them (alveolar), the blade to the hard
 palate (palatal), the back to the soft one (velar). At full weight they arrive with the jaw a little open
-(ARKit jawOpen 0.15), since the tongue rides on it. They are our own, drawn in the millimetres of this head.
+(ARKit jawOpen 0.11), since the tongue rides on it. They are our own, drawn in the millimetres of this head.
 """
 
 from __future__ import annotations
@@ -15,32 +15,41 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 
+TIP_HEIGHT = 653.5  # mm, the middle of the tip at rest
+
 
 def tongue_shapes(points: Array) -> dict[str, Array]:
     """Motions of the tongue by name, (n, 3) metres -> (n, 3) metres each."""
     x, y, z = (points * 1000).T
-    back, front = (_hump(z, at, 15) * _hump(x, 0, 20) * _ramp(y, 648, 662) for at in (92, 119))
+    back, front = (_hump(z, at, 15) * _hump(x, 0, 20) * _ramp(y, 644, 656) for at in (92, 117))
     return {
-        "tongueBackUp": _millimetres(0 * x, 12 * back, -3 * back),
-        "tongueFrontUp": _millimetres(0 * x, 9 * front, 2 * front),
+        "tongueBackUp": _millimetres(0 * x, 14 * back, -3 * back),
+        "tongueFrontUp": _millimetres(0 * x, 13 * front, 2 * front),
         "tongueTipForward": _between_the_teeth(x, y, z),
         "tongueTipUp": _to_the_ridge(x, y, z),
     }
 
 
+def lifted_out(points: Array, out: Array) -> Array:
+    """ARKit's tongueOut for a tongue that lies low: over the lower teeth, not through them, (n, 3) metres."""
+    x, y, z = (points * 1000).T
+    along = _ramp(z, 105, 139)
+    level = 14.0 * along**1.3 - 0.6 * along * (y - TIP_HEIGHT) - along * out[:, 1] * 1000
+    return out + _millimetres(0 * x, level, 0 * x)
+
+
 def _to_the_ridge(x: Array, y: Array, z: Array) -> Array:
     """The tip up behind the upper teeth, with its underside low enough to be seen below their edge."""
     along = _ramp(z, 111, 136)
-    bent = along**1.2 * _hump(x, 0, 24) * (0.35 + 0.65 * _ramp(y, 655, 663))
-    return _millimetres(0 * x, 15.0 * bent, 0.5 * along)
+    bent = along**1.2 * _hump(x, 0, 24) * (0.1 + 0.9 * _ramp(y, 652.5, 656))
+    return _millimetres(0 * x, 16.5 * bent, 1.5 * along)
 
 
 def _between_the_teeth(x: Array, y: Array, z: Array) -> Array:
-    """The tip stretched forward, flat and narrow, over the lower teeth."""
-    along = _ramp(z, 118, 139)
-    flat = _ramp(z, 118, 132)
-    thinner = -0.62 * flat * (y - 659)
-    return _millimetres(-0.3 * along * x, thinner + 3.4 * flat, 12.5 * along)
+    """The tip stretched forward, flat and narrow, over the lower teeth and under the upper ones."""
+    along = _ramp(z, 112, 139)
+    thinner = -0.72 * along * (y - TIP_HEIGHT)
+    return _millimetres(-0.45 * along * x, thinner + 6.9 * along**1.2, 17.0 * along)
 
 
 def _millimetres(x: Array, y: Array, z: Array) -> Array:

@@ -21,7 +21,8 @@ class Animation:
 
     `values` is (frames, channels) float32; `channels` are the control names of `rig`;
     `phones` and `words` are the labels as spoken (for timelines); `audio` is the recording;
-    `provenance` says what made it (input hash, model, rig, options, version).
+    `provenance` says what made it (input hash, model, rig, options, version);
+    `articulation` (frames, CHANNELS of phonanim.articulation) mm is what the mouth does, where it is known.
 
     Examples:
         >>> import phonanim
@@ -41,6 +42,7 @@ class Animation:
     words: tuple[Interval, ...] = ()
     audio: Path | None = None
     provenance: dict[str, Any] = field(default_factory=dict)
+    articulation: NDArray[np.float32] | None = None
 
     @property
     def times(self) -> NDArray[np.float64]:
@@ -58,11 +60,14 @@ class Animation:
         count = int((len(self.values) - 1) * fps / self.fps + ROUNDING) + 1
         places = np.minimum(np.arange(count) * (self.fps / fps), len(self.values) - 1)
         first = np.minimum(places.astype(np.int64), max(len(self.values) - 2, 0))
-        share = (places - first)[:, None]
-        values = (1 - share) * self.values[first] + share * self.values[
-            np.minimum(first + 1, len(self.values) - 1)
-        ]
-        return replace(self, values=values.astype(np.float32), fps=fps)
+        share = (places - first)[:, None].astype(np.float32)
+        after = np.minimum(first + 1, len(self.values) - 1)
+
+        def between(curves: NDArray[np.float32]) -> NDArray[np.float32]:
+            return (1 - share) * curves[first] + share * curves[after]
+
+        mouth = None if self.articulation is None else between(self.articulation)
+        return replace(self, values=between(self.values), fps=fps, articulation=mouth)
 
     def save(self, path: str | Path, **options: Any) -> None:
         """Write the animation in the format of the path's suffix; the same as `phonanim.save`.

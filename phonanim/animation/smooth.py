@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.articulation import Articulation
 from phonanim.face.contacts import CONTACTS, lip_functionals
 from phonanim.face.model import INNER_LIP_PAIRS, FaceModel
 from phonanim.speech.inventory import INVENTORY
@@ -18,7 +19,7 @@ LONGEST = 1.0  # seconds
 REACH = 3.0  # standard deviations at which the window ends
 SHORTEST = 0.1  # frames; a narrower window is the frame itself
 CLOSED = 0.6  # mm between the inner lips: closed, as a tracker sees it
-RAMP = 0.06  # seconds from a closure to the smoothed curve; as in phonanim.face.contacts
+RAMP = 0.06  # seconds from a closure to the smooth_controls curve; as in phonanim.face.contacts
 PER_WIDTH = 1 / math.sqrt(8 * math.log(2))  # standard deviations in the full width at half height
 HALF_POWER = math.sqrt(math.log(2)) / (2 * math.pi)  # frequency times standard deviation
 
@@ -51,20 +52,34 @@ def smooth_controls(
     return np.where(kept == 1, values, kept * values + (1 - kept) * means).astype(np.float32)
 
 
-def closure_mask(modes: NDArray[np.floating], track: PhoneTrack, face: FaceModel, times: Array) -> Array:
+def closure_mask(
+    modes: NDArray[np.floating],
+    track: PhoneTrack,
+    face: FaceModel,
+    times: Array,
+    articulation: Articulation | None = None,
+) -> Array:
     """How much of each frame smoothing must leave alone, (frames,): 1 at closures, 0 a `RAMP` away.
 
-    A closure is a frame whose lips are closed on the reference face, or that lies in the core of a phone
-    that brings lips or teeth together.
+    A closure is a frame whose lips are closed, by the articulation or else on the reference face, or that
+    lies in the core of a phone that brings lips or teeth together.
     """
-    weights, offset = lip_functionals(face)
-    pairs = len(INNER_LIP_PAIRS)
-    closed = (np.asarray(modes) @ weights[:pairs].T + offset[:pairs]).max(axis=1) < CLOSED
+    if articulation is not None:
+        closed = articulation.channel("lip_gap") <= 0
+    else:
+        closed = lip_gaps(modes, face).max(axis=1) < CLOSED
     marks = np.concatenate([times[closed], *_cores(track, times)])
     marks = np.concatenate([[-np.inf], np.unique(marks), [np.inf]])
     later = np.searchsorted(marks, times)
     apart = np.minimum(marks[later] - times, times - marks[later - 1])
     return np.asarray((1 + np.cos(np.pi * np.clip(apart / RAMP, 0, 1))) / 2)
+
+
+def lip_gaps(modes: NDArray[np.floating], face: FaceModel) -> Array:
+    """Gaps between the inner lips, (frames, modes) -> (frames, pairs) mm."""
+    weights, offset = lip_functionals(face)
+    pairs = len(INNER_LIP_PAIRS)
+    return np.asarray(np.asarray(modes) @ weights[:pairs].T + offset[:pairs])
 
 
 def _cores(track: PhoneTrack, times: Array) -> list[Array]:

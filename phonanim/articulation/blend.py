@@ -25,11 +25,17 @@ HUSH = 0.06  # seconds: the spread of silence in time
 
 
 def blend_articulation(
-    shapes: NDArray[np.floating], face: FaceModel, closed: Array, track: PhoneTrack, times: Array
+    shapes: NDArray[np.floating],
+    face: FaceModel,
+    closed: Array,
+    track: PhoneTrack,
+    times: Array,
+    contacts: bool = True,
 ) -> Articulation:
     """What the mouth does by a predicted face and by phones, (frames, landmarks, 3) mm -> (frames, channels).
 
-    `closed` (landmarks, 3) is the face with its lips shut, at rest; `times` (frames,) seconds rise.
+    `closed` (landmarks, 3) is the face with its lips shut, at rest; `times` (frames,) seconds rise. Lips and
+    teeth wholly meet unless `contacts` is off.
     """
     values = articulate(track, times, contacts=False).values
     gap = values[:, CHANNELS.index("lip_gap")].copy()
@@ -41,7 +47,8 @@ def blend_articulation(
     change = values[:, CHANNELS.index("lip_gap")] - gap
     teeth = CHANNELS.index("lower_lip_to_teeth")
     values[:, teeth] = np.maximum(values[:, teeth] + change, 0)  # the lower lip goes with the gap
-    enforce_contacts(values, track, times)
+    if contacts:
+        enforce_contacts(values, track, times)
     return Articulation(values)
 
 

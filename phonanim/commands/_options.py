@@ -109,9 +109,9 @@ OPTIONS = (
     ),
     click.option(
         "--retarget",
-        type=click.Choice(["auto", "poses", "direct", "solve"]),
+        type=click.Choice(["auto", "articulation", "poses", "direct", "solve"]),
         default=DEFAULTS.retarget,
-        help="Map to the rig by its eight poses, by its direct map, or solve each frame on its head.",
+        help="By articulation, or from the face by eight poses, by a direct map, or solved frame by frame.",
     ),
     click.option("--intensity", type=GAIN, default=DEFAULTS.intensity, help="Scale all motion."),
     click.option("--jaw", type=GAIN, default=DEFAULTS.jaw, help="Scale the motion of the jaw."),

@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import json
 import zipfile
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
+from phonanim.articulation import CHANNELS
 from phonanim.core.decode import DAMAGE, parse_json, read_arrays
 from phonanim.core.files import atomic_path
 from phonanim.exporters._document import document, from_values, not_ours
@@ -23,9 +26,10 @@ EPOCH = (1980, 1, 1, 0, 0, 0)  # the same input gives the same bytes on any day
 def write(animation: Animation, path: Path) -> None:
     """Write `values` (frames, channels) float32, `channels`, `fps`, `start`, `times`, and `about` as JSON.
 
-    Raises OutputError when the destination cannot be written.
+    Where it is known, what the mouth does stands in `articulation` (frames, 10) float32 mm, under
+    `articulation_channels`. Raises OutputError when the destination cannot be written.
     """
-    arrays = {
+    arrays: dict[str, NDArray[Any] | np.generic] = {
         "values": np.asarray(animation.values, np.float32),
         "channels": np.array(animation.channels, dtype=np.str_),
         "fps": np.float64(animation.fps),
@@ -33,6 +37,9 @@ def write(animation: Animation, path: Path) -> None:
         "times": animation.times,
         "about": np.array(json.dumps({k: v for k, v in document(animation).items() if k != "curves"})),
     }
+    if animation.articulation is not None:
+        arrays["articulation"] = np.asarray(animation.articulation, np.float32)
+        arrays["articulation_channels"] = np.array(CHANNELS, dtype=np.str_)
     save_arrays(path, arrays)
 
 
@@ -41,9 +48,20 @@ def read(path: Path) -> Animation:
     try:
         arrays = read_arrays(path)
         about = parse_json(str(arrays["about"]))
-        return from_values(about, arrays["values"], arrays["channels"].tolist(), path)
+        animation = from_values(about, arrays["values"], arrays["channels"].tolist(), path)
+        return replace(animation, articulation=_articulation(arrays, len(animation.values)))
     except (OSError, *DAMAGE) as error:
         raise not_ours(path, error) from error
+
+
+def _articulation(arrays: Mapping[str, NDArray[Any]], frames: int) -> NDArray[np.float32] | None:
+    """What the mouth does, (frames, channels) mm, where the file has it. Raises ValueError when it is damaged."""
+    if "articulation" not in arrays:
+        return None
+    mouth = np.asarray(arrays["articulation"], np.float32)
+    if mouth.shape != (frames, len(CHANNELS)) or not np.isfinite(mouth).all():
+        raise ValueError(f"its articulation is not {frames} frames of {len(CHANNELS)} finite channels")
+    return mouth
 
 
 def save_arrays(path: Path, arrays: dict[str, NDArray[Any] | np.generic]) -> None:

@@ -48,6 +48,7 @@ CONTACTS = (
     Contact(("f", "v"), "gap", limit=1.9, core=0.3, ramp=0.06, rise=14.0),
     Contact(("sh", "zh", "ch", "jh"), "width", limit=49.5, core=0.3, ramp=0.09, rise=10.0),
 )
+AT_REST = 0.2  # mm: tracked lips that touch lie this far apart
 SWEEPS = 8  # of the alternating projections; the bounds then hold to a hundredth of a millimetre
 
 
@@ -103,6 +104,15 @@ def project_within_limits(modes: Array, weights: Array, limits: Array, std: Arra
             multipliers[:, k] += step
             moved -= step[:, None] * directions[k]
     return moved
+
+
+def closed_shape(face: FaceModel) -> Array:
+    """The face with its lips shut that is nearest to the mean face, (landmarks, 3) mm: a mouth at rest."""
+    weights, offset = lip_functionals(face)
+    limits = np.full((1, len(offset)), np.inf)
+    limits[0, : len(INNER_LIP_PAIRS)] = AT_REST
+    modes = project_within_limits(np.zeros((1, len(face.std))), weights, limits - offset, face.std)
+    return np.asarray(face.instance(modes)[0])
 
 
 def lip_functionals(face: FaceModel) -> tuple[Array, Array]:

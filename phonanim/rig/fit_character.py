@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from phonanim.rig.fit import fit_rig
 from phonanim.rig.head import TONGUE, Head, load_head
 from phonanim.rig.landmark_rig import LandmarkRig, control_partners, make_landmark_rig
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
+from phonanim.rig.measuring import ALWAYS, ARKIT, measure
 from phonanim.rig.morphs import plain_name
 from phonanim.rig.motion import read_motion
 from phonanim.rig.read import load_rig
@@ -24,6 +26,9 @@ from phonanim.rig.rig import Rig
 MOODS = frozenset({"happy", "angry", "sad", "relaxed", "surprised", "joy", "sorrow", "fun", "cheekpuff"})
 LEAST_MOTION = 1.0  # mm of some lip point: less is no shape of speech
 CANCELLING = 0.5  # of the two sides' motion: less is left where they pull against each other
+ENOUGH_STEMS = 6  # of the controls that the preset's mouth is made of
+EFFORT = 3.0  # mm² of any other shape at full weight
+SIDE = re.compile(r"(left|right)$")
 ENOUGH_ARKIT = 10  # speech controls with ARKit's names: then these are the character's
 
 
@@ -39,7 +44,16 @@ def fit_character(
         spots = suggest_landmarks(load_head(), shipped_landmarks(), head)
     landmark_rig = make_landmark_rig(head, spots, face)
     rig = unfitted_rig(head, name, speech_controls(landmark_rig, face, arkit))
-    return fit_rig(rig, landmark_rig, face, read_motion().modes(face)), spots
+    mouth = measure(head, spots, face, speech_uses(rig.speech))
+    return replace(fit_rig(rig, landmark_rig, face, read_motion().modes(face)), mouth=mouth), spots
+
+
+def speech_uses(speech: tuple[str, ...]) -> dict[str, tuple[str, float]]:
+    """When each control takes part and what it costs: ARKit's as the preset has it, others always."""
+    stems = dict.fromkeys(SIDE.sub("", plain_name(name)) for name in speech)
+    known = {plain_name(name): uses for name, uses in ARKIT.items()}
+    arkit = sum(stem in known for stem in stems) >= ENOUGH_STEMS
+    return {stem: known[stem] if arkit else (ALWAYS, EFFORT) for stem in stems if stem in known or not arkit}
 
 
 def unfitted_rig(head: Head, name: str, speech: tuple[str, ...]) -> Rig:

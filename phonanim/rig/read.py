@@ -13,6 +13,7 @@ import numpy as np
 
 from phonanim.core.lexicon import find_tables
 from phonanim.errors import RigError
+from phonanim.rig.measures import read_measures
 from phonanim.rig.rig import MEAN, POSES, Array, Rig, Through, Visemes
 from phonanim.rig.tables import read_hinges, read_mixture, read_shapes, read_visemes
 
@@ -21,9 +22,10 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-FILES = ("direct", "head", "landmarks", "accents", "tongue", "visemes", "shapes")
+FILES = ("direct", "head", "landmarks", "mouth", "accents", "tongue", "visemes", "shapes")
 KEYS = (
-    *("name", "title", "source", "face", "head", "landmarks", "accents", "tongue", "direct", "speech"),
+    *("name", "title", "source", "face", "head", "landmarks", "mouth", "accents", "tongue", "direct"),
+    *("speech", "articulated"),
     *("through", "table", "visemes", "shapes", "stepped"),
     *("controls", "at_most", "shares", "poses"),
 )
@@ -140,7 +142,7 @@ def _pose_problems(document: dict[str, Any], controls: dict[str, Any]) -> list[s
     poses = document.get("poses", {})
     names = (MEAN, *POSES)
     found = [f"[poses.{key}] is no pose{_hint(key, names)}" for key in poses if key not in names]
-    if not poses and {"direct", "through", "visemes"} & set(document):
+    if not poses and {"direct", "through", "visemes", "mouth", "articulated"} & set(document):
         return []
     if not poses:
         found = ["needs [poses.*], a direct map, visemes, or a rig to go through"]
@@ -189,8 +191,10 @@ def _build(document: dict[str, Any], path: Path) -> Rig:
         visemes=_visemes(document, files, controls),
         head=files.get("head"),
         landmarks=files.get("landmarks"),
+        mouth=read_measures(files["mouth"], controls) if "mouth" in files else None,
         accents=files.get("accents"),
         tongue=files.get("tongue"),
+        articulated=bool(document.get("articulated", False)),
     )
 
 

@@ -1,4 +1,7 @@
-"""The reference face's modes -> a rig's controls: eight poses (Taylor 2017, section 6), or a finer map."""
+"""Motion -> a rig's controls: articulation solved on its mouth, or the reference face's modes through a map.
+
+The maps are the eight poses of Taylor 2017, section 6, or a finer one.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +10,17 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.articulation import Articulation
 from phonanim.errors import RigError
 from phonanim.face.model import FaceModel
 from phonanim.rig.accents import add_accents, read_accents
+from phonanim.rig.pronounce import pronounce
 from phonanim.rig.rig import HingeMap, Rig, Through, pose_map
 from phonanim.rig.tongue import place_tongue, read_places
-from phonanim.rig.visemes import shape_weights
+from phonanim.rig.visemes import shape_weights, speak
 from phonanim.speech.phones import PhoneTrack
 
-How = Literal["auto", "poses", "direct", "solve"]
+How = Literal["auto", "articulation", "poses", "direct", "solve"]
 LEAST = 0.01  # a share of less than this of a control is a share of nothing
 BLOCK = 4096  # frames at a time, so that what they need stays in the cache
 
@@ -28,15 +33,22 @@ def retarget(
     track: PhoneTrack | None = None,
     times: NDArray[np.float64] | None = None,
     accents: bool = True,
+    articulation: Articulation | None = None,
 ) -> NDArray[np.float32]:
     """Shape parameters of the reference face -> control values, (frames, m) -> (frames, controls).
 
-    "poses" is Taylor 2017, equations 2 and 3; "direct" the rig's own finer map; "auto" the finer one where
-    the rig has it; "solve" moves the landmarks of the rig's head, frame by frame. Rigs of mouth shapes
-    choose them by the phones of `track` at `times` (frames,) seconds; other rigs may accent what landmarks
-    cannot show of them, unless `accents` is off, and place their tongue. Values keep the rig's limits.
-    Raises RigError when the rig lacks the map or was made for another face.
+    "articulation" solves the rig's own mouth for the `articulation` of these frames; "auto" does so where
+    there is one and the rig knows its mouth, else it takes the finest map of modes that there is. "poses" is
+    Taylor 2017, equations 2 and 3; "direct" the rig's own finer map; "solve" moves the landmarks of the rig's
+    head, frame by frame. Rigs of mouth shapes choose them by the phones of `track` at `times` (frames,)
+    seconds; other rigs place their tongue by them and, moved by modes, may accent what landmarks cannot show,
+    unless `accents` is off. Values keep the rig's limits. Raises RigError when the rig lacks the map or was
+    made for another face.
     """
+    if how in ("auto", "articulation") and articulation is not None and rig.speaks:
+        return _articulated(articulation, rig, track, times)
+    if how == "articulation":
+        raise RigError(f"rig {rig.name} {_why_silent(rig)}")
     _check_face(face, rig)
     if rig.visemes is not None:
         return _limit(shape_weights(modes, face, rig, track, times), rig)
@@ -47,6 +59,30 @@ def retarget(
     if track is not None and times is not None:
         values = _spoken(values, rig, track, times, accents)
     return _limit(values, rig)
+
+
+def _articulated(
+    articulation: Articulation, rig: Rig, track: PhoneTrack | None, times: NDArray[np.float64] | None
+) -> NDArray[np.float32]:
+    """Controls by articulation, and the tongue by phones."""
+    if rig.articulated:
+        columns = [articulation.channels.index(name) for name in rig.controls]
+        return articulation.values[:, columns].astype(np.float32)
+    if rig.visemes is not None:
+        return _limit(speak(articulation, rig, track, times), rig)
+    if rig.mouth is not None:
+        values = pronounce(articulation, rig, rig.mouth)
+    elif rig.through is not None:
+        values = _through(_articulated(articulation, rig.through.rig, track, times), rig.through)
+    if track is not None and times is not None:
+        values = _spoken(values, rig, track, times, accents=False)
+    return _limit(values, rig)
+
+
+def _why_silent(rig: Rig) -> str:
+    if rig.speaks:
+        return "is moved by phones and needs an alignment; use --retarget auto"
+    return "does not know the measures of its mouth; use --retarget auto, or phonanim rig fit"
 
 
 def _spoken(

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.rig.measures import MouthMeasures
+
 Array = NDArray[np.float64]
 
 POSED_MODES = 4
@@ -86,8 +88,9 @@ class Rig:
     a finer map, `through` another rig in front, `visemes` the choice by phones. `at_most` pairs (a, b)
     keep control a no larger than b. `speech` names the controls that speech moves. `face` is the id of the
     reference face that the numbers were made for, "" for any. `head` and `landmarks` are the files of its
-    mesh, where it has one; `accents` is its table of what landmarks cannot show, `tongue` that of the places
-    where its tongue articulates.
+    mesh, where it has one; `mouth` is what each control does to the measures of the mouth, `accents` the
+    table of what landmarks cannot show, `tongue` that of the places where its tongue articulates. The
+    controls of a rig that is `articulated` are the channels of articulation themselves.
 
     Examples:
         >>> import phonanim
@@ -113,13 +116,21 @@ class Rig:
     visemes: Visemes | None = None
     head: Path | None = None
     landmarks: Path | None = None
+    mouth: MouthMeasures | None = None
     accents: Path | None = None
     tongue: Path | None = None
+    articulated: bool = False
 
     @property
     def posed(self) -> bool:
         """Whether it has its own eight poses."""
         return len(self.poses) > 0
+
+    @property
+    def speaks(self) -> bool:
+        """Whether articulation moves it, or the rig that it goes through."""
+        through = self.through is not None and self.through.rig.speaks
+        return self.articulated or self.mouth is not None or through
 
 
 def pose_map(rig: Rig) -> HingeMap:

@@ -26,7 +26,7 @@ GLIDE = 0.06  # seconds at most that a gesture gives to the glide on either side
 SHARE = 0.42  # of its time, at most
 JAW, OPEN = (
     "jawOpen",
-    0.15,
+    0.11,
 )  # where amounts hold; the tongue rides on the jaw and rises less when that is shut
 RESTING = ("silence", "vowel")  # gestures that place the tongue even where the table has no amount
 

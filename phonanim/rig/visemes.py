@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.articulation import Articulation
 from phonanim.errors import RigError
 from phonanim.face.model import FaceModel
 from phonanim.rig.coordinate_descent import Problem, descend
 from phonanim.rig.landmark_objective import Energy, observe_displacements
+from phonanim.rig.pronounce import pronounce
 from phonanim.rig.rig import Rig, Visemes
 from phonanim.speech.inventory import INVENTORY, SILENCE
 from phonanim.speech.phones import PhoneTrack
@@ -34,12 +36,38 @@ def shape_weights(
     """
     if rig.visemes is None or track is None or times is None:
         raise RigError(f"rig {rig.name} is moved by phones and needs an alignment, not motion alone")
+    if rig.visemes.stepped:
+        bounds, shapes = spoken_shapes(track, rig.visemes)
+        said = np.eye(len(rig.controls), dtype=bool)[shapes]
+        return stepped_weights(bounds, said, times, rig.visemes).astype(np.float32)
+    near = nearby(rig, track, times)
+    return blended_weights(np.asarray(modes, np.float64), near, rig.visemes, face).astype(np.float32)
+
+
+def nearby(rig: Rig, track: PhoneTrack, times: Array) -> Array:
+    """How near each shape's phones are, 0 to 1, (frames,) seconds -> (frames, controls)."""
+    if rig.visemes is None:
+        raise RigError(f"rig {rig.name} has no shapes that phones choose")
     bounds, shapes = spoken_shapes(track, rig.visemes)
     said = np.eye(len(rig.controls), dtype=bool)[shapes]
-    if rig.visemes.stepped:
-        return stepped_weights(bounds, said, times, rig.visemes).astype(np.float32)
-    near = np.column_stack([shape_proximity(bounds, mine, times) for mine in said.T])
-    return blended_weights(np.asarray(modes, np.float64), near, rig.visemes, face).astype(np.float32)
+    return np.column_stack([shape_proximity(bounds, mine, times) for mine in said.T])
+
+
+def speak(
+    articulation: Articulation, rig: Rig, track: PhoneTrack | None, times: Array | None
+) -> NDArray[np.float32]:
+    """Shape weights that make a mouth of these measures, (frames, channels) mm -> (frames, controls).
+
+    A consonant's shape shows where its phones are near alone; silence takes what is left of one.
+    """
+    if rig.visemes is None or rig.mouth is None or track is None or times is None:
+        raise RigError(f"rig {rig.name} is moved by phones and needs an alignment, not motion alone")
+    near = nearby(rig, track, times)
+    near[:, vowel_shapes(rig.visemes, len(rig.controls))] = np.inf
+    values = pronounce(articulation, rig, rig.mouth, near)
+    silent = int(rig.visemes.of[INVENTORY.code(SILENCE), 0])
+    values[:, silent] = np.clip(1.0 - np.delete(values, silent, axis=1).sum(axis=1), 0.0, 1.0)
+    return values
 
 
 def spoken_shapes(track: PhoneTrack, visemes: Visemes) -> tuple[Array, NDArray[np.int64]]:

@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 
 from phonanim.core.files import write_text
+from phonanim.rig.measures import write_measures
 from phonanim.rig.rig import MEAN, POSES, Array, Rig
 from phonanim.rig.tables import write_hinges
 
@@ -14,17 +15,21 @@ MODEST = 0.005  # of a control: a pose does not name what moves less
 
 
 def write_rig(path: Path, rig: Rig) -> None:
-    """Write a rig's TOML, and beside it the table of its direct map; each whole or not at all."""
-    direct = path.with_suffix(".direct.csv")
+    """Write a rig's TOML, and beside it the tables of its maps; each whole or not at all."""
+    direct, mouth = path.with_suffix(".direct.csv"), path.with_suffix(".mouth.csv")
     if rig.direct is not None:
         write_hinges(direct, rig.direct, rig.controls)
-    write_text(path, rig_text(rig, path.parent, direct.name if rig.direct else ""))
+    if rig.mouth is not None:
+        write_measures(mouth, rig.mouth)
+    write_text(
+        path, rig_text(rig, path.parent, direct.name if rig.direct else "", mouth.name if rig.mouth else "")
+    )
 
 
-def rig_text(rig: Rig, folder: Path, direct: str = "") -> str:
+def rig_text(rig: Rig, folder: Path, direct: str = "", mouth: str = "") -> str:
     """The TOML of a rig as it stands in `folder`, with what each pose looks like.
 
-    `direct` names the table of its direct map.
+    `direct` and `mouth` name the tables of its maps.
     """
     head = {
         "name": rig.name,
@@ -33,11 +38,13 @@ def rig_text(rig: Rig, folder: Path, direct: str = "") -> str:
         "face": rig.face,
         "head": _beside(rig.head, folder),
         "landmarks": _beside(rig.landmarks, folder),
+        "mouth": mouth,
         "accents": _beside(rig.accents, folder),
         "tongue": _beside(rig.tongue, folder),
         "direct": direct,
     }
     lines = [f"{key} = {_quoted(text)}" for key, text in head.items() if text]
+    lines += ["articulated = true"] * rig.articulated
     if rig.speech and rig.speech != rig.controls:
         lines += ["speech = [", *(f"  {_quoted(name)}," for name in rig.speech), "]"]
     lines += ["", "[controls]  # name = [minimum, rest, maximum]"]

@@ -159,7 +159,7 @@ class PhoneStream:
         alignment, origin = self._window(self.emitted, self.emitted + count)
         track, _ = to_phones(alignment, self.options.language, self.options.unknown)
         start = self.emitted / self.options.fps - origin
-        _, values = predict_controls(track, self.model, self.rig, self.options, count, start)
+        values = predict_controls(track, self.model, self.rig, self.options, count, start).values
         if self.life is not None:
             values = self.life.add(values, self.emitted, self.emitted + ready)
         self.emitted += count

@@ -1,0 +1,97 @@
+"""What each control of a rig does to the measures of a mouth, in millimetres of the reference face.
+
+Blendshapes add up linearly, so this table says all that a solver needs of a mesh: how far the jaw drops, how
+far the lips part at four places from the middle to the corner, how wide and how far forward they are. It is
+measured on the head once and kept beside the rig as a CSV.
+"""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.core.files import write_text
+from phonanim.errors import RigError
+
+Array = NDArray[np.float64]
+
+MEASURES = (
+    "jaw",
+    "gap",
+    "gap_inner",
+    "gap_outer",
+    "gap_corner",
+    "width",
+    "protrusion",
+    "upper_lip",
+    "lower_lip_up",
+    "lower_lip_forward",
+)
+"""Drop of the lower incisors; distance of the inner lips in the middle and at three places towards the
+corner; distance of the corners; upper lip forward and up; lower lip up and forward. At rest, the last two are
+counted from the edge of the upper incisors, the gaps from contact, the others from rest."""
+REST = "rest"
+USES = ("free", "closed", "tucked", "pressed")
+"""When a control takes part: in lips that are free, that touch, in a lower lip that meets the teeth, or only
+to press lips on each other that touch already."""
+
+
+@dataclass(frozen=True)
+class MouthMeasures:
+    """`names` (unknowns) of controls that move as one; `moved` (unknowns, measures) mm at full weight.
+
+    `rest` (measures,) mm is the mouth at rest; `effort` (unknowns,) what full weight costs, in mm²; `uses`
+    (unknowns, USES) when each takes part.
+    """
+
+    names: tuple[tuple[str, ...], ...]
+    uses: NDArray[np.bool_]
+    effort: Array
+    moved: Array
+    rest: Array
+
+
+def read_measures(path: Path, controls: tuple[str, ...]) -> MouthMeasures:
+    """Read a table of measures. Raises RigError naming the row that is amiss."""
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+    except (OSError, UnicodeDecodeError) as error:
+        raise RigError(f"{path}: cannot be read: {error}") from error
+    names, uses, table = [], [], []
+    for number, row in enumerate(rows, start=2):
+        try:
+            names.append(tuple(row["controls"].split()))
+            uses.append([row["uses"].split().count(use) for use in USES])
+            table.append([float(row[key] or 0) for key in ("effort", *MEASURES)])
+        except (KeyError, ValueError, AttributeError, TypeError) as error:
+            raise RigError(
+                f"{path} row {number}: needs controls, uses, effort, {', '.join(MEASURES)} ({error})"
+            ) from error
+        unknown = [name for name in names[-1] if name not in controls and number > 2]
+        if unknown:
+            raise RigError(f"{path} row {number}: names the control {unknown[0]!r}, which the rig has not")
+    if not names or names[0] != (REST,):
+        raise RigError(f"{path}: its first row must be {REST!r}, the mouth at rest")
+    values = np.array(table)
+    return MouthMeasures(
+        tuple(names[1:]), np.array(uses[1:], bool), values[1:, 0], values[1:, 1:], values[0, 1:]
+    )
+
+
+def write_measures(path: Path, measures: MouthMeasures) -> None:
+    """Write a table of measures, whole or not at all."""
+    lines = [",".join(("controls", "uses", "effort", *MEASURES))]
+    lines.append(_line(REST, "", 0.0, measures.rest))
+    for row, names in enumerate(measures.names):
+        uses = " ".join(use for use, used in zip(USES, measures.uses[row], strict=True) if used)
+        lines.append(_line(" ".join(names), uses, measures.effort[row], measures.moved[row]))
+    write_text(path, "\n".join(lines) + "\n")
+
+
+def _line(names: str, uses: str, effort: float, moved: Array) -> str:
+    return ",".join([names, uses, *(f"{round(value, 3) + 0.0:g}" for value in (effort, *moved))])

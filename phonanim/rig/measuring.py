@@ -1,0 +1,104 @@
+"""Measure a head: what each of its controls does to the mouth (phonanim/rig/measures.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.face.model import (
+    LOWER_LIP_INNER,
+    MOUTH_CORNER_LEFT,
+    MOUTH_CORNER_RIGHT,
+    UPPER_LIP_INNER,
+    FaceModel,
+)
+from phonanim.rig.head import Head
+from phonanim.rig.landmark_rig import to_face_axes
+from phonanim.rig.landmarks import MeshLandmarks
+from phonanim.rig.measures import USES, MouthMeasures
+from phonanim.rig.morphs import plain_name
+
+Array = NDArray[np.float64]
+
+# Upper and lower inner lips from the middle to the corner, both sides averaged.
+GAP_PAIRS = (((13, 14),), ((82, 87), (312, 317)), ((81, 178), (311, 402)), ((80, 88), (310, 318)))
+UPPER_LIP_FRONT = 0
+CHIN = 152
+TEETH = ("teeth_u", "teeth_l")
+TEETH_BEHIND = (
+    2.4,
+    4.1,
+)  # mm of the lower lip above and before the upper incisors' edge, as on the shipped head
+INCISORS = 3.0  # mm to either side of the middle
+SIDES = ("", "Left", "Right")
+ALWAYS = "free closed tucked"
+ARKIT = {
+    "jawOpen": (ALWAYS, 0.5),
+    "mouthClose": (ALWAYS, 0.5),
+    "mouthLowerDown": ("free tucked", 3.0),
+    "mouthUpperUp": ("free tucked", 3.0),
+    "mouthFunnel": ("free", 2.0),
+    "mouthPucker": (ALWAYS, 2.0),
+    "mouthStretch": (ALWAYS, 3.0),
+    "mouthSmile": (ALWAYS, 4.0),
+    "mouthRollLower": ("tucked", 1.0),
+    "mouthShrugLower": ("closed tucked", 3.0),
+    "mouthPress": ("pressed", 3.0),
+}
+"""When each control of ARKit takes part in speech, and what full weight of it costs in mm²: set by eye."""
+
+
+def measure(
+    head: Head, landmarks: MeshLandmarks, face: FaceModel, controls: Mapping[str, tuple[str, float]]
+) -> MouthMeasures:
+    """The measures of a head, in the size of the reference face.
+
+    `controls` says when each takes part and what it costs; names of both sides stand without them, as ARKit
+    spells them. Controls that the head has not are left out. Where the head has no parts that are known as
+    teeth, the jaw is where the chin is.
+    """
+    head = to_face_axes(head, landmarks, face)
+    plainly = {plain_name(target): target for target in head.targets}
+    grouped = {
+        stem: tuple(plainly[name] for side in SIDES if (name := plain_name(stem + side)) in plainly)
+        for stem in controls
+    }
+    controls = {stem: of for stem, of in controls.items() if grouped[stem]}
+    names = [grouped[stem] for stem in controls]
+    moves = np.array([sum(head.deltas[head.targets.index(name)] for name in group) for group in names])
+    edges = incisors(head)
+    return MouthMeasures(
+        names=tuple(names),
+        uses=np.array([[use in when.split() for use in USES] for when, _ in controls.values()]),
+        effort=np.array([effort for _, effort in controls.values()]),
+        moved=np.array([_mouth(move, landmarks, edges, False) for move in moves]),
+        rest=_mouth(head.vertices, landmarks, edges, True),
+    )
+
+
+def incisors(head: Head) -> tuple[int, int] | None:
+    """The vertices at the edges of upper and lower incisors; none where the teeth are not known."""
+    if not set(TEETH) <= set(head.parts):
+        return None
+    found = []
+    for part, sign in zip(TEETH, (-1, 1), strict=True):
+        rows = head.parts[part]
+        middle = np.flatnonzero(np.abs(head.vertices[rows, 0]) < INCISORS)
+        found.append(rows.start + middle[(sign * head.vertices[rows][middle, 1]).argmax()])
+    return int(found[0]), int(found[1])
+
+
+def _mouth(points: Array, landmarks: MeshLandmarks, edges: tuple[int, int] | None, rest: bool) -> Array:
+    """The measures of points at rest, or of what a control moves, (n, 3) mm -> (measures,)."""
+    at = {int(number): row for row, number in enumerate(landmarks.numbers)}
+    spots = landmarks.of(points)
+    gaps = [np.mean([spots[at[a], 1] - spots[at[b], 1] for a, b in pairs]) for pairs in GAP_PAIRS]
+    if rest:
+        lower = spots[at[LOWER_LIP_INNER]] - points[edges[0]] if edges else np.array([0.0, *TEETH_BEHIND])
+        return np.array([0.0, *gaps, 0.0, 0.0, 0.0, *lower[1:]])
+    width = spots[at[MOUTH_CORNER_LEFT], 0] - spots[at[MOUTH_CORNER_RIGHT], 0]
+    drop = points[edges[0], 1] - points[edges[1], 1] if edges else -spots[at[CHIN], 1]
+    upper, front = spots[at[UPPER_LIP_INNER], 1], spots[at[UPPER_LIP_FRONT], 2]
+    return np.array([drop, *gaps, width, front, upper, *spots[at[LOWER_LIP_INNER]][1:]])

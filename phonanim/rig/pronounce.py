@@ -1,0 +1,172 @@
+"""Articulation in millimetres -> a rig's controls: the jaw first, then the lips given the jaw.
+
+Bounded least squares of the mouth's measures (phonanim/rig/measures.py), frame by frame, so that no frame
+depends on another. Three solutions are blended: lips that are free, lips that touch along their whole length
+(p b m), and a lower lip that meets the upper teeth (f v). Since controls add up linearly, what two of them
+keep, their blend keeps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.articulation import Articulation
+from phonanim.rig.measures import MEASURES, USES, MouthMeasures
+from phonanim.rig.rig import Rig
+
+Array = NDArray[np.float64]
+
+ROUNDS, FIRMNESS, RELAXED = 30, 0.1, 1.6  # of the alternating directions
+BLOCK = 4096  # frames at a time, so that what they need stays in the cache
+TOUCHING = 1.2  # mm of lip gap below which the lips begin to be solved as lips that touch
+TUCKING = 1.5  # mm from lower lip to teeth below which it begins to be solved as a lip that meets them
+SHARED = 4.0  # mm² of a control's square: controls that can do the same share it
+DRAWN = 0.3  # how firmly a control with a ceiling is drawn to it, as a share of how firmly the mouth asks
+PRESSED = 0.25  # of the controls that press lips together, where they press by PRESSING
+PRESSING = 0.8  # mm of lip gap below contact
+PROFILE = (
+    1.0,
+    0.87,
+    0.67,
+    0.43,
+)  # of the middle's gap, at the places of the four gaps: as the jaw parts lips
+CONTACT = 0.3  # mm from lower lip to teeth at which they meet
+GAPS = ("gap", "gap_inner", "gap_outer", "gap_corner")
+CHANNEL_OF = {"jaw": "jaw", "width": "lip_width", "protrusion": "protrusion", "upper_lip": "upper_lip"}
+# How much a millimetre of each measure counts, in the order of MEASURES.
+WEIGHTS = {
+    "free": (4.0, 3.0, 0.8, 0.6, 0.5, 1.0, 1.0, 0.8, 0.0, 0.0),
+    "closed": (4.0, 12.0, 12.0, 12.0, 12.0, 1.0, 1.0, 0.5, 0.0, 0.0),
+    "tucked": (4.0, 0.0, 0.0, 0.0, 0.0, 0.7, 0.3, 1.5, 4.0, 4.0),
+}
+LIP_ON_TEETH = (0.4, 0.9)  # mm up and forward from the incisors' edge, of the lower lip's rim when they meet
+
+
+def pronounce(
+    articulation: Articulation, rig: Rig, measures: MouthMeasures, near: Array | None = None
+) -> NDArray[np.float32]:
+    """Controls that make a mouth of these measures, (frames, channels) mm -> (frames, controls).
+
+    `near` (frames, controls) bounds controls that may show only so far, and draws them there; inf where free.
+    """
+    values = np.empty((len(articulation.values), len(rig.controls)), np.float32)
+    mouth = _Mouth.of(rig, measures)
+    ceiling = np.full((len(values), len(measures.names)), np.inf) if near is None else near[:, mouth.lead]
+    for start in range(0, len(values), BLOCK):
+        block = slice(start, start + BLOCK)
+        part = Articulation(articulation.values[block], articulation.channels)
+        values[block] = rig.rest + _blended(part, mouth, ceiling[block]) @ mouth.spread
+    return values
+
+
+@dataclass(frozen=True)
+class _Mouth:
+    """What is solved for: `spread` (unknowns, controls) makes controls of unknowns, `lead` (unknowns,) is the
+    control that stands first in each.
+
+    `under` are pairs (a, b) of unknowns, a at most b: lips that may close only as far as the jaw opens them;
+    `jaw` is that jaw, which is set first, or none, where the jaw is one measure among others.
+    """
+
+    measures: MouthMeasures
+    spread: Array
+    lead: NDArray[np.int64]
+    minimum: Array
+    maximum: Array
+    jaw: int | None
+    under: tuple[tuple[int, int], ...]
+
+    @classmethod
+    def of(cls, rig: Rig, measures: MouthMeasures) -> _Mouth:
+        spread = np.array([np.isin(rig.controls, names) for names in measures.names], np.float64)
+        lead = np.array([rig.controls.index(names[0]) for names in measures.names])
+        rows = {control: row for row, names in enumerate(measures.names) for control in names}
+        pairs = [(rows.get(rig.controls[a]), rows.get(rig.controls[b])) for a, b in rig.at_most]
+        under = tuple((a, b) for a, b in pairs if a is not None and b is not None)
+        return cls(
+            measures,
+            spread,
+            lead,
+            (rig.minimum - rig.rest)[lead],
+            (rig.maximum - rig.rest)[lead],
+            under[0][1] if under else None,
+            under,
+        )
+
+
+def _blended(articulation: Articulation, mouth: _Mouth, ceiling: Array) -> Array:
+    """The three solutions blended, (frames, channels) -> (frames, unknowns)."""
+    gap, teeth = articulation.channel("lip_gap"), articulation.channel("lower_lip_to_teeth")
+    touching = np.clip(1 - gap / TOUCHING, 0, 1)
+    tucked = np.clip((TUCKING - teeth) / (TUCKING - CONTACT), 0, 1)
+    values = _solved(articulation, mouth, ceiling, "free")
+    for use, share in (("tucked", tucked), ("closed", touching)):
+        near = np.flatnonzero(share > 0)
+        part = Articulation(articulation.values[near], articulation.channels)
+        values[near] += share[near, None] * (_solved(part, mouth, ceiling[near], use) - values[near])
+    return values
+
+
+def _solved(articulation: Articulation, mouth: _Mouth, ceiling: Array, use: str) -> Array:
+    """One solution, (frames, channels) -> (frames, unknowns)."""
+    measures, weights = mouth.measures, np.array(WEIGHTS[use])
+    wanted = _wanted(articulation, measures, use)
+    fixed = np.zeros((len(wanted), len(measures.names)))
+    if mouth.jaw is not None:
+        jaw = wanted[:, MEASURES.index("jaw")] / measures.moved[mouth.jaw, MEASURES.index("jaw")]
+        fixed[:, mouth.jaw] = np.clip(jaw, mouth.minimum[mouth.jaw], mouth.maximum[mouth.jaw])
+    if use == "closed":
+        pressing = np.clip(-articulation.channel("lip_gap") / PRESSING, 0, 1)
+        fixed += PRESSED * pressing[:, None] * measures.uses[:, USES.index("pressed")]
+    low, high = mouth.minimum + fixed, np.minimum(mouth.maximum + fixed, ceiling)
+    for a, b in mouth.under:
+        high[:, a] = np.minimum(high[:, a], fixed[:, b])
+    moving = np.flatnonzero(measures.uses[:, USES.index(use)] & (np.arange(len(fixed.T)) != mouth.jaw))
+    seen = measures.moved[moving] * weights
+    drawn = np.isfinite(ceiling[:, moving]).T
+    own = DRAWN * (seen**2).sum(axis=1) * drawn.any(axis=1)
+    fixed[:, moving] = (
+        _minimize(
+            seen @ seen.T + np.diag(SHARED + own),
+            seen @ ((wanted - fixed @ measures.moved) * weights).T
+            + own[:, None] * np.where(drawn, ceiling[:, moving].T, 0),
+            measures.effort[moving],
+            (low - fixed)[:, moving].T,
+            (high - fixed)[:, moving].T,
+        ).T
+        + fixed[:, moving]
+    )
+    return fixed
+
+
+def _minimize(gram: Array, pull: Array, effort: Array, low: Array, high: Array) -> Array:
+    """Min over v of v·gram·v - 2 v·pull + effort·|v| within bounds, (unknowns, frames) -> the same.
+
+    Alternating directions (Boyd et al. 2011, section 6.4) with a fixed number of rounds, so that a frame
+    comes out the same in any company; controls are then within a hundredth of the minimum.
+    """
+    firmness = FIRMNESS * np.diag(gram)[:, None]
+    inverse = np.linalg.inv(gram + np.diag(firmness[:, 0]))
+    shrink = effort[:, None] / 2 / firmness
+    values = np.clip(np.linalg.solve(gram, pull), low, high)
+    owed = np.zeros_like(values)
+    for _ in range(ROUNDS):
+        free = RELAXED * (inverse @ (pull + firmness * (values - owed))) + (1 - RELAXED) * values + owed
+        values = np.clip(free - np.clip(free, -shrink, shrink), low, high)
+        owed = free - values
+    return values
+
+
+def _wanted(articulation: Articulation, measures: MouthMeasures, use: str) -> Array:
+    """The measures to reach from rest, (frames, channels) -> (frames, measures) mm."""
+    wanted = np.zeros((len(articulation.values), len(MEASURES)))
+    gap = np.maximum(articulation.channel("lip_gap"), 0) if use == "free" else 0 * articulation.channel("jaw")
+    for name, share in zip(GAPS, PROFILE, strict=True):
+        wanted[:, MEASURES.index(name)] = share * gap
+    for name, channel in CHANNEL_OF.items():
+        wanted[:, MEASURES.index(name)] = articulation.channel(channel)
+    wanted[:, MEASURES.index("lower_lip_up")], wanted[:, MEASURES.index("lower_lip_forward")] = LIP_ON_TEETH
+    return wanted - measures.rest

@@ -1,0 +1,108 @@
+"""What the mouth of this head needs to be read: teeth that show, a low tongue, lips that meet and round.
+
+The base mesh has short upper teeth whose edges lie above the line of the lips and face down, so they are dark
+and seldom seen; a tongue that fills the mouth up to the palate; lips that rest apart; and a funnel that is a
+lozenge. All of it is mended here, by eye, in the millimetres of this head (x to its left, y up from the feet,
+z forward). The incisors show 2 mm below the line of the lips and stand in front of the lower ones.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+
+LIP_LINE = 660.7  # mm, where the lips meet
+REST_GAP = (
+    (0, 4, 9, 14, 20, 26),
+    (0.15, 0.32, 0.35, 0.33, 0.27, 0),
+)  # half of it, by distance from the middle
+LIP_REACH = (1.0, 7.0)  # mm above and below the line where the whole of it is closed, and nothing
+
+# Of each row of teeth: the middle and the half axes of its arch seen from above (x is 0), and by distance
+# forward, the heights of its edge and of its gum.
+ARCH = {"teeth_u": (97.0, 31.0, 54.0), "teeth_l": (94.0, 31.0, 52.0)}
+INSIDE = 0.75  # of the arch: what lies within is the row's inner side
+EDGES = {
+    "teeth_u": ((97, 104, 110, 117, 126, 134, 141, 147), (672, 670.4, 668.8, 667.6, 665.7, 664, 661.9, 660)),
+    "teeth_l": (
+        (96, 103, 110, 117, 126, 134, 141, 147),
+        (671.3, 669.4, 668, 666.5, 664.9, 663.1, 661.2, 659.3),
+    ),
+}
+TALL = 17.0  # mm from edge to gum
+EDGE_SHIFT = {"teeth_u": -1.7, "teeth_l": 0.0}
+FRONT = {"teeth_u": 148.6, "teeth_l": 146.3}  # mm forward, of the middle incisors' faces
+BEVEL = 0.9  # mm from the edge to where the face begins: an edge is shaded as it turns inward
+
+# How the tongue lies, by z: how far its underside sinks, and what is left of its height.
+TONGUE_Z = (80.0, 100.0, 115.0, 127.0, 140.0)
+SINKS = (0.0, 1.0, 2.0, 2.0, 1.0)
+NARROWS = ((60.0, 90.0, 110.0, 140.0), (0.9, 0.78, 0.72, 0.8))  # what is left of its width
+LEFT = (1.0, 0.85, 0.62, 0.5, 0.6)
+UNDERSIDE = (
+    (63, 79, 86, 94, 106, 112, 118, 128, 134, 139),
+    (650, 629, 636, 639, 646, 654, 657, 657.5, 655, 656),
+)
+
+FUNNEL = {"mouthFunnel": 0.6, "mouthUpperUp": 0.2, "mouthLowerDown": 0.55, "mouthPucker": 0.7}
+
+
+def closed_lips(points: Array, opening: Array) -> Array:
+    """Skin whose lips touch at rest, (n, 3) metres; `opening` (n, 3) is what jawOpen moves."""
+    x, y, z = (points * 1000).T
+    lower = np.where(opening[:, 1] * 1000 < -10, 1.0, -1.0)
+    near = 1 - _ramp(np.abs(y - LIP_LINE), *LIP_REACH)
+    lift = np.interp(np.abs(x), *REST_GAP) * near * _ramp(z, 135, 142) * lower
+    return points + _millimetres(0 * x, lift, 0 * x)
+
+
+def upright_teeth(points: Array, row: str) -> Array:
+    """A row of teeth that stands upright and, the upper one, reaches below the lips, (n, 3) metres -> same.
+
+    The strip has four points across at every place of the arch: gum, face, edge, and the inner side.
+    """
+    x, y, z = (points * 1000).T
+    middle, across, ahead = ARCH[row]
+    outer = (x / across) ** 2 + ((z - middle) / ahead) ** 2 > INSIDE
+    edge = np.interp(z, *EDGES[row])
+    up = 1.0 if row == "teeth_u" else -1.0
+    along = up * (y - edge) / TALL  # 0 at the edge, about a half on the face, 1 at the gum
+    height = np.where(outer & (along > 0.25) & (along < 0.8), edge + up * BEVEL, y) + EDGE_SHIFT[row]
+    stand = _ramp(z, 138, 146) * outer
+    return np.column_stack([x, height, z + stand * (FRONT[row] - 0.12 * np.abs(x) ** 1.2 / 2 - z)]) / 1000
+
+
+def low_tongue(points: Array) -> Array:
+    """A narrow tongue on the floor of the mouth, its tip behind the lower teeth, (n, 3) metres -> same."""
+    _, y, z = (points * 1000).T
+    under = np.interp(z, *UNDERSIDE)
+    height = under + (y - under) * np.interp(z, TONGUE_Z, LEFT) - np.interp(z, TONGUE_Z, SINKS)
+    return np.column_stack([points[:, 0] * np.interp(z, *NARROWS), height / 1000, points[:, 2]])
+
+
+def round_funnel(names: tuple[str, ...], deltas: Array) -> Array:
+    """The shapes with a mouthFunnel that makes a round opening and pushes it forward, (targets, n, 3)."""
+    mixed = np.zeros_like(deltas[0])
+    for name, share in FUNNEL.items():
+        mixed += share * sum(deltas[row] for row, full in enumerate(names) if full in sided(name))
+    shaped = deltas.copy()
+    shaped[names.index("mouthFunnel")] = mixed
+    return shaped
+
+
+def sided(name: str) -> tuple[str, ...]:
+    """The names under which a shape of both sides may stand."""
+    return name, f"{name}Left", f"{name}Right"
+
+
+def _millimetres(x: Array, y: Array, z: Array) -> Array:
+    return np.column_stack([x, y, z]) / 1000
+
+
+def _ramp(values: Array, low: float, high: float) -> Array:
+    """0 below `low`, 1 above `high`, straight between."""
+    return np.clip((values - low) / (high - low), 0, 1)
