@@ -27,22 +27,18 @@ SHARED = 4.0  # mm² of a control's square: controls that can do the same share 
 DRAWN = 0.3  # how firmly a control with a ceiling is drawn to it, as a share of how firmly the mouth asks
 PRESSED = 0.25  # of the controls that press lips together, where they press by PRESSING
 PRESSING = 0.8  # mm of lip gap below contact
-PROFILE = (
-    1.0,
-    0.87,
-    0.67,
-    0.43,
-)  # of the middle's gap, at the places of the four gaps: as the jaw parts lips
+# Of the middle's gap, at the places of the four gaps: as the jaw parts lips.
+PROFILE = (1.0, 0.87, 0.67, 0.43)
 CONTACT = 0.3  # mm from lower lip to teeth at which they meet
 GAPS = ("gap", "gap_inner", "gap_outer", "gap_corner")
 CHANNEL_OF = {"jaw": "jaw", "width": "lip_width", "protrusion": "protrusion", "upper_lip": "upper_lip"}
 # How much a millimetre of each measure counts, in the order of MEASURES.
 WEIGHTS = {
-    "free": (4.0, 3.0, 0.8, 0.6, 0.5, 1.0, 1.0, 0.8, 0.0, 0.0),
+    "free": (4.0, 3.0, 0.8, 0.6, 0.5, 1.0, 1.5, 0.8, 0.0, 0.0),
     "closed": (4.0, 12.0, 12.0, 12.0, 12.0, 1.0, 1.0, 0.5, 0.0, 0.0),
     "tucked": (4.0, 0.0, 0.0, 0.0, 0.0, 0.7, 0.3, 1.5, 4.0, 4.0),
 }
-LIP_ON_TEETH = (0.4, 0.9)  # mm up and forward from the incisors' edge, of the lower lip's rim when they meet
+LIP_ON_TEETH = (0.3, 0.6)  # mm up and forward from the incisors' edge, of the lower lip's rim when they meet
 
 
 def pronounce(

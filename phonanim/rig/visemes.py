@@ -40,16 +40,14 @@ def shape_weights(
         bounds, shapes = spoken_shapes(track, rig.visemes)
         said = np.eye(len(rig.controls), dtype=bool)[shapes]
         return stepped_weights(bounds, said, times, rig.visemes).astype(np.float32)
-    near = nearby(rig, track, times)
+    near = nearby(rig.visemes, len(rig.controls), track, times)
     return blended_weights(np.asarray(modes, np.float64), near, rig.visemes, face).astype(np.float32)
 
 
-def nearby(rig: Rig, track: PhoneTrack, times: Array) -> Array:
+def nearby(visemes: Visemes, controls: int, track: PhoneTrack, times: Array) -> Array:
     """How near each shape's phones are, 0 to 1, (frames,) seconds -> (frames, controls)."""
-    if rig.visemes is None:
-        raise RigError(f"rig {rig.name} has no shapes that phones choose")
-    bounds, shapes = spoken_shapes(track, rig.visemes)
-    said = np.eye(len(rig.controls), dtype=bool)[shapes]
+    bounds, shapes = spoken_shapes(track, visemes)
+    said = np.eye(controls, dtype=bool)[shapes]
     return np.column_stack([shape_proximity(bounds, mine, times) for mine in said.T])
 
 
@@ -62,7 +60,7 @@ def speak(
     """
     if rig.visemes is None or rig.mouth is None or track is None or times is None:
         raise RigError(f"rig {rig.name} is moved by phones and needs an alignment, not motion alone")
-    near = nearby(rig, track, times)
+    near = nearby(rig.visemes, len(rig.controls), track, times)
     near[:, vowel_shapes(rig.visemes, len(rig.controls))] = np.inf
     values = pronounce(articulation, rig, rig.mouth, near)
     silent = int(rig.visemes.of[INVENTORY.code(SILENCE), 0])
