@@ -29,7 +29,7 @@ from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
-from mouth_shapes import closed_lips, low_tongue, round_funnel, upright_teeth
+from mouth_shapes import closed_lips, lip_shapes, low_tongue, upright_teeth
 from tongue_shapes import lifted_out, tongue_shapes
 
 from phonanim.core.files import atomic_path
@@ -130,7 +130,7 @@ def build(data: Path) -> tuple[dict[str, Part], tuple[str, ...]]:
     """The parts of the head in their order, and the names of its targets."""
     base = read_base(data / "mpfb2" / "3dobjs" / "base.obj")
     names, moves = read_units(data / "faceunits01" / "targets" / "faceunits", len(base.points))
-    moves = round_funnel(names, moves)
+    moves = lip_shapes(names, moves)
     parts = {"skin": skin(base, moves, data / "mpfb2" / "textures")}
     parts |= {name: piece(base, moves, base.quads[group]) for name, group in GROUPS.items()}
     parts |= {name: eye(base, moves, base.quads[group]) for name, group in EYES.items()}

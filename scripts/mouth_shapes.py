@@ -48,6 +48,7 @@ UNDERSIDE = (
     (650, 629, 636, 639, 646, 654, 657, 657.5, 655, 656),
 )
 
+FURTHER, FLATTER = 0.2, 0.25  # of how far mouthPucker pushes the lips forward
 FUNNEL = {"mouthFunnel": 0.6, "mouthUpperUp": 0.2, "mouthLowerDown": 0.55, "mouthPucker": 0.7}
 
 
@@ -84,12 +85,20 @@ def low_tongue(points: Array) -> Array:
     return np.column_stack([points[:, 0] * np.interp(z, *NARROWS), height / 1000, points[:, 2]])
 
 
-def round_funnel(names: tuple[str, ...], deltas: Array) -> Array:
-    """The shapes with a mouthFunnel that makes a round opening and pushes it forward, (targets, n, 3)."""
+def lip_shapes(names: tuple[str, ...], deltas: Array) -> Array:
+    """The shapes with lips that stand out and round, or lie flat, as speech has them, (targets, n, 3).
+
+    mouthPucker pushes further, mouthStretch draws the lips back onto the teeth, and mouthFunnel makes a round
+    opening and pushes it forward.
+    """
+    shaped, forward = deltas.copy(), deltas[names.index("mouthPucker")] * [0, 0, 1]
+    shaped[names.index("mouthPucker")] += FURTHER * forward
+    for name in sided("mouthStretch")[1:]:
+        shaped[names.index(name)] -= FLATTER * forward
+    deltas = shaped.copy()
     mixed = np.zeros_like(deltas[0])
     for name, share in FUNNEL.items():
         mixed += share * sum(deltas[row] for row, full in enumerate(names) if full in sided(name))
-    shaped = deltas.copy()
     shaped[names.index("mouthFunnel")] = mixed
     return shaped
 

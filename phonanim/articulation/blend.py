@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 
 LEARNED = {"lip_gap": 0.45, "lip_width": 0.5}
 """Share of the learned face in each channel; the targets have the rest, and channels not named here whole."""
+ROUNDED_OWN = 0.7
+"""What rounded gestures take of the learned face's share of the width: a learned face rounds too little."""
 HUSH = 0.06  # seconds: the spread of silence in time
 
 
@@ -40,9 +42,13 @@ def blend_articulation(
     values = articulate(track, times, contacts=False).values
     gap = values[:, CHANNELS.index("lip_gap")].copy()
     seen, rest = lip_channels(shapes, face), lip_channels(closed[None], face)
-    silent = gesture_kernels(track, times, HUSH, 0.0)[:, GESTURES.names.index("sil")]
+    near = gesture_kernels(track, times, HUSH, 0.0)
+    silent = near[:, GESTURES.names.index("sil")]
+    rounded = near @ GESTURES.articulation[:, GESTURES.columns.index("rounding")]
     for name, most in LEARNED.items():
         place, share = CHANNELS.index(name), most * (1 - silent)
+        if name == "lip_width":
+            share *= 1 - ROUNDED_OWN * np.clip(rounded, 0, 1)
         values[:, place] = share * (seen[name] - rest[name]) + (1 - share) * values[:, place]
     change = values[:, CHANNELS.index("lip_gap")] - gap
     teeth = CHANNELS.index("lower_lip_to_teeth")
