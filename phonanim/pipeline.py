@@ -136,7 +136,7 @@ def predict_controls(
     if articulation is None:
         values = scale_controls(values, rig, options.intensity, options.jaw, options.lips, options.gains)
     else:
-        values = scale_controls(values, rig, own=options.gains)
+        values = scale_controls(values, rig, float(options.intensity > 0), own=options.gains)
     return Motion(modes, values, articulation)
 
 

@@ -27,14 +27,15 @@ SHARED = 4.0  # mm² of a control's square: controls that can do the same share 
 DRAWN = 0.3  # how firmly a control with a ceiling is drawn to it, as a share of how firmly the mouth asks
 PRESSED = 0.25  # of the controls that press lips together, where they press by PRESSING
 PRESSING = 0.8  # mm of lip gap below contact
-# Of the middle's gap, at the places of the four gaps: as the jaw parts lips.
-PROFILE = (1.0, 0.87, 0.67, 0.43)
+# Of the middle's gap, at the four gaps: as the jaw parts lips, and in a mouth that is NARROW.
+PROFILE, ROUND = np.array([1.0, 0.87, 0.67, 0.43]), np.array([1.0, 0.75, 0.35, 0.0])
+NARROW = -6.0  # mm
 CONTACT = 0.3  # mm from lower lip to teeth at which they meet
 GAPS = ("gap", "gap_inner", "gap_outer", "gap_corner")
 CHANNEL_OF = {"jaw": "jaw", "width": "lip_width", "protrusion": "protrusion", "upper_lip": "upper_lip"}
 # How much a millimetre of each measure counts, in the order of MEASURES.
 WEIGHTS = {
-    "free": (4.0, 3.0, 0.8, 0.6, 0.5, 1.0, 1.5, 0.8, 0.0, 0.0),
+    "free": (4.0, 3.0, 1.0, 1.0, 1.0, 1.0, 1.5, 0.8, 0.0, 0.0),
     "closed": (4.0, 12.0, 12.0, 12.0, 12.0, 1.0, 1.0, 0.5, 0.0, 0.0),
     "tucked": (4.0, 0.0, 0.0, 0.0, 0.0, 0.7, 0.3, 1.5, 4.0, 4.0),
 }
@@ -160,8 +161,9 @@ def _wanted(articulation: Articulation, measures: MouthMeasures, use: str) -> Ar
     """The measures to reach from rest, (frames, channels) -> (frames, measures) mm."""
     wanted = np.zeros((len(articulation.values), len(MEASURES)))
     gap = np.maximum(articulation.channel("lip_gap"), 0) if use == "free" else 0 * articulation.channel("jaw")
-    for name, share in zip(GAPS, PROFILE, strict=True):
-        wanted[:, MEASURES.index(name)] = share * gap
+    narrow = np.clip(articulation.channel("lip_width") / NARROW, 0, 1)[:, None]
+    columns = [MEASURES.index(name) for name in GAPS]
+    wanted[:, columns] = gap[:, None] * (PROFILE + narrow * (ROUND - PROFILE))
     for name, channel in CHANNEL_OF.items():
         wanted[:, MEASURES.index(name)] = articulation.channel(channel)
     wanted[:, MEASURES.index("lower_lip_up")], wanted[:, MEASURES.index("lower_lip_forward")] = LIP_ON_TEETH

@@ -85,8 +85,8 @@ def test_lips_that_shut_leave_the_tongue_where_it_goes_next() -> None:
 def test_the_rest_is_what_arkit_does_but_for_dentals() -> None:
     line = "sil 0.3 l 0.1 aa 0.2 k 0.1 uw 0.2 sil 0.3"
     (with_tongue, controls), (plain, names) = moved(line), moved(line, "arkit")
-    assert controls[: len(names)] == names
-    np.testing.assert_array_equal(with_tongue[:, : len(names)], plain)
+    columns = [controls.index(name) for name in names]
+    np.testing.assert_array_equal(with_tongue[:, columns], plain)
 
 
 def test_it_keeps_out_of_the_teeth_but_on_its_way_between_them() -> None:
