@@ -55,7 +55,7 @@ def read(path: Path) -> Animation:
 
 
 def _articulation(arrays: Mapping[str, NDArray[Any]], frames: int) -> NDArray[np.float32] | None:
-    """What the mouth does, (frames, channels) mm, where the file has it. Raises ValueError when it is damaged."""
+    """What the mouth does, (frames, channels) mm, where it is known. Raises ValueError when damaged."""
     if "articulation" not in arrays:
         return None
     mouth = np.asarray(arrays["articulation"], np.float32)

@@ -7,7 +7,7 @@ import pytest
 from speech import made_up_face, track_of
 
 from phonanim.articulation import articulate
-from phonanim.articulation.blend import blend_articulation, lip_channels
+from phonanim.articulation.blend import ROUNDED_OWN, blend_articulation, lip_channels
 
 TRACK = track_of("sil 0.6 p 0.05 aa 0.15 m 0.05 uw 0.15 s 0.1 sil 0.6")
 TIMES = np.arange(0, TRACK.duration, 1 / 60)
@@ -26,11 +26,12 @@ def test_lips_are_half_learned_and_the_jaw_is_not() -> None:
     still, moved = face_of([]), face_of([3.0, 3.0, 3.0])
     first = blend_articulation(still, FACE, CLOSED, TRACK, TIMES)
     second = blend_articulation(moved, FACE, CLOSED, TRACK, TIMES)
-    speech = (TIMES > 0.9) & (TIMES < 0.95)  # within uw, far from silence and closures
+    speech, rounded = (TIMES > 0.71) & (TIMES < 0.75), (TIMES > 0.9) & (TIMES < 0.95)  # within aa and uw
     seen = lip_channels(moved, FACE)["lip_width"] - lip_channels(still, FACE)["lip_width"]
     gained = second.channel("lip_width") - first.channel("lip_width")
     assert np.abs(seen).max() > 0.1
     assert gained[speech] == pytest.approx(seen[speech] / 2, rel=0.25)
+    assert gained[rounded] == pytest.approx(seen[rounded] * 0.5 * (1 - ROUNDED_OWN), rel=0.5)
     for name in ("jaw", "upper_lip", "protrusion", "tongue_tip_height"):
         assert np.array_equal(first.channel(name), second.channel(name))
         assert np.array_equal(first.channel(name), articulate(TRACK, TIMES).channel(name))

@@ -11,6 +11,7 @@ import pytest
 from animations import line, metahuman
 
 from phonanim import exporters
+from phonanim.articulation import CHANNELS
 from phonanim.errors import MissingExtraError, OutputError
 from phonanim.exporters import find_exporter, formats, load, option_names, save, suffixes
 from phonanim.exporters.npz import save_arrays
@@ -166,6 +167,18 @@ def test_files_that_are_no_archives_of_arrays(tmp_path):
         path.write_bytes(content)
         with pytest.raises(OutputError, match=r"a\.npz: is not an animation written by phonanim: "):
             load(path)
+
+
+def test_npz_carries_what_the_mouth_does(tmp_path):
+    plain = line()
+    mouth = np.arange(len(plain.values) * len(CHANNELS), dtype=np.float32).reshape(len(plain.values), -1)
+    save(replace(plain, articulation=mouth), tmp_path / "a.npz")
+    again = load(tmp_path / "a.npz")
+    np.testing.assert_array_equal(again.articulation, mouth)
+    assert again.at_rate(plain.fps / 2).articulation.shape[1] == len(CHANNELS)
+    save(replace(plain, articulation=mouth[:, :3]), tmp_path / "b.npz")
+    with pytest.raises(OutputError, match=r"its articulation is not \d+ frames of 10 finite channels"):
+        load(tmp_path / "b.npz")
 
 
 LEFT = np.float32(0.4375)  # no other weight is this
