@@ -7,7 +7,7 @@ import pytest
 from speech import made_up_face, track_of
 
 from phonanim.articulation import articulate
-from phonanim.articulation.blend import ROUNDED_OWN, blend_articulation, lip_channels
+from phonanim.articulation.blend import blend_articulation, lip_channels
 
 TRACK = track_of("sil 0.6 p 0.05 aa 0.15 m 0.05 uw 0.15 s 0.1 sil 0.6")
 TIMES = np.arange(0, TRACK.duration, 1 / 60)
@@ -31,7 +31,8 @@ def test_lips_are_half_learned_and_the_jaw_is_not() -> None:
     gained = second.channel("lip_width") - first.channel("lip_width")
     assert np.abs(seen).max() > 0.1
     assert gained[speech] == pytest.approx(seen[speech] / 2, rel=0.25)
-    assert gained[rounded] == pytest.approx(seen[rounded] * 0.5 * (1 - ROUNDED_OWN), rel=0.5)
+    shares = gained[rounded] / seen[rounded]
+    assert ((shares > 0.1) & (shares < 0.3)).all()
     for name in ("jaw", "upper_lip", "protrusion", "tongue_tip_height"):
         assert np.array_equal(first.channel(name), second.channel(name))
         assert np.array_equal(first.channel(name), articulate(TRACK, TIMES).channel(name))
