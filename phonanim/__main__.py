@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
@@ -12,10 +14,12 @@ import click
 from click.exceptions import NoArgsIsHelpError
 
 from phonanim.core.plugins import find_culprit
+from phonanim.core.text import printable
 from phonanim.core.version import __version__
 from phonanim.errors import PhonanimError
 
 BAD_INPUT = 2
+CLOSED_PIPE = 141  # as a shell has it for SIGPIPE
 INTERRUPTED = 130
 
 
@@ -51,7 +55,10 @@ def commands() -> None:
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code: 0 good, 1 some lines failed, 2 bad input or usage."""
     try:
-        return int(commands.main(arguments, prog_name="phonanim", standalone_mode=False) or 0)
+        code = int(commands.main(arguments, prog_name="phonanim", standalone_mode=False) or 0)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        return code
     except NoArgsIsHelpError as error:
         return _complain(error.format_message())
     except click.UsageError as error:
@@ -63,6 +70,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
         return _complain(f"phonanim: {error}")
     except click.Abort:
         return INTERRUPTED
+    except (OSError, MemoryError, UnicodeEncodeError) as error:
+        return _report_system_error(error)
     except Exception as error:
         plugin = find_culprit(error.__traceback__)
         if plugin is None:
@@ -72,9 +81,45 @@ def run(arguments: Sequence[str] | None = None) -> int:
         )
 
 
+def _report_system_error(error: OSError | MemoryError | UnicodeEncodeError) -> int:
+    """Report what the system refuses, in one line."""
+    if isinstance(error, MemoryError):
+        return _complain("phonanim: there is not enough memory for this; close programs, or cut the input")
+    if isinstance(error, UnicodeEncodeError):
+        return _complain(f"phonanim: {error.object!r:.200} is not UTF-8; rename the file")
+    _discard_output()
+    if isinstance(error, BrokenPipeError):  # whoever read the output has enough of it
+        return CLOSED_PIPE
+    place = f"{error.filename}: " if error.filename else ""
+    return _complain(f"phonanim: {place}{error.strerror or error}")
+
+
 def main() -> NoReturn:
     """Run the command that the arguments name, and exit with its code."""
+    open_standard_streams()
     sys.exit(run())
+
+
+def open_standard_streams() -> None:
+    """Give a process that was started without stdin, stdout or stderr an empty one in its place.
+
+    Otherwise the next file that is opened would take the number, and get what is printed.
+    """
+    for number, (name, mode) in enumerate((("stdin", "r"), ("stdout", "w"), ("stderr", "w"))):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDONLY if mode == "r" else os.O_WRONLY)  # the lowest number that is free
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(number, mode, closefd=False))
+
+
+def _discard_output() -> None:
+    """Drop what is still to be written to stdout, so that the end of Python does not fail on it."""
+    void = os.open(os.devnull, os.O_WRONLY)
+    with suppress(OSError, ValueError, AttributeError):
+        os.dup2(void, sys.stdout.fileno())
+    os.close(void)
 
 
 def _sentence(message: str) -> str:
@@ -83,7 +128,8 @@ def _sentence(message: str) -> str:
 
 
 def _complain(message: str) -> int:
-    click.echo(message, err=True)
+    with suppress(OSError):
+        click.echo(printable(message), err=True)
     return BAD_INPUT
 
 

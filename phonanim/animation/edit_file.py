@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from phonanim.animation.edits import Edit, Edits
+from phonanim.core.decode import DAMAGE, read_json
 from phonanim.core.files import write_text
 from phonanim.errors import OptionError
 from phonanim.speech.alignment import pack_intervals, unpack_intervals
@@ -28,7 +29,7 @@ def write_edits(edits: Edits, path: Path) -> None:
 def read_edits(path: Path) -> Edits:
     """Read edits back. Raises OptionError when the file is damaged or none of ours."""
     try:
-        tree = json.loads(path.read_text(encoding="utf-8"))
+        tree = read_json(path)
         if tree["format"] != FORMAT:
             raise ValueError(f"its format is {tree['format']!r}, not {FORMAT!r}")
         return Edits(
@@ -39,7 +40,7 @@ def read_edits(path: Path) -> Edits:
         )
     except KeyError as error:
         raise OptionError(f"{path}: is no file of edits: it lacks {error}") from error
-    except (OSError, TypeError, ValueError) as error:
+    except (OSError, *DAMAGE) as error:
         raise OptionError(f"{path}: is no file of edits: {error}") from error
 
 

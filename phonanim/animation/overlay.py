@@ -6,9 +6,7 @@ anything else is said, the mouth takes half of an overlay. Brows, eyes and cheek
 
 from __future__ import annotations
 
-import json
 import re
-import sys
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -19,6 +17,7 @@ from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.animation.style import is_stepped_rig
+from phonanim.core.decode import read_json, read_toml
 from phonanim.core.files import content_hash
 from phonanim.core.lexicon import find_tables
 from phonanim.errors import OptionError
@@ -27,11 +26,6 @@ from phonanim.options import Overlay
 from phonanim.rig import Rig
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.phones import PhoneTrack
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 Array = NDArray[np.float64]
 
@@ -132,8 +126,7 @@ def _read_pose(path: Path) -> dict[str, Any] | None:
     if path.suffix.lower() not in (".toml", ".json"):
         return None
     try:
-        text = path.read_text(encoding="utf-8")
-        pose = tomllib.loads(text) if path.suffix.lower() == ".toml" else json.loads(text)
+        pose = read_toml(path) if path.suffix.lower() == ".toml" else read_json(path)
     except (OSError, ValueError) as error:
         raise OptionError(f"overlay {path}: cannot be read: {error}") from error
     if not isinstance(pose, dict):

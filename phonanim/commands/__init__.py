@@ -13,6 +13,8 @@ from typing import Any
 
 import click
 
+from phonanim.core.text import printable
+
 PATIENCE = 2.0  # seconds without a word before a progress bar appears
 
 
@@ -26,19 +28,19 @@ class Console:
     def print(self, text: str) -> None:
         """One line for the reader, on stderr."""
         if not self.quiet and not self.json:
-            click.echo(text, err=True)
+            click.echo(printable(text), err=True)
 
     def print_result(self, value: object, text: str = "") -> None:
         """The result on stdout: as JSON when scripts asked for it, as text otherwise."""
         if self.json:
-            click.echo(json.dumps(value, indent=2, ensure_ascii=False, default=str))
+            click.echo(printable(json.dumps(value, indent=2, ensure_ascii=False, default=str)))
         elif text:
-            click.echo(text)
+            click.echo(printable(text))
 
     def print_event(self, name: str, **facts: object) -> None:
         """One line of JSON on stdout, for a supervisor that asked for it."""
         if self.json:
-            click.echo(json.dumps({"event": name, **facts}, ensure_ascii=False, default=str))
+            click.echo(printable(json.dumps({"event": name, **facts}, ensure_ascii=False, default=str)))
 
     @contextmanager
     def progress(self, label: str) -> Iterator[Callable[..., None]]:

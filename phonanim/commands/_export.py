@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from phonanim.commands._options import Gain
 from phonanim.commands._renamed import renamed_option
 from phonanim.errors import OptionError
 
@@ -24,7 +25,7 @@ OPTIONS = {
         "--key-tolerance",
         "--keys",
         metavar="ERROR",
-        type=click.FloatRange(min=0),
+        type=Gain(0, 1e6),
         help="Few keys that miss no frame by more than this, such as 0.01.",
     ),
     "timecode": click.option(

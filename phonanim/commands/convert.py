@@ -10,6 +10,7 @@ import click
 
 from phonanim.commands import Console, console_options
 from phonanim.commands._export import FILE, export_options, key_notes, save_outputs
+from phonanim.commands._options import Gain
 from phonanim.commands._renamed import renamed_option
 from phonanim.commands.animate import OUTPUT, check_outputs, format_size
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     "-o", "--output", "outputs", type=OUTPUT, multiple=True, help="File to write; more than one is fine."
 )
 @click.option("--fps", metavar="RATE", help="Another frame rate: 25, 29.97, ...")
-@click.option("--start", type=float, help="Seconds at which the first frame lies.")
+@click.option("--start", type=Gain(-1e6, 1e6), help="Seconds at which the first frame lies.")
 @click.option("--alignment", type=FILE, help="Phones and words, for timelines and cues.")
 @click.option("--audio", type=FILE, help="The recording.")
 @click.option("--rig", help="Name of the rig that the channels belong to, where the file does not say.")

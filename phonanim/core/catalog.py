@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from phonanim.core.decode import read_json
 from phonanim.core.lexicon import search_path
 from phonanim.errors import ModelError
 
 SHIPPED = Path(__file__).parent.parent / "models"
 DEFAULT_MODEL = "default"
+MAX_CARD = 1 << 24  # bytes
 CARD = "model.json"  # the description in a model folder
 
 
@@ -59,7 +60,7 @@ def find_model(name: str) -> Path:
 def read_card(path: Path) -> dict[str, Any]:
     """The model.json of a model folder. Raises ModelError."""
     try:
-        card = json.loads((path / CARD).read_text("utf-8"))
+        card = read_json(path / CARD, MAX_CARD)
     except (OSError, ValueError) as error:
         raise ModelError(
             f"{path / CARD}: cannot be read ({error}); fetch or train the model again"

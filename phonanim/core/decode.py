@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.core.files import read_bounded
+from phonanim.core.text import printable
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -62,9 +63,8 @@ def read_json(path: Path, most: int = MAX_JSON) -> Any:
 
 def read_toml(path: Path) -> dict[str, Any]:
     """The content of a TOML file. Raises DecodeError, OSError."""
-    text = read_utf8(path, MAX_TOML)
     try:
-        tree = tomllib.loads(text.removeprefix("\ufeff"))
+        tree = tomllib.loads(read_utf8(path, MAX_TOML).removeprefix("\ufeff"))
     except (ValueError, RecursionError) as error:
         raise DecodeError(f"it is not TOML: {_reason(error)}") from error
     check_depth(tree)
@@ -206,11 +206,6 @@ def decode_file_name(value: Any, name: str) -> str:
     if not isinstance(value, str) or re.search(r"[/\\:\0]", value) or value in ("", ".", ".."):
         raise DecodeError(f"{name} is {_quote(value)}; it is the plain name of a file beside this one")
     return value
-
-
-def printable(text: str) -> str:
-    """A text that can be written as UTF-8: bytes of file names that are none are shown by their codes."""
-    return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def _refuse_constant(name: str) -> float:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
-from phonanim.core.decode import printable
+from phonanim.core.text import printable
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.output_names import collision_key
 from phonanim.dubbing.row import EDITS, Common, parse_row

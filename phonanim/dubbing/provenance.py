@@ -19,7 +19,7 @@ from phonanim.dubbing.storage import Place, Remote, is_url, parse_place, place_h
 from phonanim.errors import OptionError
 from phonanim.options import Options, Overlay
 from phonanim.pipeline import model_hash
-from phonanim.rig.read import find_rig, read_document
+from phonanim.rig.read import find_rig, load_rig, read_document
 
 # The keys of a rig that name files next to it.
 
@@ -86,6 +86,7 @@ def shared_file_entry(path: Place) -> list[str]:
 @cache
 def rig_hash(name: str) -> str:
     """A hash of a rig: its TOML, the files that it names, and its base rig."""
+    load_rig(name)  # says what is wrong with it
     path = find_rig(name)
     document = read_document(path)
     texts = [value for value in document.values() if isinstance(value, str) and len(value) < LONGEST]

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from difflib import get_close_matches
 from pathlib import Path
 
+from phonanim.core.decode import DecodeError, read_toml
 from phonanim.core.lexicon import LEXICON
 from phonanim.errors import OptionError
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 DIALS = ("intensity", "jaw", "lips")
 LARGEST = 4.0
@@ -25,11 +20,11 @@ def read_styles(path: Path | None = None) -> Styles:
     """The gains of each style by dial, from a TOML file or the package's. Raises OptionError."""
     path = path or LEXICON / "styles.toml"
     try:
-        tables = tomllib.loads(path.read_text("utf-8"))
+        tables = read_toml(path)
     except OSError as error:
         raise OptionError(f"{path}: cannot be read: {error.strerror}") from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise OptionError(f"{path}: is not TOML ({error}); correct it") from error
+    except DecodeError as error:
+        raise OptionError(f"{path}: {error}; correct it") from error
     return {name.casefold(): _gains(name, table, path) for name, table in tables.items()}
 
 

@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DAMAGE, DecodeError, read_json
 from phonanim.core.files import atomic_path
 from phonanim.core.plugins import Registry
 from phonanim.core.typed import check_types
@@ -131,6 +132,19 @@ class Model:
         return self.regressor.predict(track, start + np.arange(frames) / fps, sound)
 
 
+SIZES = (
+    *("networks", "reach", "width", "widths", "window", "ahead", "states", "depth", "heads", "kernels"),
+    *("dilations", "channels", "hidden", "units"),
+)
+"""Settings that say how much a model computes."""
+
+MAX_SIZE, MAX_CARD = 4096, 1 << 24
+"""Largest of these settings, and bytes of a model.json."""
+
+TRIAL = 0.1
+"""Seconds of silence that a model of phones is tried out with."""
+
+
 def kinds() -> tuple[str, ...]:
     """Every kind of regressor: the stems of this folder's files, and the plugins."""
     return REGRESSORS.names()
@@ -162,6 +176,9 @@ def make_config(kind: str, values: dict[str, Any], where: str) -> Any:
             hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(known)}"
             raise ModelError(f"{where}: {kind} has no setting {key!r}; {hint}")
     check_types(values, config, where)
+    for key, value in values.items():
+        if key in SIZES and max(value if isinstance(value, (list, tuple)) else [value], default=0) > MAX_SIZE:
+            raise ModelError(f"{where}: {key} is {value!r:.40}; the most is {MAX_SIZE}")
     return config(**{key: tuple(v) if isinstance(v, list) else v for key, v in values.items()})
 
 
@@ -201,11 +218,21 @@ def load(folder: Path) -> Model:
     config = make_config(kind, card["config"], str(folder / "model.json"))
     try:
         regressor = regressor_class(kind).from_tensors(config, tensors)
-    except (KeyError, ValueError) as error:
+        _try_out(regressor, len(face.std))
+    except DAMAGE as error:
         raise ModelError(
             f"{folder / 'weights.safetensors'}: does not match its model.json ({error}); train it again"
         ) from error
     return Model(regressor, face, card)
+
+
+def _try_out(regressor: Regressor, n_modes: int) -> None:
+    """Raise DecodeError where a model of phones does not make modes of a moment of silence."""
+    if regressor.input_modality != "phones":
+        return
+    modes = regressor.predict(silent_track(TRIAL), np.array([0.0, TRIAL / 2, TRIAL]))
+    if modes.shape != (3, n_modes) or not np.isfinite(modes).all():
+        raise DecodeError(f"it makes {modes.shape} modes of 3 frames, and its face has {n_modes}")
 
 
 def load_face(path: Path) -> FaceModel:
@@ -216,7 +243,7 @@ def load_face(path: Path) -> FaceModel:
         indices = tensors["indices"].astype(np.int64)
     except KeyError as error:
         raise ModelError(f"{path}: lacks the tensor {error}; fetch or train the model again") from error
-    if modes.shape != (len(std), *mean.shape) or len(indices) != len(mean):
+    if mean.ndim != 2 or modes.shape != (len(std), *mean.shape) or indices.shape != mean.shape[:1]:
         raise ModelError(f"{path}: its shapes do not match; fetch or train the model again")
     return FaceModel(mean, modes, std, indices)
 
@@ -224,7 +251,7 @@ def load_face(path: Path) -> FaceModel:
 def _load_card(folder: Path) -> dict[str, Any]:
     path = folder / "model.json"
     try:
-        card = json.loads(path.read_text(encoding="utf-8"))
+        card = read_json(path, MAX_CARD)
     except (OSError, ValueError) as error:
         raise ModelError(
             f"{path}: cannot be read as a model ({error}); `phonanim models` lists the available ones"
@@ -233,9 +260,9 @@ def _load_card(folder: Path) -> dict[str, Any]:
         raise ModelError(f"{path}: is not a model of format {FORMAT}; train it again with this version")
     if card.get("inventory") != list(INVENTORY.phones):
         raise ModelError(f"{path}: was made for another phone inventory; train it again with this version")
-    for key in ("kind", "config"):
-        if key not in card:
-            raise ModelError(f"{path}: lacks {key!r}; fetch or train the model again")
+    for key, kind in (("kind", str), ("config", dict)):
+        if not isinstance(card.get(key), kind):
+            raise ModelError(f"{path}: lacks {key!r}, or it is no {kind.__name__}; fetch the model again")
     return card
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.files import read_bounded
 from phonanim.errors import RigError
 from phonanim.rig.character import GREY, load_bare_character
 from phonanim.rig.geometry import import_trimesh, weld
@@ -20,6 +21,7 @@ from phonanim.rig.head import Head
 
 Array = NDArray[np.float64]
 
+MAX_BYTES = 1 << 28
 MESHES = (".obj", ".ply", ".stl", ".off")
 # trimesh reads as the file stands: nothing merged, sorted or fetched from beside it.
 IN_ORDER = {
@@ -53,7 +55,7 @@ def read_mesh(path: Path) -> tuple[Array, NDArray[np.int64], dict[str, slice]]:
     kind = path.suffix.lower().removeprefix(".")
     load_scene = import_trimesh().load_scene
     try:
-        data = path.read_bytes()
+        data = read_bounded(path, MAX_BYTES)
         scene = load_scene(BytesIO(_plain_obj(data) if kind == "obj" else data), kind, **IN_ORDER)
     except OSError as error:
         raise RigError(f"{path}: cannot be read: {error.strerror}") from error

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable
 from difflib import get_close_matches
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from phonanim.core.decode import DecodeError, read_toml
 from phonanim.core.lexicon import find_tables
 from phonanim.errors import RigError
 from phonanim.rig.measures import read_measures
 from phonanim.rig.rig import MEAN, POSES, Array, Rig, Through, Visemes
 from phonanim.rig.tables import read_hinges, read_mixture, read_shapes, read_visemes
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
 FILES = ("direct", "head", "landmarks", "mouth", "accents", "tongue", "visemes", "shapes")
+TEXTS = ("name", "title", "source", "face", "through", "table", *FILES)
+LARGEST = 1e6  # of a value of a control
 KEYS = (
     *("name", "title", "source", "face", "head", "landmarks", "mouth", "accents", "tongue", "direct"),
     *("speech", "articulated"),
@@ -47,13 +43,20 @@ def load_rig(name: str | Path) -> Rig:
         >>> phonanim.load_rig("arkit").controls[:2]
         ('browDownLeft', 'browDownRight')
     """
-    path = find_rig(str(name))
+    return _load(str(name), ())
+
+
+def _load(name: str, before: tuple[Path, ...]) -> Rig:
+    """A rig that other ones, from the first to the last, go through."""
+    path = find_rig(name)
+    if path.resolve() in before:
+        raise RigError(f"{path}: goes through itself; name another rig")
     document = read_document(path)
     found = rig_problems(document)
     if found:
         more = f" (and {len(found) - 1} more: phonanim rig check {path})" if len(found) > 1 else ""
         raise RigError(f"{path}: {found[0]}{more}")
-    return _build(document, path)
+    return _build(document, path, (*before, path.resolve()))
 
 
 def find_rig(name: str) -> Path:
@@ -72,17 +75,19 @@ def find_rig(name: str) -> Path:
 def read_document(path: Path) -> dict[str, Any]:
     """The TOML of a rig, unchecked. Raises RigError."""
     try:
-        document: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
+        return read_toml(path)
     except OSError as error:
         raise RigError(f"{path}: cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise RigError(f"{path}: is not TOML: {error}") from error
-    return document
+    except DecodeError as error:
+        raise RigError(f"{path}: {error}") from error
 
 
 def rig_problems(document: dict[str, Any]) -> list[str]:
     """Everything that is wrong with a rig document, each in one line with its mend; empty when good."""
     unknown = [f"unknown key {key!r}{_hint(key, KEYS)}" for key in document if key not in KEYS]
+    wrong = [line for key in document if (line := _type_problem(key, document[key]))]
+    if wrong:
+        return [*unknown, *wrong]
     controls = document.get("controls")
     if not isinstance(controls, dict) or not controls:
         return [*unknown, "needs a table [controls] with name = [minimum, rest, maximum]"]
@@ -112,6 +117,27 @@ def _moves(rig: Rig, name: str) -> bool:
     return bool((np.append(rig.poses[:, column], rig.mean[column]) != rig.rest[column]).any())
 
 
+def _type_problem(key: str, value: Any) -> str:
+    """What is wrong with the type of a key that is no table of numbers."""
+    if key in TEXTS and not isinstance(value, str):
+        return f"{key} must be a text in quotes, not {type(value).__name__}"
+    if key in FILES and (Path(value).is_absolute() or "\0" in value):
+        return f"{key} must be the path of a file from the rig's folder, not {value!r:.80}"
+    if key == "stepped" and not isinstance(value, bool):
+        return f"stepped must be true or false, not {value!r:.80}"
+    if key == "speech" and not (isinstance(value, list) and all(isinstance(name, str) for name in value)):
+        return "speech must be a list of names"
+    if key in ("at_most", "shares") and not (
+        isinstance(value, dict) and all(isinstance(name, str) for name in value.values())
+    ):
+        return f"[{key}] must be a table of names"
+    if key == "poses" and not (
+        isinstance(value, dict) and all(isinstance(pose, dict) for pose in value.values())
+    ):
+        return "[poses] must hold a table for each pose"
+    return ""
+
+
 def _limit_problem(name: str, limit: Any) -> str:
     numeric = isinstance(limit, list) and len(limit) == 3 and all(_is_number(value) for value in limit)
     if not numeric:
@@ -122,7 +148,7 @@ def _limit_problem(name: str, limit: Any) -> str:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value)
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
 def _reference_problems(document: dict[str, Any], controls: dict[str, Any]) -> list[str]:
@@ -168,7 +194,7 @@ def _hint(name: str, names: Iterable[str]) -> str:
     return f"; did you mean {near[0]!r}?" if near else ""
 
 
-def _build(document: dict[str, Any], path: Path) -> Rig:
+def _build(document: dict[str, Any], path: Path, chain: tuple[Path, ...]) -> Rig:
     controls = tuple(document["controls"])
     minimum, rest, maximum = np.array(list(document["controls"].values()), np.float64).T
     mean, poses = _poses(document, controls, rest)
@@ -187,7 +213,7 @@ def _build(document: dict[str, Any], path: Path) -> Rig:
         speech=tuple(document.get("speech", controls)),
         at_most=tuple((controls.index(a), controls.index(b)) for a, b in document.get("at_most", {}).items()),
         direct=read_hinges(files["direct"], controls) if "direct" in files else None,
-        through=_through(document, path, controls),
+        through=_through(document, path, controls, chain),
         visemes=_visemes(document, files, controls),
         head=files.get("head"),
         landmarks=files.get("landmarks"),
@@ -210,12 +236,14 @@ def _poses(document: dict[str, Any], controls: tuple[str, ...], rest: Array) -> 
     return table[0], table[1:]
 
 
-def _through(document: dict[str, Any], path: Path, controls: tuple[str, ...]) -> Through | None:
+def _through(
+    document: dict[str, Any], path: Path, controls: tuple[str, ...], chain: tuple[Path, ...]
+) -> Through | None:
     if "through" not in document:
         return None
     if "table" not in document:
         raise RigError(f'{path}: goes through {document["through"]!r} and so needs a table = "FILE.csv"')
-    rig = load_rig(document["through"])
+    rig = _load(document["through"], chain)
     table = read_mixture(path.parent / document["table"], rig.controls, controls)
     shares = document.get("shares", {})
     parts = [(controls.index(own), *_share(path, own, share, rig.controls)) for own, share in shares.items()]

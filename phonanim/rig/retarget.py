@@ -99,6 +99,11 @@ def _spoken(
 def _mapped(modes: NDArray[np.floating], face: FaceModel, rig: Rig, how: How) -> NDArray[np.float32]:
     mapping = _mapping(rig, how)
     standardized = (np.asarray(modes) / face.std).astype(np.float32)[:, : mapping.loads.shape[1]]
+    if standardized.shape[1] != mapping.loads.shape[1]:
+        raise RigError(
+            f"rig {rig.name} maps {mapping.loads.shape[1]} modes and the model's face has {len(face.std)}; "
+            "use the model that the rig was made for"
+        )
     values = np.empty((len(standardized), len(rig.controls)), np.float32)
     for start in range(0, len(values), BLOCK):
         block = slice(start, start + BLOCK)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import csv
+import io
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DecodeError, read_utf8
 from phonanim.core.files import write_text
 from phonanim.core.lexicon import LEXICON
 from phonanim.errors import RigError
@@ -18,6 +20,8 @@ VISEME_SHAPES = LEXICON / "rigs" / "viseme_shapes.csv"
 VRM = {"aa": "aa", "ih": "I", "ou": "U", "ee": "E", "oh": "O"}
 """VRM's mouth expressions and the visemes that they stand for."""
 
+MAX_BYTES = 1 << 24
+LARGEST = 1e6  # of a number of a table
 BASE = "base"  # the row of a hinge table that holds the constant part
 
 
@@ -107,9 +111,8 @@ def write_shapes(path: Path, shapes: Array, controls: tuple[str, ...]) -> None:
 
 def _rows(path: Path) -> list[list[str]]:
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = list(csv.reader(file))
-    except (OSError, UnicodeDecodeError) as error:
+        rows = list(csv.reader(io.StringIO(read_utf8(path, MAX_BYTES), newline="")))
+    except (OSError, DecodeError, csv.Error) as error:
         raise RigError(f"{path}: cannot be read: {error}") from error
     if len(rows) < 2:
         raise RigError(f"{path}: needs a header and a row per line")
@@ -128,8 +131,8 @@ def _numbers(path: Path, rows: list[list[str]], first: int) -> Array:
         except ValueError as error:
             raise RigError(f"{path}, line {line}: {error}; write a number") from error
     numbers = np.array(cells, np.float64)
-    if not np.isfinite(numbers).all():
-        raise RigError(f"{path}: holds a value that is not finite; write numbers")
+    if not (np.abs(numbers) <= LARGEST).all():
+        raise RigError(f"{path}: holds a value that is not finite, or above {LARGEST:g}; write numbers")
     return numbers
 
 

@@ -8,6 +8,7 @@ import pytest
 
 from phonanim.core import decode
 from phonanim.core.decode import DecodeError
+from phonanim.core.text import printable
 
 
 def npy(array, header=None):
@@ -144,4 +145,4 @@ def test_names_that_lead_elsewhere(name):
 
 def test_names_that_are_not_utf8_are_printed():
     assert decode.decode_file_name("a b.wav", "audio") == "a b.wav"
-    assert decode.printable("a\udcff.wav") == "a\\udcff.wav"
+    assert printable("a\udcff.wav") == "a\\udcff.wav"
