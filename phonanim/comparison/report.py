@@ -25,7 +25,7 @@ TESTED = ("parameter_mse", "shape_mse", "aperture_r", "width_r")
 PIXELS = ("joint_mse", "pixel_mse", "inner_pixel_mse", "outer_pixel_mse")
 SHORT = ("shape_mse", "aperture_r", "width_r")
 SHOWN = {"default": "phonanim", "procedural": "dominance (Cohen-Massaro)"}
-"""How models are called in tables and figures, where their names do not say what they are."""
+"""Names of models in tables and figures, for models whose own names are unclear."""
 
 
 def write_document(document: Document, folder: Path) -> Path:
@@ -49,7 +49,7 @@ def read_document(folder: Path) -> Document:
 
 
 def write_report(document: Document, plan: Plan, folder: Path) -> Path:
-    """Write benchmark.md into a folder, and its figures into benchmark/ beside it."""
+    """Write benchmark.md into a folder, and its figures into benchmark/ next to it."""
     document = with_shown_names(document)
     corpus = load_cached_corpus(plan.corpus)
     face = reference_face(plan.corpus, tuple(corpus.clips_of("train").tolist()))
@@ -66,7 +66,7 @@ def write_report(document: Document, plan: Plan, folder: Path) -> Path:
 
 
 def with_shown_names(document: Document) -> Document:
-    """The document with its models called as readers know them, in the same order."""
+    """The document with the shown names of its models, in the same order."""
     models = {SHOWN.get(name, name): found for name, found in document["models"].items()}
     reference = document["reference"]
     return {**document, "models": models, "reference": SHOWN.get(reference, reference)}

@@ -1,6 +1,6 @@
-"""Decode files of others within bounds: size, depth, finite numbers. Nothing is trusted before it is checked.
+"""Decode untrusted files within limits: size, depth, finite numbers. Nothing is used before it is checked.
 
-Every function raises DecodeError, a ValueError, that says what is wrong without the name of the file.
+Every function raises DecodeError, a ValueError whose message does not name the file.
 """
 
 from __future__ import annotations
@@ -30,30 +30,30 @@ else:
     import tomli as tomllib
 
 MAX_JSON = 1 << 30
-"""Bytes of a JSON file: two hours of 60 curves at 60 fps have some 200 MB."""
+"""Bytes of a JSON file: two hours of 60 curves at 60 fps have about 200 MB."""
 
 MAX_TOML = 1 << 20
-"""Bytes of a TOML file: a rig that an artist writes has some 20 kB."""
+"""Bytes of a TOML file: the rig of an artist has about 20 kB."""
 
 MAX_DEPTH = 64
-"""Levels of tables and lists: what we write has ten."""
+"""Levels of tables and lists: our own files have ten."""
 
 MAX_UNPACKED, MAX_RATIO = 1 << 28, 32
 """Bytes that an archive of any size may unpack to, and how many times its own size a larger one may."""
 
 MAX_RATE = 1000.0
-"""Frames per second that anybody films at."""
+"""Largest frame rate."""
 
 MAX_TIME = 1e6
-"""Seconds from zero that a time may lie: eleven days."""
+"""Largest distance of a time from zero, in seconds: eleven days."""
 
 SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 DAMAGE = (KeyError, IndexError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError)
-"""What taking the wrong shape or number out of parsed data raises."""
+"""The exceptions that parsed data of the wrong structure raise."""
 
 
 class DecodeError(ValueError):
-    """Data that cannot be decoded, or that no writer means."""
+    """Data that cannot be decoded, or that no program writes on purpose."""
 
 
 def read_json(path: Path, most: int = MAX_JSON) -> Any:
@@ -82,7 +82,7 @@ def read_utf8(path: Path, most: int = MAX_JSON) -> str:
 
 
 def parse_json(text: str | bytes) -> Any:
-    """JSON of limited depth, without NaN and Infinity; its texts are whole characters. Raises DecodeError."""
+    """JSON of limited depth, without NaN and Infinity and with valid Unicode texts. Raises DecodeError."""
     try:
         tree = json.loads(text, parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
@@ -98,7 +98,7 @@ def parse_json(text: str | bytes) -> Any:
 
 
 def check_depth(tree: Any) -> None:
-    """Raise DecodeError where tables and lists are nested deeper than MAX_DEPTH."""
+    """Raise DecodeError when tables and lists are nested deeper than MAX_DEPTH."""
     level: list[Iterable[Any]] = [[tree]]
     for _ in range(MAX_DEPTH + 1):
         level = [
@@ -113,7 +113,7 @@ def check_depth(tree: Any) -> None:
 
 
 def check_plain_file(stream: IO[Any]) -> None:
-    """Raise DecodeError where an open file is a pipe or a device, which may never end."""
+    """Raise DecodeError when an open file is a pipe or a device, which may never end."""
     if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
         raise DecodeError("it is a pipe or a device; save its content to a plain file")
 
@@ -148,7 +148,7 @@ def read_array(path: Path) -> NDArray[Any]:
 
 
 def parse_array(data: bytes) -> NDArray[Any]:
-    """The array of a NumPy file's bytes, which are not copied; objects are refused. Raises DecodeError."""
+    """The array in the bytes of a NumPy file, without a copy; objects are refused. Raises DecodeError."""
     stream = io.BytesIO(data)
     try:
         version = np.lib.format.read_magic(stream)
@@ -168,9 +168,9 @@ def parse_array(data: bytes) -> NDArray[Any]:
 
 
 def decode_number(value: Any, name: str, low: float = -MAX_TIME, high: float = MAX_TIME) -> float:
-    """A finite number from `low` to `high`. Raises DecodeError naming it."""
+    """A finite number from `low` to `high`. Raises DecodeError, which names it."""
     plain = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-    if not plain or not low <= value <= high:  # neither does NaN
+    if not plain or not low <= value <= high:  # false for NaN, too
         raise DecodeError(f"{name} is {_quote(value)}; it is a number from {low:g} to {high:g}")
     return float(value)
 
@@ -181,21 +181,21 @@ def decode_rate(value: Any, name: str = "fps") -> float:
 
 
 def decode_table(value: Any, name: str) -> dict[str, Any]:
-    """A table. Raises DecodeError naming it."""
+    """A table. Raises DecodeError, which names it."""
     if not isinstance(value, dict):
         raise DecodeError(f"{name} is {_quote(value)}; it is a table")
     return value
 
 
 def decode_list(value: Any, name: str) -> list[Any]:
-    """A list. Raises DecodeError naming it."""
+    """A list. Raises DecodeError, which names it."""
     if not isinstance(value, list):
         raise DecodeError(f"{name} is {_quote(value)}; it is a list")
     return value
 
 
 def decode_text(value: Any, name: str) -> str:
-    """A text. Raises DecodeError naming it."""
+    """A text. Raises DecodeError, which names it."""
     if not isinstance(value, str):
         raise DecodeError(f"{name} is {_quote(value)}; it is a text")
     return value

@@ -1,4 +1,4 @@
-"""Pages that are written: fields filled in one pass, data that cannot run, and a policy of what may."""
+"""Write HTML pages: fill fields in one pass, embed data that cannot run as code, and set a content policy."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ SCRIPT = re.compile(r"<script>(.*?)</script>", re.DOTALL)
 
 
 def fill_page(page: str, fields: dict[str, str], connect: str = "") -> str:
-    """A page with its fields, in one pass: what stands within a field is left as it is.
+    """A page with its fields, filled in one pass: markers inside a field's text are left unchanged.
 
-    The field `policy` lets the one script of the page run and nothing be fetched, but from the origins
+    The field `policy` allows only the page's own script to run, and no connections except to the origins
     `connect`.
     """
     script = SCRIPT.search(page)
@@ -24,7 +24,7 @@ def fill_page(page: str, fields: dict[str, str], connect: str = "") -> str:
 
 
 def page_policy(script: str = "", connect: str = "") -> str:
-    """A content security policy: styles and data of the page itself, this script, and these origins."""
+    """A content security policy: styles and data of the page, this script, and these origins."""
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     return "; ".join(
         [
@@ -41,7 +41,7 @@ def page_policy(script: str = "", connect: str = "") -> str:
 
 
 def script_data(data: Any) -> str:
-    """JSON that may stand within a page: no text in it can begin a tag."""
+    """JSON that is safe inside a page: no text in it can begin a tag."""
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 

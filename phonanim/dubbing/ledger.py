@@ -18,7 +18,7 @@ from phonanim.dubbing.storage import Place, Remote
 from phonanim.errors import OutputError
 
 NAME = "ledger.jsonl"
-PERIOD = 5.0  # seconds; what ended since the last checkpoint may be made again after a power loss
+PERIOD = 5.0  # seconds; after a power loss, lines since the last checkpoint may be made again
 
 Record = Callable[[Outcome], None]
 
@@ -37,7 +37,7 @@ def read_ledger(folder: Place) -> dict[str, Outcome]:
     except (OSError, DecodeError) as error:
         reason = getattr(error, "strerror", None) or error
         raise OutputError(
-            f"{path}: cannot be read: {reason}; move it away, and all lines are made"
+            f"{path}: cannot be read: {reason}; move it away, and all lines are made again"
         ) from error
 
 
@@ -85,7 +85,7 @@ def lock_folder(folder: Place) -> Iterator[None]:
 
 @contextmanager
 def _appending(folder: Path) -> Iterator[Record]:
-    """The same for a path: after a line end, if a kill left one out. Every few seconds all is on the disk."""
+    """The same for a path; first adds a missing line end. Everything is synced to disk every few seconds."""
     path = folder / NAME
     with _ledger_errors(path):
         stream = os.fdopen(_open_own(path), "a+", encoding="utf-8")
@@ -96,7 +96,7 @@ def _appending(folder: Path) -> Iterator[Record]:
         nonlocal last
         with _ledger_errors(path):
             stream.write(encode_outcome(outcome))
-            stream.flush()  # the operating system has it: a kill does not lose it
+            stream.flush()  # now the operating system has it, so a kill does not lose it
         waiting.extend(folder / name for name in outcome.outputs)
         if time.monotonic() - last >= PERIOD:
             with _ledger_errors(path):
@@ -115,7 +115,7 @@ def _appending(folder: Path) -> Iterator[Record]:
 
 
 def _open_own(path: Path) -> int:
-    """A descriptor of the ledger itself: never of a file that a link leads to."""
+    """A descriptor of the ledger; links are not followed."""
     return os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
 
 
@@ -129,7 +129,7 @@ def _ledger_errors(path: Path) -> Iterator[None]:
 
 
 def _store(stream: IO[str], outputs: list[Path]) -> None:
-    """Put outputs on the disk, then the ledger that tells of them: a power loss keeps what was told."""
+    """Sync outputs to disk, then the ledger with their outcomes, so that a power loss keeps both."""
     for path in (*outputs, *{path.parent for path in outputs}):
         with suppress(FileNotFoundError):
             descriptor = os.open(path, os.O_RDONLY)

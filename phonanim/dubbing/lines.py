@@ -43,8 +43,7 @@ class Lines:
 def read_lines(source: str, common: Common) -> Lines:
     """The lines of a folder, of a pattern with wildcards, or of a table (.csv .tsv .jsonl), by path or URL.
 
-    Cells of a table override `common`. Raises OptionError when the source as a whole is
-    invalid.
+    Cells of a table override `common`. Raises OptionError when the source as a whole is invalid.
     """
     forget_listings()
     path = parse_place(source)
@@ -52,13 +51,13 @@ def read_lines(source: str, common: Common) -> Lines:
     if path.suffix.lower() in TABLES and path.is_file():
         table = read_table(path)
         notes = [f"{path.name}: the column {name!r} is not used" for name in table.unused]
-        lines = _checked(table.rows, path.parent, common, f"{source}: holds no row")
+        lines = _checked(table.rows, path.parent, common, f"{source}: has no rows")
     elif path.is_dir() or WILD.search(str(path)):
         root, found = (path, _walked(path)) if path.is_dir() else (_root(path), _matched(path))
         files = (
             [file for file in found[0] if file.suffix.lower() in ALIGNMENTS] if path.is_dir() else found[0]
         )
-        none = f"holds no {' or '.join(ALIGNMENTS)}" if path.is_dir() else "matches no alignment"
+        none = f"has no {' or '.join(ALIGNMENTS)}" if path.is_dir() else "matches no alignment"
         lines = _checked(_rows_of(root, files), root, common, f"{source}: {none}", found[1])
         notes = found[2]
     else:
@@ -132,7 +131,7 @@ def path_below(path: Place, folder: Place) -> PurePosixPath:
 def _checked(
     rows: Iterable[Row], root: Place, common: Common, empty: str, known: Sequence[Fault] = ()
 ) -> Lines:
-    """Rows as lines; a row that repeats an id or an output is a fault, the first one stays."""
+    """Convert rows to lines; a row that repeats an id or an output is a fault, and the first one is kept."""
     lines: list[Line] = []
     faults: list[Fault] = [*known]
     ids: dict[str, str] = {}
@@ -155,7 +154,7 @@ def _checked(
 
 
 def _check_text(row: Row) -> None:
-    """Raise OptionError where a cell cannot be written as UTF-8."""
+    """Raise OptionError when a cell cannot be written as UTF-8."""
     for column, cell in row.cells.items():
         if printable(cell) != cell:
             raise OptionError(

@@ -62,7 +62,7 @@ def _outcome(line: str) -> Outcome | None:
 
 
 def _check(outcome: Outcome) -> None:
-    """Raise DecodeError for an outcome that no run writes down: the report and the audit rely on it."""
+    """Raise DecodeError for an outcome that no run writes, because the report and the audit rely on it."""
     for name in ("id", "place", "error"):
         decode_text(getattr(outcome, name), name)
     for name in ("origin", "outputs", "facts"):

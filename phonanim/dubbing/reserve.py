@@ -1,4 +1,4 @@
-"""Which line may write which file: no two the same, and none that of the report, the ledger or an input."""
+"""Assign output files to lines: no file twice, and none of the report, the ledger or the inputs."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from phonanim.dubbing.report import FILES
 from phonanim.dubbing.storage import Place
 
 OWN = (*FILES, ledger.NAME, ledger_parts.FOLDER)
-"""What a run writes into its folder besides the lines."""
+"""The files that a run writes besides those of the lines."""
 
 
 def reserve_outputs(lines: Lines, folder: Place, formats: Sequence[str]) -> Lines:
-    """The lines whose outputs are theirs alone; each other is a fault, and the first one stays."""
+    """The lines with unique outputs; every other line is a fault. The first line of an output is kept."""
     files = {collision_key(PurePosixPath(name)): "the run itself" for name in OWN}
     folders: dict[str, str] = {}
     inputs = {str(place) for line in lines.lines for place in (line.alignment, line.audio, line.edits)}
@@ -39,7 +39,7 @@ def reserve_outputs(lines: Lines, folder: Place, formats: Sequence[str]) -> Line
 
 
 def output_files(line: Line, formats: Sequence[str]) -> list[PurePosixPath]:
-    """What a line writes, relative to the output folder."""
+    """The output files of a line, relative to the output folder."""
     suffixes = [f".{suffix}" for suffix in formats] + ([] if line.text is None else [SUFFIX])
     return [PurePosixPath(f"{line.output}{suffix}") for suffix in suffixes]
 
@@ -57,7 +57,7 @@ def _problems(
         taken = files.get(key) or folders.get(key)
         taken = taken or next((files[k] for k in map(collision_key, name.parents) if k in files), None)
         if taken:
-            yield f"the output {str(name)!r} was taken by {taken}; {mend}"
+            yield f"the output {str(name)!r} is already used by {taken}; {mend}"
         place = folder / name
         if str(place.absolute() if isinstance(place, Path) else place) in inputs:
             yield f"the output {str(name)!r} would overwrite an input; {mend}, or name another folder"

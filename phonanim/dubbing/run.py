@@ -82,7 +82,7 @@ def make_folder(folder: Place) -> None:
 
 
 def output_folders(lines: Lines, known: Iterable[Outcome]) -> set[PurePosixPath]:
-    """The folders that this run and those before it write to, relative to the output folder."""
+    """The folders of the outputs of this run and of earlier ones, relative to the output folder."""
     outputs = [line.output for line in lines.lines]
     outputs += [PurePosixPath(name) for outcome in known for name in outcome.outputs]
     return {above for output in outputs for above in output.parents}
@@ -91,8 +91,8 @@ def output_folders(lines: Lines, known: Iterable[Outcome]) -> set[PurePosixPath]
 def remove_unfinished(folder: Place, below: Iterable[PurePosixPath]) -> None:
     """Remove the unfinished files that a killed run left in its own folders.
 
-    A folder within that has its own ledger is another run's. Shared storage has no such files: objects are
-    put there whole.
+    A subfolder with its own ledger belongs to another run. Shared storage has no such files, because objects
+    are written whole.
     """
     if isinstance(folder, Remote):
         return

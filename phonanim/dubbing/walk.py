@@ -1,4 +1,4 @@
-"""The files of a folder or a pattern on this machine, with what could not be read, and without loops."""
+"""Find the files of a local folder or pattern, report unreadable folders, and follow no links to folders."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def walk_folder(folder: Path) -> Walk:
 
 
 def walk_pattern(pattern: Path) -> Walk:
-    """Every file that a pattern with wildcards matches, as a shell has it; `**` does not follow links."""
+    """Every file that a pattern with wildcards matches, as in a shell; `**` does not follow links."""
     parts = pattern.parts
     first = next(number for number, part in enumerate(parts) if WILD.search(part))
     rest = [part for before, part in zip(("", *parts[first:]), parts[first:], strict=False) if part != before]
@@ -45,7 +45,7 @@ def _sorted(found: Walk) -> Walk:
 
 
 def _below(folder: Path, parts: tuple[str, ...], found: Walk, hidden: bool) -> None:
-    """Add what the parts of a pattern match in a folder."""
+    """Add the matches of a pattern's parts in a folder."""
     head, rest = parts[0], parts[1:]
     if head == ANY_DEPTH:
         _below(folder, rest, found, hidden)

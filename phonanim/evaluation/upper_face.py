@@ -1,4 +1,4 @@
-"""What the upper face of a take does: how often lids and brows move, and how far eyes and head."""
+"""Measures of the upper face of a take: blinks and brow raises per minute, eye and head motion."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from phonanim.rig.neck import TURNS
 
 Array = NDArray[np.float64]
 
-SHUT = 0.5  # of full weight at which an eye is closed
-RAISED = 0.08  # of full weight at which a brow is up
+SHUT = 0.5  # weight from which an eye is closed
+RAISED = 0.08  # weight from which a brow is raised
 EYES = ("eyelookoutleft", "eyelookinleft", "eyelookinright", "eyelookoutright")
 
 
 def upper_face_measures(animation: Animation) -> dict[str, float]:
-    """Statistics of a take with ARKit's controls, by name; of those that it has.
+    """Statistics of a take with ARKit's controls, by name, for the controls that it has.
 
-    `blinks_per_min` and `brow_raises_per_min` count how often lids and inner brows pass a threshold,
-    `gaze_sd_deg` is the deviation of the eyes from side to side, `head_sd_deg` that of the head's three turns
-    together, the root of the sum of their variances.
+    `blinks_per_min` and `brow_raises_per_min` count how often lids and inner brows rise above a threshold.
+    `gaze_sd_deg` is the standard deviation of horizontal gaze, `head_sd_deg` that of the head's three
+    rotations together, the root of the sum of their variances.
     """
     curves = {
         plain_name(name): row.astype(float)
@@ -45,5 +45,5 @@ def upper_face_measures(animation: Animation) -> dict[str, float]:
 
 
 def rises(curve: Array, threshold: float) -> int:
-    """How often a curve, (frames,), passes a threshold on its way up."""
+    """How often a curve, (frames,), rises above a threshold."""
     return int(((curve[1:] > threshold) & (curve[:-1] <= threshold)).sum())

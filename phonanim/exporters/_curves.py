@@ -35,7 +35,7 @@ def estimate_rate(times: NDArray[np.float64]) -> float:
     """Frames per second of rising times, rounded to a common rate if one is near. Raises DecodeError."""
     step = float(np.median(np.diff(times)))
     if not step > 0:
-        raise DecodeError("its keys lie at one instant")
+        raise DecodeError("its keys are all at one instant")
     rate = 1 / step
     nearest = min(USUAL_RATES, key=lambda usual: abs(usual - rate))
     return nearest if abs(nearest - rate) < RATE_TOLERANCE * rate else rate

@@ -45,7 +45,7 @@ def from_document(tree: Any, path: Path) -> Animation:
 
 
 def from_values(tree: Any, values: NDArray[Any], channels: list[str], path: Path) -> Animation:
-    """The animation of (frames, channels) values and of what stands beside them. Raises DecodeError."""
+    """The animation of (frames, channels) values and the rest of the document. Raises DecodeError."""
     if tree["format"] != FORMAT:
         raise DecodeError(f"its format is {tree['format']!r}, not {FORMAT!r}")
     return build_take(values, channels, tree["fps"], tree["start"], tree, path)

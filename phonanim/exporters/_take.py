@@ -1,4 +1,4 @@
-"""An animation from what a file says of it: every reader of takes ends here, where it is checked."""
+"""Build and check the animation of a file; every reader of animations uses it."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from phonanim.core.decode import (
 from phonanim.speech.alignment import unpack_intervals
 
 MAX_VALUES, MAX_RATIO = 25_000_000, 4
-"""Values of a take from a file of any size, and for each byte of a larger one.
+"""Values of a take from a file of any size, and per byte of a larger file.
 
-Two hours of 50 curves at 60 fps have 22 million; a small file of keys cannot ask for more.
+Two hours of 50 curves at 60 fps have 22 million. The limit keeps a small file from asking for more.
 """
 
 MAX_CHANNELS = 10_000
@@ -42,7 +42,7 @@ def build_take(
 ) -> Animation:
     """The animation of (frames, channels) values, with the rig, labels, audio and provenance of `about`.
 
-    The audio is a plain file name, looked for beside `path`. Raises DecodeError.
+    The audio is a plain file name, searched next to `path`. Raises DecodeError.
     """
     if values.ndim != 2 or values.dtype.kind not in "fiu" or values.shape[1] != len(channels):
         raise DecodeError(f"its values are {values.dtype}, {values.shape}, for {len(channels)} channels")
@@ -78,7 +78,7 @@ def take_grid(first: float, last: float, fps: float, n_channels: int, path: Path
 def sample_curves(
     grid: NDArray[np.float64], curves: Sequence[tuple[NDArray[Any], NDArray[Any]]]
 ) -> NDArray[np.float32]:
-    """Curves by keys (times, values), straight between them, at the instants: (frames, curves)."""
+    """Curves with keys (times, values), interpolated linearly at the instants: (frames, curves)."""
     values = np.empty((len(grid), len(curves)), np.float32)
     for column, (times, keys) in enumerate(curves):
         values[:, column] = np.interp(grid, times, keys)
@@ -86,7 +86,7 @@ def sample_curves(
 
 
 def check_times(times: NDArray[np.float64], name: str) -> None:
-    """Raise DecodeError unless there are keys, at finite times that do not fall."""
+    """Raise DecodeError unless there are keys at finite times that do not decrease."""
     if times.size == 0:
         raise DecodeError(f"{name} has no keys")
     if not np.isfinite(times).all() or np.abs(times).max() > MAX_TIME:
@@ -96,7 +96,7 @@ def check_times(times: NDArray[np.float64], name: str) -> None:
 
 
 def check_size(frames: int, n_channels: int, path: Path) -> None:
-    """Raise DecodeError for more values than the take of such a file has."""
+    """Raise DecodeError for more values than a take of such a file may have."""
     most = max(MAX_VALUES, MAX_RATIO * path.stat().st_size)
     if n_channels > MAX_CHANNELS or frames * max(n_channels, 1) > most:
         raise DecodeError(

@@ -22,8 +22,8 @@ from phonanim.exporters._take import build_take, check_size, sample_curves, take
 
 SUMMARY = "Live Link Face: a row per frame, ARKit controls by name (rigs with ARKit controls)"
 LEAD = ("Timecode", "BlendShapeCount")
-ZERO = f"{0:.10f}"  # as every control is written that the rig lacks
-PIECE = 4096  # rows that are held as text at a time
+ZERO = f"{0:.10f}"  # for every control that the rig lacks
+PIECE = 4096  # rows that are formatted at a time
 NOMINAL = 60  # the app's timecode counts 60 frames per second, independent of the rate of the rows
 
 
@@ -51,7 +51,7 @@ def write(animation: Animation, path: Path, timecode: str | None = None) -> None
 
 
 def _pieces(animation: Animation, names: tuple[str, ...], clock: Timecode, origin: float) -> Iterator[str]:
-    """The rows as text, some at a time; controls that never move are not formatted again in every row."""
+    """The rows as text, in pieces; controls that never move are formatted only once."""
     shown = {name: animation.channel(name) for name in names if name in animation.channels}
     moving = {name: curve for name, curve in shown.items() if curve.any() or np.signbit(curve).any()}
     row = ",".join(["%s", str(len(names)), *("%.10f" if name in moving else ZERO for name in names)]) + "\n"
@@ -77,7 +77,7 @@ def read(path: Path) -> Animation:
             check_plain_file(file)
             return _read(path, (row for row in csv.reader(file) if row))
     except DecodeError as error:
-        raise OutputError(f"{path}: is no recording: {error}") from error
+        raise OutputError(f"{path}: is not a recording: {error}") from error
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise OutputError(f"{path}: cannot be read: {error}") from error
 
@@ -132,7 +132,7 @@ def _table(
 
 
 def _block(rows: list[list[float]], turned: list[bool]) -> NDArray[np.float32]:
-    """Values of some rows, (rows, channels), the turns of the head in degrees."""
+    """Values of some rows, (rows, channels), with the rotations in degrees."""
     values = np.array(rows, np.float64).reshape(len(rows), len(turned))
     values[:, turned] = np.degrees(values[:, turned])
     return values.astype(np.float32)

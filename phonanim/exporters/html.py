@@ -35,7 +35,7 @@ def write(
     glb.refuse_compressed()  # the page cannot decode compressed meshes
     if outside := external_files(glb.tree):
         raise RigError(
-            f"{character}: its {outside[0]!r:.60} lies outside the file, and the page fetches nothing; "
+            f"{character}: its {outside[0]!r:.60} is outside the file, and the page loads no other files; "
             "pack it with: npx @gltf-transform/cli copy IN.glb OUT.glb"
         )
     takes = [_take(take, glb) for take in (animation, beside) if take]

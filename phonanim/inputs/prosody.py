@@ -1,4 +1,4 @@
-"""The prosody of what a line is made from: of its phones, of its recording, or of both."""
+"""The prosody of a line, from its phones, its recording, or both."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SPARE = 0.02  # seconds of a model's look-ahead that are lost to rounding
 
 
 def find_prosody(source: SpeechInput, regressor: object) -> Prosody:
-    """The prosody of a line; without phones, no frame looks farther ahead than the model itself does."""
+    """The prosody of a line; without phones, no frame uses more look-ahead than the model."""
     voice = _voice(source)
     if voice is not None and not source.alignment.intervals:
         return hear_prosody(voice, life_ahead(regressor))
@@ -20,12 +20,12 @@ def find_prosody(source: SpeechInput, regressor: object) -> Prosody:
 
 
 def life_ahead(regressor: object) -> float:
-    """Seconds of sound beyond a frame that may decide its life: as many as a streamed model waits for."""
+    """Seconds of audio after a frame that may decide its life: the look-ahead of a streamed model."""
     return max(min(getattr(regressor, "look_ahead", AHEAD), AHEAD) - SPARE, 0.0)
 
 
 def _voice(source: SpeechInput) -> Voice | None:
-    """Level and pitch of the recording, None without one that can be read."""
+    """Level and pitch of the recording, None without a readable recording."""
     sound = source.sound
     if sound is None and source.audio is not None:
         try:

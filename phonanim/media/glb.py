@@ -38,7 +38,7 @@ class Glb:
 
     @cached_property
     def parents(self) -> dict[int, int]:
-        """The node above each node that has one."""
+        """The parent of each node that has one."""
         nodes = enumerate(self.tree["nodes"])
         return {child: number for number, node in nodes for child in node.get("children", ())}
 
@@ -60,9 +60,9 @@ class Glb:
         return _normalized(values) if spec.get("normalized") else values
 
     def positions(self, index: int, count: int | None = None) -> Array:
-        """The positions of an accessor, or what moves them, (n, 3) metres. Raises RigError for other things.
+        """Positions or position offsets of an accessor, (n, 3) metres. Raises RigError for other data.
 
-        Where `count` is given, there must be so many.
+        If `count` is given, n must be equal to it.
         """
         points = self.accessor(index).astype(np.float64)
         if points.shape != (count or len(points), 3) or len(points) == 0:
@@ -75,7 +75,7 @@ class Glb:
         return points
 
     def faces(self, primitive: dict[str, Any], count: int) -> NDArray[np.int64]:
-        """The triangles of a primitive of `count` points, (t, 3). Raises RigError for other things."""
+        """The triangles of a primitive of `count` points, (t, 3). Raises RigError for other primitives."""
         if primitive.get("mode", 4) != 4:
             raise RigError(f"{self.source}: holds a mesh that is not of triangles; export it with triangles")
         rows = self.accessor(primitive["indices"]) if "indices" in primitive else np.arange(count)[:, None]
@@ -171,12 +171,12 @@ def glb_bytes(tree: dict[str, Any], binary: bytes | list[bytes]) -> bytes:
 
 
 def world_transform(glb: Glb, node: int) -> Array:
-    """The transform of a node, (4, 4); a skinned mesh stands where its skeleton puts it: none."""
+    """The transform of a node, (4, 4); the identity for a skinned mesh, which its skeleton places."""
     nodes = glb.tree["nodes"]
     if "skin" in nodes[node]:
         return np.eye(4)
     matrix = _local(nodes[node])
-    while node in glb.parents:  # none is below itself: `check_tree` has made sure
+    while node in glb.parents:  # `check_tree` ensures that there is no cycle
         node = glb.parents[node]
         matrix = _local(nodes[node]) @ matrix
     return matrix

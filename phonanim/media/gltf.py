@@ -1,4 +1,4 @@
-"""What the JSON of a glTF file must look like before anything is read by it: types, references, sizes."""
+"""Check the JSON of a glTF file before it is used: types, references, sizes."""
 
 from __future__ import annotations
 
@@ -20,29 +20,29 @@ COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 MAX_COUNT = 1 << 40  # of a size or an offset
-MAX_PLACE = 1e6  # of a position, a scale or an element of a matrix: metres
+MAX_PLACE = 1e6  # of a position (metres), a scale or an element of a matrix
 MAX_NODES, MAX_LEVELS = 20_000, 256
-MAX_TARGETS = 2048  # of a mesh; heads of film have some 900
-MAX_PARTS = 200_000  # accessors that all meshes of all nodes read
-WORTH = 8  # bytes that a number takes once it is read
+MAX_TARGETS = 2048  # of a mesh; film heads have about 900
+MAX_PARTS = 200_000  # accessors used by all meshes of all nodes
+WORTH = 8  # bytes per number in memory
 
 
 @dataclass(frozen=True, slots=True)
 class Ref:
-    """The number of an item of a top-level list."""
+    """The index of an item of a top-level list."""
 
     to: str
 
 
 @dataclass(frozen=True, slots=True)
 class Vector:
-    """A list of so many numbers."""
+    """A list of `size` numbers."""
 
     size: int
 
 
-# What the reader uses of each table: a type, a table of types, or a list of one type. A key that ends in `!`
-# must be there; `*` stands for every key. Whatever else a file holds is passed on unread.
+# The parts of each table that the reader uses: a type, a table of types, or a list of one type. A key that
+# ends in `!` is required; `*` stands for every key. Everything else in a file is kept unchecked.
 PART = {"bufferView!": Ref("bufferViews"), "byteOffset": int}
 EXPRESSION = {"*": {"morphTargetBinds": [{"node!": Ref("nodes"), "index!": int, "weight": float}]}}
 PRIMITIVE = {
@@ -111,7 +111,7 @@ SCHEMA: dict[str, Any] = {
 
 
 def check_tree(tree: Any, size: int) -> None:
-    """Raise DecodeError, naming the place, where the JSON of a file of `size` bytes is not as glTF has it."""
+    """Raise DecodeError, which names the place, if the JSON of a file of `size` bytes is not valid glTF."""
     _check(tree, SCHEMA, "its JSON", tree)
     for number, spec in enumerate(tree.get("accessors", ())):
         _check_accessor(spec, f"accessors[{number}]", size)
@@ -130,14 +130,14 @@ def check_tree(tree: Any, size: int) -> None:
 
 
 def check_room(needed: float, size: int) -> None:
-    """Raise DecodeError where a file of `size` bytes would need out of proportion many once it is read."""
+    """Raise DecodeError when a file of `size` bytes would need far more memory than its size."""
     room = max(MAX_UNPACKED, MAX_RATIO * size)
     if needed > room:
         raise DecodeError(f"its meshes would take {needed / 1e6:.0f} MB, of {room / 1e6:.0f} for such a file")
 
 
 def external_files(tree: dict[str, Any]) -> list[str]:
-    """The addresses of images and buffers that lie outside the file."""
+    """The addresses of images and buffers that are outside the file."""
     entries = [*tree.get("images", ()), *tree.get("buffers", ())]
     return [entry["uri"] for entry in entries if not entry.get("uri", "data:").startswith("data:")]
 
@@ -195,7 +195,7 @@ def _check_whole(value: Any, place: str, most: int = MAX_COUNT) -> None:
 
 
 def _check_accessor(spec: dict[str, Any], place: str, size: int) -> None:
-    """One without data of its own may be of any size, so that is bounded; the file bounds all others."""
+    """Limit the size of an accessor without data; other accessors are limited by the file."""
     needed = spec["count"] * WIDTHS[spec["type"]] * WORTH
     check_room(needed, size)
     if "sparse" in spec and spec["sparse"]["count"] > spec["count"]:
@@ -203,7 +203,7 @@ def _check_accessor(spec: dict[str, Any], place: str, size: int) -> None:
 
 
 def _check_nodes(nodes: list[dict[str, Any]]) -> None:
-    """Every node has one parent at most, and none is below itself, or too far below the topmost."""
+    """Check that every node has at most one parent, and none is below itself or nested too deep."""
     if len(nodes) > MAX_NODES:
         raise DecodeError(f"it has {len(nodes)} nodes; a character has up to {MAX_NODES}")
     parents: dict[int, int] = {}
@@ -223,7 +223,7 @@ def _check_nodes(nodes: list[dict[str, Any]]) -> None:
 
 
 def _parts(mesh: dict[str, Any]) -> list[int]:
-    """The accessors that a mesh reads, as often as it does."""
+    """The accessors that a mesh uses, repeated for each use."""
     return [
         index
         for primitive in mesh["primitives"]

@@ -51,7 +51,7 @@ def write_page(path: Path, trials: Sequence[Trial], wording: Wording) -> int:
     destination cannot be written.
     """
     if wording.post and not ADDRESS.fullmatch(wording.post):
-        raise StudyError(f"--post {wording.post}: is no web address; begin it with https://")
+        raise StudyError(f"--post {wording.post}: is not a web address; begin it with https://")
     fields = {
         "title": html.escape(wording.title),
         "style": _part("study.css"),

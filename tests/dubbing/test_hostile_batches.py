@@ -37,13 +37,13 @@ def reserved(folder, ids, formats):
 @pytest.mark.parametrize(
     ("ids", "formats", "kept", "message"),
     [
-        (["b", "report"], ["json"], ["b"], r"'report.json' was taken by the run itself; give the line"),
-        (["Report"], ["json", "csv"], [], r"was taken by the run itself"),
-        (["summary"], ["txt"], [], r"was taken by the run itself"),
-        (["ledger"], ["jsonl"], [], r"was taken by the run itself"),
-        (["a", "a.track"], ["track.json", "json"], ["a"], r"'a.track.json' was taken by t.jsonl row 1"),
-        (["a.csv/b", "a"], ["csv"], ["a.csv/b"], r"'a.csv' was taken by t.jsonl row 1"),
-        (["a", "a.csv/b"], ["csv"], ["a"], r"'a.csv/b.csv' was taken by t.jsonl row 1"),
+        (["b", "report"], ["json"], ["b"], r"'report.json' is already used by the run itself; give the line"),
+        (["Report"], ["json", "csv"], [], r"is already used by the run itself"),
+        (["summary"], ["txt"], [], r"is already used by the run itself"),
+        (["ledger"], ["jsonl"], [], r"is already used by the run itself"),
+        (["a", "a.track"], ["track.json", "json"], ["a"], r"'a.track.json' is already used by t.jsonl row 1"),
+        (["a.csv/b", "a"], ["csv"], ["a.csv/b"], r"'a.csv' is already used by t.jsonl row 1"),
+        (["a", "a.csv/b"], ["csv"], ["a"], r"'a.csv/b.csv' is already used by t.jsonl row 1"),
         (["report"], ["csv"], ["report"], None),
     ],
 )

@@ -176,6 +176,6 @@ def test_names_that_many_points_share_are_counted_for_each(tmp_path):
 def test_the_viewer_fetches_nothing(tmp_path, key):
     tree = {**TREE, key: [{"uri": "http://127.0.0.1:1/a.png"}]}
     path = written(tmp_path / "a.glb", tree)
-    with pytest.raises(RigError, match=r"its 'http://127\.0\.0\.1:1/a\.png' lies outside the file"):
+    with pytest.raises(RigError, match=r"its 'http://127\.0\.0\.1:1/a\.png' is outside the file"):
         save(line(), tmp_path / "a.html", character=path)
     assert not (tmp_path / "a.html").exists()

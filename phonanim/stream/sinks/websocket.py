@@ -29,19 +29,19 @@ from phonanim.stream.sinks import Address, Stage
 SUMMARY = "a WebSocket with a live page: open http://127.0.0.1:8765 in a browser"
 ADDRESS = ("127.0.0.1", 8765)
 PATH = "/live"
-FAREWELL = 0.5  # seconds that a visitor has to hang up at the end
-MOST_WAITING = 1 << 18  # bytes that wait for one visitor: some seconds of frames; who is slower is dropped
+FAREWELL = 0.5  # seconds for clients to close the connection at the end
+MOST_WAITING = 1 << 18  # bytes that wait for one client: a few seconds; a slower client is disconnected
 MOST_VISITORS = 1000
-MOST_SAID = 1 << 10  # bytes of a message from a visitor, whom nobody listens to
+MOST_SAID = 1 << 10  # bytes of a message from a client; messages are ignored
 HEAD = struct.Struct("<I4xd")
 PAGE = Path(__file__).parent.parent / "page"
 SCRIPTS = ("three.js", "data.js", "stage.js")  # of the viewer
 
 
 class Broadcast:
-    """A server on a thread of its own; whoever is connected gets every frame, and nobody is waited for.
+    """A server in a separate thread; every client gets every frame, and a slow client delays nothing.
 
-    Pages of this address alone may connect, and those of `stage.origins`.
+    Only pages of this address and those of `stage.origins` may connect.
     """
 
     def __init__(self, stage: Stage, address: Address, page: bytes) -> None:
@@ -94,7 +94,7 @@ class Broadcast:
         await connection.wait_closed()
 
     def _answer(self, connection: Any, request: Any) -> Any:
-        """The page, or nothing where a WebSocket is asked for."""
+        """The page, or None for a WebSocket request."""
         if refusal := refuse_origin(request.headers, self.host, self.origins):
             return connection.respond(HTTPStatus.FORBIDDEN, f"{refusal}\n")
         if len(self.server.connections) > MOST_VISITORS:
@@ -123,7 +123,7 @@ class Broadcast:
             await asyncio.wait_for(self.server.wait_closed(), FAREWELL)
         for connection in self.server.connections:
             connection.transport.abort()
-        rest = asyncio.all_tasks() - {asyncio.current_task()}  # visitors who never said what they want
+        rest = asyncio.all_tasks() - {asyncio.current_task()}  # clients that never sent a request
         for task in rest:
             task.cancel()
         await asyncio.gather(*rest, return_exceptions=True)
@@ -135,10 +135,10 @@ class Broadcast:
 
 
 def refuse_origin(headers: Mapping[str, str], host: str, origins: frozenset[str]) -> str:
-    """Why a request is refused, nothing when it is not: a page elsewhere asks, or a name that is not ours.
+    """The reason to refuse a request, empty if it is allowed: another origin, or an unknown host name.
 
-    `host` is the address that is listened at, `origins` are further ones to allow. A page that has its name
-    resolve to this machine sends that name as the host. Programs that are no browsers send no origin.
+    `host` is the address of the server; `origins` are further allowed ones. A page that has its name resolve
+    to this machine sends that name as the host. Programs other than browsers send no origin.
     """
     asked, origin = headers.get("Host", ""), headers.get("Origin")
     if origin in origins:
@@ -173,7 +173,7 @@ def open_sink(stage: Stage, address: Address) -> Broadcast:
 
 
 def live_page(stage: Stage) -> str:
-    """The page, whole."""
+    """The complete page."""
     from phonanim.core.pages import fill_page, script_data
     from phonanim.media.glb import read_glb
     from phonanim.rig.head import SHIPPED
