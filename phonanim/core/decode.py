@@ -134,7 +134,7 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
     except DecodeError:
         raise
     except (*DAMAGE, zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
-        raise DecodeError(f"it is no archive of arrays: {_reason(error)}") from error
+        raise DecodeError(f"it is not an archive of arrays: {_reason(error)}") from error
 
 
 def read_array(path: Path) -> NDArray[Any]:
@@ -155,16 +155,16 @@ def parse_array(data: bytes) -> NDArray[Any]:
         read = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
         shape, columns, kind = read[version](stream)
         if kind.hasobject:
-            raise DecodeError("its array holds objects; store numbers")
+            raise DecodeError("its array has objects; store numbers")
         count = math.prod(shape)
         if min(shape, default=0) < 0 or count * kind.itemsize > len(data) - stream.tell():
-            raise DecodeError(f"its array of {shape} values is cut short")
+            raise DecodeError(f"its array of {shape} values is truncated")
         values = np.frombuffer(data, kind, count, stream.tell())
         return values.reshape(shape, order="F" if columns else "C")
     except DecodeError:
         raise
     except (*DAMAGE, MemoryError, SyntaxError) as error:
-        raise DecodeError(f"it holds no array of numbers: {_reason(error)}") from error
+        raise DecodeError(f"it has no array of numbers: {_reason(error)}") from error
 
 
 def decode_number(value: Any, name: str, low: float = -MAX_TIME, high: float = MAX_TIME) -> float:
@@ -209,7 +209,7 @@ def decode_file_name(value: Any, name: str) -> str:
 
 
 def _refuse_constant(name: str) -> float:
-    raise ValueError(f"it holds {name}, which is no number")
+    raise ValueError(f"it has {name}, which is not a number")
 
 
 def _quote(value: Any) -> str:

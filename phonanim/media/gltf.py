@@ -161,7 +161,7 @@ def _check(value: Any, kind: Any, place: str, tree: Any) -> None:
 
 def _check_vector(value: Any, place: str, size: int) -> None:
     if len(decode_list(value, place)) != size:
-        raise DecodeError(f"{place} is no list of {size} numbers")
+        raise DecodeError(f"{place} is not a list of {size} numbers")
     for item in value:
         _check_number(item, place)
 

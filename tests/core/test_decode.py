@@ -39,7 +39,7 @@ def test_what_is_sound_is_read(tmp_path):
     ("text", "message"),
     [
         ("{", "it is not JSON: Expecting property name"),
-        ("[NaN]", "it is not JSON: it holds NaN, which is no number"),
+        ("[NaN]", "it is not JSON: it has NaN, which is not a number"),
         ("[" * 100_000, "it is not JSON: it is nested deeper than 64 levels"),
         ("[" * 70 + "]" * 70, "it is nested deeper than 64 levels"),
         ('["\\ud800"]', r"it holds half a character, \\ud800"),
@@ -79,18 +79,18 @@ def test_toml_that_nobody_means(tmp_path, text, message):
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"", "it holds no array of numbers"),
-        (npy(np.array([{}])), "its array holds objects; store numbers"),
+        (b"", "it has no array of numbers"),
+        (npy(np.array([{}])), "its array has objects; store numbers"),
         (
             npy(np.zeros(2), {"descr": "<f8", "fortran_order": False, "shape": (10**12,)}),
-            r"its array of \(1000000000000,\) values is cut short",
+            r"its array of \(1000000000000,\) values is truncated",
         ),
         (
             npy(np.zeros(2), {"descr": "<f8", "fortran_order": False, "shape": (-1, -2)}),
-            "is cut short",
+            "is truncated",
         ),
         (npy(np.zeros(2), {"descr": "(((", "fortran_order": False, "shape": (2,)}), "no array of numbers"),
-        (npy(np.zeros(3))[:-1], r"its array of \(3,\) values is cut short"),
+        (npy(np.zeros(3))[:-1], r"its array of \(3,\) values is truncated"),
     ],
 )
 def test_arrays_that_are_none(tmp_path, data, message):
@@ -108,7 +108,7 @@ def test_an_archive_that_unpacks_to_too_much_is_not_unpacked(tmp_path, monkeypat
     with pytest.raises(DecodeError, match="it unpacks to more than 1 MB"):
         decode.read_arrays(tmp_path / "a.npz")
     (tmp_path / "b.npz").write_bytes((tmp_path / "a.npz").read_bytes()[:-40])
-    with pytest.raises(DecodeError, match="it is no archive of arrays"):
+    with pytest.raises(DecodeError, match="it is not an archive of arrays"):
         decode.read_arrays(tmp_path / "b.npz")
 
 

@@ -107,7 +107,7 @@ def test_curves_that_are_not_finite(tmp_path):
     path = tmp_path / "line.json"
     save(curves(), path)
     path.write_text(path.read_text().replace("0.9", "NaN", 1))
-    with pytest.raises(OutputError, match="line.json: jawOpen is not a finite number at 0.300 s"):
+    with pytest.raises(OutputError, match="line.json: .* it has NaN, which is not a number"):
         read_motion(path)
 
 

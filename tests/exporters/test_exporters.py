@@ -215,7 +215,7 @@ def test_curves_that_are_not_finite_are_not_read(tmp_path, name):
     animation.values[3, animation.channels.index("jawOpen")] = np.nan
     DAMAGE[name](tmp_path / name, animation)
     with pytest.raises(
-        OutputError, match=r"(is not a finite number at .*; correct the curve first|finite numbers|holds NaN)"
+        OutputError, match=r"(is not a finite number at .*; correct the curve first|finite numbers|has NaN)"
     ):
         load(tmp_path / name)
     with pytest.raises(OutputError, match=rf"{re.escape(name)}"):
@@ -246,7 +246,8 @@ def test_files_that_are_not_ours(tmp_path, suffix):
         load(path)
     path.write_bytes(b"{}")
     with pytest.raises(
-        OutputError, match=r"is not an animation written by phonanim: (it lacks 'curves'|it is no archive)"
+        OutputError,
+        match=r"is not an animation written by phonanim: (it lacks 'curves'|it is not an archive)",
     ):
         load(path)
 

@@ -66,7 +66,7 @@ DAMAGED = [
     (("nodes",), {}, "nodes is dict; it is a list"),
     (("nodes", 0, "mesh"), 7, r"nodes\[0\].mesh is 7"),
     (("nodes", 0, "mesh"), True, r"nodes\[0\].mesh is True"),
-    (("nodes", 0, "matrix"), [1] * 15, r"nodes\[0\].matrix is no list of 16 numbers"),
+    (("nodes", 0, "matrix"), [1] * 15, r"nodes\[0\].matrix is not a list of 16 numbers"),
     (("nodes", 0, "rotation"), ["a"] * 4, r"nodes\[0\].rotation is 'a'"),
     (("nodes", 0, "translation"), [1e300] * 3, r"nodes\[0\].translation is 1e\+300"),
     ((*ACCESSOR, "count"), 10**12, "its meshes would take"),
