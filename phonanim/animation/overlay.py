@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 EASE = 0.25  # seconds in which an overlay comes and goes
 HOLD = 0.12  # seconds before and after a contact in which the mouth leaves its overlay and takes it up
 SHARE = 0.5  # of an overlay that the mouth takes while it speaks; set by eye
+LARGEST = 1e9  # of a value of a pose
 MOVES = 1e-4  # of full weight; less is standing still
 # What moves the lips, besides what the speech of the line itself moves.
 MOUTH = re.compile(r"jaw|mouth|lip|tongue|cheek_?puff|nose_?sneer|viseme", re.IGNORECASE)
@@ -145,9 +146,11 @@ def _posed(pose: dict[str, Any], rig: Rig, path: Path) -> tuple[Rig, Array]:
             raise OptionError(f"overlay {path}: {rig.name} has no control {name}; {hint}")
         column = base.controls.index(name)
         low, high = base.minimum[column], base.maximum[column]
-        number = isinstance(value, int | float) and not isinstance(value, bool)
+        number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST
         if not number or not low <= value <= high:
-            raise OptionError(f"overlay {path}: {name} = {value!r}; give a number from {low:g} to {high:g}")
+            raise OptionError(
+                f"overlay {path}: {name} = {value!r:.40}; give a number from {low:g} to {high:g}"
+            )
         offset[column] = value - base.rest[column]
     return base, offset
 

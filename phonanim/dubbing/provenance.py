@@ -19,11 +19,7 @@ from phonanim.dubbing.storage import Place, Remote, is_url, parse_place, place_h
 from phonanim.errors import OptionError
 from phonanim.options import Options, Overlay
 from phonanim.pipeline import model_hash
-from phonanim.rig.read import find_rig, load_rig, read_document
-
-# The keys of a rig that name files next to it.
-
-LONGEST = 256  # characters; longer values of a rig, such as some licences, are not file names
+from phonanim.rig.read import FILES, find_rig, load_rig, read_document
 
 
 def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
@@ -89,8 +85,7 @@ def rig_hash(name: str) -> str:
     load_rig(name)  # says what is wrong with it
     path = find_rig(name)
     document = read_document(path)
-    texts = [value for value in document.values() if isinstance(value, str) and len(value) < LONGEST]
-    files = [path, *(path.parent / text for text in texts)]
+    files = [path, *(path.parent / document[key] for key in (*FILES, "table") if key in document)]
     hashes = [content_hash(file) for file in files if file.is_file()]
     if "through" in document:
         hashes.append(rig_hash(document["through"]))

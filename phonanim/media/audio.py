@@ -23,6 +23,8 @@ PLAIN = (b"\x01\0", b"\x03\0", b"\xfe\xff")  # kinds of WAV with a constant numb
 FORMAT = 16  # bytes of the format that every WAV has
 UNTOLD = 0x7FFFF000  # bytes; a header with this size or more was written before the length was known
 SPARE = 0.01  # seconds that may be missing at the end of a file without a warning
+LOWEST_RATE, HIGHEST_RATE = 1000, 768_000  # hertz
+LONGEST = 4 * 3600  # seconds of a recording that is held whole
 FULL_SCALE = 0.999
 CLIPPED = 1.0  # percent of samples at full scale above which a recording counts as clipped
 
@@ -72,12 +74,22 @@ def open_audio(path: Path, seconds: float) -> tuple[int, Iterator[NDArray[np.flo
         with _open(path) as file, wave.open(file, "rb") as stream:
             rate = stream.getframerate()
             if stream.getsampwidth() == 2 and rate > 0:
+                _check_rate(path, rate)
                 return rate, _some(path, _wav_blocks(path, round(seconds * rate)))
     except (wave.Error, EOFError):
         pass
     with _soundfile(path) as soundfile:
         rate = int(soundfile.info(str(path)).samplerate)
+    _check_rate(path, rate)
     return rate, _some(path, _other_blocks(path, round(seconds * rate)))
+
+
+def _check_rate(path: Path, rate: int) -> None:
+    """Raise AudioError for a rate at which nobody records speech."""
+    if not LOWEST_RATE <= rate <= HIGHEST_RATE:
+        raise AudioError(
+            f"{path}: has {rate} samples per second; export it again with {LOWEST_RATE} to {HIGHEST_RATE}"
+        )
 
 
 def _wav_blocks(path: Path, size: int) -> Iterator[NDArray[np.float32]]:
@@ -110,6 +122,8 @@ def _numbers(path: Path, rate: int, blocks: Iterator[NDArray[np.float32]]) -> It
             place = f"after {count / rate:.1f} s"
             raise AudioError(f"{path}: has samples {place} that are not finite numbers; export it again")
         count += len(block)
+        if count > LONGEST * rate:
+            raise AudioError(f"{path}: is longer than {LONGEST // 3600} hours; cut it in parts")
         yield block
 
 

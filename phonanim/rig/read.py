@@ -123,8 +123,8 @@ def _type_problem(key: str, value: Any) -> str:
         return f"{key} must be a text in quotes, not {type(value).__name__}"
     if key in FILES and (Path(value).is_absolute() or "\0" in value):
         return f"{key} must be the path of a file from the rig's folder, not {value!r:.80}"
-    if key == "stepped" and not isinstance(value, bool):
-        return f"stepped must be true or false, not {value!r:.80}"
+    if key in ("stepped", "articulated") and not isinstance(value, bool):
+        return f"{key} must be true or false, not {value!r:.80}"
     if key == "speech" and not (isinstance(value, list) and all(isinstance(name, str) for name in value)):
         return "speech must be a list of names"
     if key in ("at_most", "shares") and not (

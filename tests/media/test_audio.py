@@ -166,3 +166,26 @@ def test_what_is_odd_about_a_recording(samples, said, monkeypatch):
     assert audio_notes(Sound(samples.astype(np.float32), 16000)) == said
     monkeypatch.setattr("phonanim.media.audio.BLOCK", 1000)
     assert audio_notes(Sound(samples.astype(np.float32), 16000)) == said
+
+
+@pytest.mark.parametrize("rate", [1, 999, 768_001, 2**31 - 1])
+def test_rates_at_which_nobody_records(tmp_path, rate):
+    with wave.open(str(tmp_path / "a.wav"), "wb") as stream:
+        stream.setnchannels(1)
+        stream.setsampwidth(2)
+        stream.setframerate(rate)
+        stream.writeframes(bytes(200))
+    message = rf"a\.wav: has {rate} samples per second; export it again with 1000 to 768000"
+    with pytest.raises(AudioError, match=message):
+        read_audio(tmp_path / "a.wav")
+
+
+def test_recordings_that_never_end(tmp_path, monkeypatch):
+    monkeypatch.setattr("phonanim.media.audio.LONGEST", 0)
+    with wave.open(str(tmp_path / "a.wav"), "wb") as stream:
+        stream.setnchannels(1)
+        stream.setsampwidth(2)
+        stream.setframerate(8000)
+        stream.writeframes(bytes(200))
+    with pytest.raises(AudioError, match=r"a\.wav: is longer than 0 hours; cut it in parts"):
+        read_audio(tmp_path / "a.wav")
