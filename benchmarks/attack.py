@@ -149,9 +149,12 @@ def _be_the_command(arguments: Sequence[str], folder: Path, told: int) -> None:
         os.dup2(told, 2)
         sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w")
         os.chdir(folder)
-        from phonanim.__main__ import run
+        from phonanim.__main__ import main as command
 
-        code = run(arguments)
+        sys.argv = ["phonanim", *arguments]
+        command()
+    except SystemExit as end:
+        code = int(end.code or 0)
     except BaseException:
         traceback.print_exc()
     finally:

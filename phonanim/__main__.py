@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib import import_module
@@ -97,6 +98,9 @@ def _report_system_error(error: OSError | MemoryError | UnicodeEncodeError) -> i
 def main() -> NoReturn:
     """Run the command that the arguments name, and exit with its code."""
     open_standard_streams()
+    warnings.simplefilter(
+        "ignore", RuntimeWarning
+    )  # of NumPy: what is not finite is reported where it counts
     sys.exit(run())
 
 

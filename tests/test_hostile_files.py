@@ -157,7 +157,7 @@ def test_a_fault_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     pytest.importorskip("resource")
     from benchmarks import attack
 
-    def crash(arguments: Any) -> int:
+    def crash() -> int:
         raise ZeroDivisionError
 
     monkeypatch.setattr("phonanim.__main__.run", crash)

@@ -14,7 +14,7 @@ from phonanim.dubbing.checks import line_facts
 from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.outcome import Outcome
-from phonanim.dubbing.provenance import is_current, origin_of, rig_hash, shared_file_entry
+from phonanim.dubbing.provenance import find_extensions, is_current, origin_of, rig_hash, shared_file_entry
 from phonanim.dubbing.staging import Copies, forget_copies, open_copies, stage_inputs, upload_outputs
 from phonanim.dubbing.storage import forget_listings
 from phonanim.errors import OptionError, PhonanimError
@@ -60,6 +60,7 @@ def reset_caches(run: str) -> None:
         model_hash,
         rig_hash,
         shared_file_entry,
+        find_extensions,
     ):
         remembered.cache_clear()
     forget_listings()

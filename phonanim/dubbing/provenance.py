@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from functools import cache, lru_cache
+from pathlib import Path
 from typing import Any
 
 from phonanim.animation.overlay import find_overlay
@@ -16,10 +17,10 @@ from phonanim.core.version import __version__
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.storage import Place, Remote, is_url, parse_place, place_hash
-from phonanim.errors import OptionError
+from phonanim.errors import OptionError, RigError
 from phonanim.options import Options, Overlay
 from phonanim.pipeline import model_hash
-from phonanim.rig.read import FILES, find_rig, load_rig, read_document
+from phonanim.rig.read import FILES, find_rig, read_document
 
 
 def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
@@ -39,11 +40,12 @@ def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
         "version": __version__,
         "outputs": [f"{line.output}.{suffix}" for suffix in formats],
     }
-    origin |= _extensions()
+    origin |= find_extensions()
     return dict(json.loads(json.dumps(origin)))  # as it will be read back from the ledger
 
 
-def _extensions() -> dict[str, Any]:
+@cache
+def find_extensions() -> dict[str, Any]:
     """Other things that may affect any line: packages with plugins, languages on PHONANIM_PATH."""
     tables = find_tables("languages").values()
     found = {
@@ -82,13 +84,18 @@ def shared_file_entry(path: Place) -> list[str]:
 @cache
 def rig_hash(name: str) -> str:
     """A hash of a rig: its TOML, the files that it names, and its base rig."""
-    load_rig(name)  # says what is wrong with it
-    path = find_rig(name)
-    document = read_document(path)
-    files = [path, *(path.parent / document[key] for key in (*FILES, "table") if key in document)]
-    hashes = [content_hash(file) for file in files if file.is_file()]
-    if "through" in document:
-        hashes.append(rig_hash(document["through"]))
+    hashes: list[str] = []
+    seen: list[Path] = []
+    while name:
+        path = find_rig(name)
+        if path in seen:
+            raise RigError(f"{path}: goes through itself; name another rig")
+        seen.append(path)
+        document = read_document(path)
+        named = [document[key] for key in (*FILES, "table") if isinstance(document.get(key), str)]
+        files = [path, *(path.parent / file for file in named)]
+        hashes += [content_hash(file) for file in files if file.is_file()]
+        name = str(document.get("through", ""))
     return hashlib.sha256(" ".join(hashes).encode()).hexdigest()
 
 

@@ -245,6 +245,8 @@ def load_face(path: Path) -> FaceModel:
         raise ModelError(f"{path}: lacks the tensor {error}; fetch or train the model again") from error
     if mean.ndim != 2 or modes.shape != (len(std), *mean.shape) or indices.shape != mean.shape[:1]:
         raise ModelError(f"{path}: its shapes do not match; fetch or train the model again")
+    if not (std > 0).all() or not np.abs(modes).sum(axis=(1, 2)).all():
+        raise ModelError(f"{path}: some of its modes move nothing; fetch or train the model again")
     return FaceModel(mean, modes, std, indices)
 
 

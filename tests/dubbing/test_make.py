@@ -9,7 +9,8 @@ from phonanim.dubbing import make as module
 from phonanim.dubbing.job import Job
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.make import make_line
-from phonanim.dubbing.provenance import rig_hash, shared_file_entry
+from phonanim.dubbing.provenance import find_extensions, rig_hash
+from phonanim.errors import RigError
 from phonanim.options import DEFAULTS
 from phonanim.rig.read import find_rig, read_document
 
@@ -67,8 +68,7 @@ def test_a_language_on_the_path_counts(job, tmp_path, monkeypatch):
     origins = [first.outcome.origin]
     for title in ("One", "Two"):
         table.write_text(f'title = "{title}"\ncode = "qq"\n')
-        shared_file_entry.cache_clear()
-        again = make_line(Job(job.line, job.folder, job.formats, first.outcome))
+        again = make_line(Job(job.line, job.folder, job.formats, first.outcome, run=title))
         assert again.made
         origins.append(again.outcome.origin)
     assert origins[1] != origins[2]
@@ -81,9 +81,11 @@ def test_an_installed_plugin_counts(job, tmp_path, monkeypatch):
     (facts / "entry_points.txt").write_text("[phonanim.sinks]\nmine = mine\n")
     monkeypatch.syspath_prepend(str(tmp_path / "site"))
     plugin_packages.cache_clear()
+    find_extensions.cache_clear()
     assert make_line(job).outcome.origin["plugins"] == ["mine 1.0"]
     monkeypatch.undo()
     plugin_packages.cache_clear()
+    find_extensions.cache_clear()
     assert "plugins" not in make_line(job).outcome.origin
 
 
@@ -105,3 +107,10 @@ def test_every_file_of_a_rig_counts(name, tmp_path):
         rig_hash.cache_clear()
         hashes.append(rig_hash(str(path)))
     assert len(set(hashes)) == len(files) + 2
+
+
+def test_the_hash_of_a_rig_that_goes_through_itself(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.toml").write_text('through = "a.toml"\n')
+    with pytest.raises(RigError, match=r"a\.toml: goes through itself; name another rig"):
+        rig_hash("a.toml")

@@ -120,6 +120,14 @@ def test_faces_whose_shapes_do_not_match(model, name, change):
         load(model)
 
 
+@pytest.mark.parametrize("name", ["std", "modes"])
+def test_faces_that_do_not_move(model, name):
+    tensors = load_file(model / "face.safetensors")
+    save_file({**tensors, name: tensors[name] * 0}, model / "face.safetensors")
+    with pytest.raises(ModelError, match="some of its modes move nothing; fetch or train the model again"):
+        load(model)
+
+
 def test_weights_of_other_shapes(model):
     tensors = load_file(model / "weights.safetensors")
     for name, values in tensors.items():
