@@ -133,6 +133,7 @@ def quantized(source):
         for target in primitive["targets"]:
             target.pop("NORMAL", None)
     node = next(node for node in tree["nodes"] if node.get("mesh") == 0)
+    del node["skin"]  # a skinned mesh stands where its skeleton puts it
     node |= {"scale": [0.5, 0.5, 0.5], "translation": [0.0, 0.5, 0.0]}
     tree["buffers"][0]["byteLength"] = sum(map(len, pieces))
     return glb_bytes(tree, pieces)
