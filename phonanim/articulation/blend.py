@@ -7,11 +7,14 @@ targets ask for; in silence the targets have it all, since a learned face that w
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.articulation.channels import CHANNELS, Articulation
 from phonanim.articulation.closures import enforce_contacts
+from phonanim.articulation.table import read_targets
 from phonanim.articulation.trajectories import articulate, gesture_kernels
 from phonanim.face.model import UPPER_LIP_INNER, FaceModel, lip_aperture, lip_protrusion, lip_width
 from phonanim.speech.gestures import GESTURES
@@ -33,13 +36,17 @@ def blend_articulation(
     track: PhoneTrack,
     times: Array,
     contacts: bool = True,
+    quickness: float = 1.0,
 ) -> Articulation:
     """What the mouth does by a predicted face and by phones, (frames, landmarks, 3) mm -> (frames, channels).
 
     `closed` (landmarks, 3) is the face with its lips shut, at rest; `times` (frames,) seconds rise. Lips and
-    teeth wholly meet unless `contacts` is off.
+    teeth wholly meet unless `contacts` is off. With more `quickness`, gestures come and go faster.
     """
-    values = articulate(track, times, contacts=False).values
+    targets = read_targets()
+    if quickness != 1.0:
+        targets = replace(targets, sigma=targets.sigma / quickness)
+    values = articulate(track, times, targets, contacts=False).values
     gap = values[:, CHANNELS.index("lip_gap")].copy()
     seen, rest = lip_channels(shapes, face), lip_channels(closed[None], face)
     near = gesture_kernels(track, times, HUSH, 0.0)

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from phonanim.articulation.channels import CHANNELS, Articulation
+
+Array = NDArray[np.float64]
 
 LIPS = ("lip_gap", "lip_width", "protrusion", "upper_lip")
 TEETH_NEAR = 1.5  # mm of jaw: less is teeth that nearly meet (s z sh zh ch jh), which stay as they are
@@ -17,20 +20,27 @@ def scale_articulation(
     intensity: float = 1.0,
     jaw: float = 1.0,
     lips: float = 1.0,
-    own: Mapping[str, float] | None = None,
+    own: Mapping[str, float | Array] | None = None,
+    rounding: float = 1.0,
 ) -> Articulation:
     """Scale channels, (frames, channels) mm; 1 changes nothing, 0 is a closed mouth at rest.
 
-    `intensity` scales jaw and lips, `jaw` and `lips` theirs, `own` single channels. Lips that touch, a lower
-    lip on the teeth and teeth that nearly meet stay so; the tongue, which finds its places by contact, keeps.
+    `intensity` scales jaw and lips, `jaw` and `lips` theirs, `own` single channels, by one number or by one a
+    frame, `rounding` how far lips stand out and how narrow they are. Lips that touch, a lower lip on the
+    teeth and teeth that nearly meet stay so; the tongue, which finds its places by contact, keeps.
     """
-    gains = dict.fromkeys(CHANNELS, 1.0) | {"jaw": intensity * jaw} | dict.fromkeys(LIPS, intensity * lips)
+    gains: dict[str, float | Array] = dict.fromkeys(CHANNELS, 1.0)
+    gains |= {"jaw": intensity * jaw} | dict.fromkeys(LIPS, intensity * lips)
     for name, gain in (own or {}).items():
-        gains[name] *= gain
-    if all(gain == 1.0 for gain in gains.values()):
+        gains[name] = gains[name] * gain
+    width = articulation.channel("lip_width")
+    gains["protrusion"] = gains["protrusion"] * rounding
+    gains["lip_width"] = gains["lip_width"] * np.where(width < 0, rounding, 1.0)
+    if all(np.all(np.asarray(gain) == 1.0) for gain in gains.values()):
         return articulation
-    values = articulation.values * [gains[name] for name in articulation.channels]
-    drop, near = articulation.channel("jaw"), min(gains["jaw"], 1.0) * TEETH_NEAR
+    columns = [np.broadcast_to(gains[name], len(articulation.values)) for name in articulation.channels]
+    values = articulation.values * np.stack(columns, axis=1)
+    drop, near = articulation.channel("jaw"), np.minimum(gains["jaw"], 1.0) * TEETH_NEAR
     beyond = gains["jaw"] * np.maximum(drop - TEETH_NEAR, 0)
     values[:, articulation.channels.index("jaw")] = np.minimum(drop, TEETH_NEAR) * near / TEETH_NEAR + beyond
     gap = articulation.channel("lip_gap")

@@ -61,7 +61,7 @@ def gesture_kernels(track: PhoneTrack, times: Array, sigma: float, lead: float) 
     lasts = np.searchsorted(times, bounds[1:] + CUT * sigma)
     for gesture, begin, end, a, b in zip(gestures, begins, bounds[1:], firsts, lasts, strict=True):
         near = times[a:b]
-        kernels[a:b, gesture] += _cumulative((near - begin) / sigma) - _cumulative((near - end) / sigma)
+        kernels[a:b, gesture] += gaussian_integral((near - begin) / sigma) - gaussian_integral((near - end) / sigma)
     return kernels
 
 
@@ -93,13 +93,13 @@ def _blend(gestures: NDArray[np.int64], bounds: Array, times: Array, targets: Ta
     above, below = np.zeros(len(times)), np.zeros(len(times))
     for step in range(int((last - first).max(initial=0))):
         at = np.minimum(first + step, len(gestures) - 1)
-        kernel = _cumulative((times - begins[at]) / sigma) - _cumulative((times - ends[at]) / sigma)
+        kernel = gaussian_integral((times - begins[at]) / sigma) - gaussian_integral((times - ends[at]) / sigma)
         kernel[first + step >= last] = 0.0
         above += pull[at] * kernel
         below += weight[at] * kernel
     return np.asarray(above / below)
 
 
-def _cumulative(x: Array) -> Array:
+def gaussian_integral(x: Array) -> Array:
     """The Gaussian's integral, cut off at CUT standard deviations so that it is 0 and 1 beyond."""
     return np.interp(x, _AT, _CDF)

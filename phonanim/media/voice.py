@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,12 +29,15 @@ RIPE = 3  # frames that a change of level must last to count
 class Voice:
     """`level` (frames,) in dB of full scale and `pitch` (frames,) in hertz, NaN without voice.
 
+    `tilt` (frames,) is the correlation of neighbouring samples at about RATE: 1 where low frequencies have
+    all the energy, 0 in white noise; empty where it is not kept.
     Frame n is at `start` + n / 100 seconds. It becomes known `settled` seconds later.
     """
 
     level: Array
     pitch: Array
     start: float = 0.0
+    tilt: Array = field(default_factory=lambda: np.zeros(0))
 
     settled = HALF + RIPE / FRAMES
 
@@ -90,7 +93,7 @@ def hear_voice(
     its own 40 ms.
     """
     total = -(-len(samples) * FRAMES // rate) if count is None else first + count
-    levels, pitches = [np.zeros(0)], [np.zeros(0)]
+    levels, pitches, tilts = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
     for begin in range(first - first % 2, total, CHUNK):
         numbers = np.arange(begin, min(begin + CHUNK, total))
         cut = _around(samples, np.rint(numbers * rate / FRAMES).astype(np.int64) - dropped, rate)
@@ -99,9 +102,11 @@ def hear_voice(
         loud = level[::2] > FLOOR
         pitch[loud] = _pitch(cut[::2][loud], rate / max(1, rate // RATE))
         levels.append(level)
+        tilts.append((cut[:, 1:] * cut[:, :-1]).sum(axis=1) / np.maximum((cut**2).sum(axis=1), 1e-12))
         pitches.append(np.repeat(pitch, 2)[: len(level)])
     skipped = first % 2
-    return Voice(np.concatenate(levels)[skipped:], np.concatenate(pitches)[skipped:], first / FRAMES)
+    level, pitch, tilt = (np.concatenate(parts)[skipped:] for parts in (levels, pitches, tilts))
+    return Voice(level, pitch, first / FRAMES, tilt)
 
 
 def _around(samples: Floats, centres: NDArray[np.int64], rate: int) -> Array:
