@@ -8,6 +8,7 @@ sentences with marked stress can tell anything of stress.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -52,7 +53,7 @@ def main(folders: tuple[Path, ...]) -> None:
         print(row(recordings, power, lambda one, a: (syllable_rate(one.track, one.times) / USUAL) ** -a))
 
 
-def row(recordings: list[Recording], amount: float, gains) -> str:  # type: ignore[no-untyped-def]
+def row(recordings: list[Recording], amount: float, gains: Callable[[Recording, float], Array]) -> str:
     """Mean r of each channel at an amount."""
     cells = []
     for channel in CHANNELS:

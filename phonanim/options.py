@@ -42,6 +42,9 @@ class Options:
     `model` and `rig` are names or paths, `fps` is in hertz, `tier` is found when it is None,
     `speaker` is needed where several people speak, `lexicon` (a dictionary's path) where a file has
     words alone, `fallback` is the language to take where `language` is one that nobody wrote.
+    `intensity`, `jaw`, `lips`, `rounding`, `quickness`, `reduction` and `hold` are dials; a style sets them.
+    `loudness` is how much the mouth follows the level of a recording, `level` the level in dB of full scale
+    that speech usually has, that of the line itself when it is None.
     `gains` are of single controls, by name; `smooth` is seconds.
     `life` is how much there is of what the face does besides speaking: 0 is the mouth alone, a table has a
     number by behaviour (blinks, gaze, head, brows, breath), 1 where none is named. `life_seed` is its seed,
@@ -70,6 +73,12 @@ class Options:
     intensity: float = 1.0
     jaw: float = 1.0
     lips: float = 1.0
+    rounding: float = 1.0
+    quickness: float = 1.0
+    reduction: float = 1.0
+    hold: float = 1.0
+    loudness: float = 1.0
+    level: float | None = None
     gains: Mapping[str, float] = field(default_factory=dict)
     smooth: float = 0.0
     overlays: tuple[Overlay, ...] = ()

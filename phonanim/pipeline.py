@@ -20,20 +20,24 @@ from phonanim.animation.smooth import closure_mask, smooth_controls
 from phonanim.animation.style import is_stepped_rig, scale_controls, unused_option_warnings
 from phonanim.articulation import Articulation
 from phonanim.articulation.blend import blend_articulation
+from phonanim.articulation.effort import effort_gains
 from phonanim.articulation.scaling import scale_articulation
+from phonanim.articulation.styles import DIALS, check_dial, find_style, read_styles
 from phonanim.core.catalog import find_model
 from phonanim.core.files import content_hash
 from phonanim.core.version import __version__
 from phonanim.exporters import load
 from phonanim.face import contacts
 from phonanim.face.model import FaceModel
-from phonanim.inputs.prosody import find_prosody
+from phonanim.inputs.prosody import find_prosody, find_voice
 from phonanim.inputs.speech_input import SpeechInput, read_speech_input
 from phonanim.life import add_life, idle_life, life_of, mouth_freedom
 from phonanim.media.audio import Sound
+from phonanim.media.voice import Voice
 from phonanim.options import DEFAULTS, Options, make_options
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.retarget import retarget
+from phonanim.speech.loudness import Loudness, measure_loudness
 from phonanim.speech.phones import PhoneTrack
 
 
@@ -69,6 +73,7 @@ def animate(
         options: How to animate; the defaults of `Options` when it is None.
         audio: The recording, when it does not lie beside the alignment.
         settings: Single options by name, such as `rig="arkit"` or `fps=30`; they override `options`.
+            `style` sets the dials of a style, such as "clear".
 
     Raises:
         PhonanimError: The one of the step that fails: OptionError for an unknown option, AlignmentError for
@@ -78,7 +83,11 @@ def animate(
         >>> import phonanim
         >>> phonanim.animate("line.TextGrid", rig="arkit", fps=30).save("line.csv")
     """
+    if "style" in settings:
+        settings = {**find_style(str(settings.pop("style")), read_styles()), **settings}
     options = make_options(options, settings)
+    for dial in DIALS:
+        check_dial(dial, getattr(options, dial))
     check_rate(options.fps, f"{options.fps:g}")
     return animate_detailed(Path(path), options, Path(audio) if audio else None).animation
 
@@ -88,16 +97,20 @@ def animate_detailed(path: Path, options: Options = DEFAULTS, audio: Path | None
     model, rig = load_model(options.model), load_cached_rig(options.rig)
     source = read_speech_input(path, options, audio, model.regressor.input_modality)
     track, frames = source.track, frame_count(source.track.duration, options.fps)
-    modes, values, articulation = predict_controls(track, model, rig, options, frames, sound=source.sound)
+    life = life_of(options, path.stem)
+    follows = options.loudness > 0 and articulates(options, rig, track)
+    voice = find_voice(source) if follows or life.moves(rig) else None
+    loudness = measure_loudness(voice, track, options.level) if voice is not None and follows else None
+    motion = predict_controls(track, model, rig, options, frames, sound=source.sound, loudness=loudness)
+    modes, values, articulation = motion
     times = np.arange(len(modes)) / options.fps
     if options.smooth and not is_stepped_rig(rig):
         closed = closure_mask(modes, track, model.face, times, articulation)
         values = smooth_controls(values, options.smooth, options.fps, closed)
     values, laid = apply_overlays(values, rig, options.overlays, track, times, load)
-    remarks = (*unused_option_warnings(options, rig), *idle_life(options, rig), *laid)
-    life = life_of(options, path.stem)
+    remarks = (*unused_option_warnings(options, rig), *idle_life(options, rig), *laid, *_whispered(loudness))
     if life.moves(rig):
-        prosody = find_prosody(source, model.regressor)
+        prosody = find_prosody(source, model.regressor, voice)
         free = mouth_freedom(prosody, track, times)
         values = add_life(values, rig, life, prosody, times, free)
     animation = Animation(
@@ -108,7 +121,7 @@ def animate_detailed(path: Path, options: Options = DEFAULTS, audio: Path | None
         phones=source.alignment.intervals,
         words=source.alignment.words,
         audio=source.audio,
-        provenance=_provenance(path, options, (*source.notes, *remarks)) | _heard(source),
+        provenance=_provenance(path, options, (*source.notes, *remarks)) | _heard(source, voice),
         articulation=None if articulation is None else articulation.values.astype(np.float32),
     )
     return AnimationResult(animation, track, source.notes, modes, model.face)
@@ -122,8 +135,9 @@ def predict_controls(
     frames: int,
     start: float = 0.0,
     sound: Sound | None = None,
+    loudness: Loudness | None = None,
 ) -> Motion:
-    """The motion at start + n / fps seconds of a track.
+    """The motion at start + n / fps seconds of a track, as loud as `loudness` says, or as usual.
 
     All that decides a frame lies near it, so a stream may ask for a few at a time.
     """
@@ -131,7 +145,13 @@ def predict_controls(
     if options.contacts:
         modes = contacts.enforce_lip_contacts(modes, track, model.face, options.fps, start)
     times = start + np.arange(frames) / options.fps
-    articulation = _articulation(modes, model.face, rig, options, track, times)
+    articulation = None
+    if articulates(options, rig, track):
+        shapes, closed = model.face.instance(modes), contacts.closed_shape(model.face)
+        mouth = blend_articulation(
+            shapes, model.face, closed, track, times, options.contacts, options.quickness
+        )
+        articulation = _spoken(mouth, options, track, times, loudness)
     values = retarget(modes, model.face, rig, options.retarget, track, times, options.contacts, articulation)
     if articulation is None:
         values = scale_controls(values, rig, options.intensity, options.jaw, options.lips, options.gains)
@@ -140,20 +160,22 @@ def predict_controls(
     return Motion(modes, values, articulation)
 
 
-def _articulation(
-    modes: NDArray[np.float32],
-    face: FaceModel,
-    rig: Rig,
+def articulates(options: Options, rig: Rig, track: PhoneTrack) -> bool:
+    """Whether articulation moves the rig: not where modes do, nor where no phone is known."""
+    return options.retarget in ("auto", "articulation") and rig.speaks and bool(track.codes.any())
+
+
+def _spoken(
+    mouth: Articulation,
     options: Options,
     track: PhoneTrack,
     times: NDArray[np.float64],
-) -> Articulation | None:
-    """What the mouth does, as strongly as wished; none where modes move the rig or no phone is known."""
-    if options.retarget not in ("auto", "articulation") or not rig.speaks or not track.codes.any():
-        return None
-    shapes, closed = face.instance(modes), contacts.closed_shape(face)
-    mouth = blend_articulation(shapes, face, closed, track, times, options.contacts)
-    return scale_articulation(mouth, options.intensity, options.jaw, options.lips)
+    loudness: Loudness | None,
+) -> Articulation:
+    """Articulation as strong as options, stress, rate and loudness ask for."""
+    louder = None if loudness is None else options.loudness * loudness.at(times)
+    gains = effort_gains(track, times, options.reduction, options.hold, louder)
+    return scale_articulation(mouth, options.intensity, options.jaw, options.lips, gains, options.rounding)
 
 
 def apply_edit_file(animation: Animation, path: Path, options: Options = DEFAULTS) -> Animation:
@@ -208,6 +230,12 @@ def _provenance(path: Path, options: Options, notes: tuple[str, ...]) -> dict[st
     }
 
 
-def _heard(source: SpeechInput) -> dict[str, str]:
+def _whispered(loudness: Loudness | None) -> tuple[str, ...]:
+    remark = "the recording is whispered, so the mouth does not follow its level"
+    return (remark,) if loudness is not None and loudness.whispered else ()
+
+
+def _heard(source: SpeechInput, voice: Voice | None) -> dict[str, str]:
     """The hash of a recording that moved the face."""
-    return {"audio_sha256": content_hash(source.audio)} if source.sound and source.audio else {}
+    moved = source.sound is not None or voice is not None
+    return {"audio_sha256": content_hash(source.audio)} if moved and source.audio else {}

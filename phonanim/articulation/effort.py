@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.articulation.trajectories import gaussian_integral
+from phonanim.articulation.trajectories import CUT, box_kernel
 from phonanim.speech.inventory import INVENTORY, SILENCE
 from phonanim.speech.phones import PhoneTrack
 from phonanim.speech.prosody import VOWELS, eased, stress
@@ -24,6 +24,7 @@ STRESS_SIGMA = 0.04  # seconds that stress spreads
 USUAL = 4.2  # syllables a second that change nothing: the mean of read English (LJSpeech)
 JAW_RATE, LIP_RATE = 0.12, 0.05  # exponents of the rate, the best for eight sentences of sensors
 RATE_SIGMA = 0.18  # seconds; 0.72 to either side decide
+PAUSING = 0.1  # share of a usual voice that takes part, so that a rate fades out in pauses
 RATES = 2.0, 9.0  # syllables a second; more or less changes no more
 HELD = 0.6  # seconds of a vowel that is held
 BREATHING = 0.07  # of jaw and lip gap, up and down in a held vowel
@@ -57,7 +58,7 @@ def stress_curve(track: PhoneTrack, times: Array) -> Array:
     marks = vowel_stress(track)
     known = np.isfinite(marks)
     values = np.where(known, np.where(marks == 0, -1.0, marks), 0.0)
-    return local_sum(track.bounds, values, times, STRESS_SIGMA)
+    return local_sums(track.bounds, values[None], times, STRESS_SIGMA)[0]
 
 
 def vowel_stress(track: PhoneTrack) -> Array:
@@ -78,16 +79,15 @@ def syllable_rate(track: PhoneTrack, times: Array) -> Array:
 
     Without speech near, it is USUAL.
     """
-    spoken = (track.codes != SILENT).astype(np.float64)
+    spoken = track.codes != SILENT
     each = VOWELS[track.codes] / np.diff(track.bounds)
-    weight = local_sum(track.bounds, spoken, times, RATE_SIGMA)
-    own = 0.1  # so much of a usual voice, that a rate fades out in pauses and does not leap
-    rate = (local_sum(track.bounds, each, times, RATE_SIGMA) + own * USUAL) / (weight + own)
+    count, weight = local_sums(track.bounds, np.stack([each, spoken]), times, RATE_SIGMA)
+    rate = (count + PAUSING * USUAL) / (weight + PAUSING)
     return np.clip(rate, *RATES)
 
 
 def held_variation(track: PhoneTrack, times: Array) -> Array:
-    """A slow variation within vowels that are held, (frames,) about 0; a mouth that holds still looks frozen."""
+    """A slow variation within held vowels, (frames,) about 0: a mouth that holds still looks frozen."""
     total = np.zeros(len(times))
     held = VOWELS[track.codes] & (np.diff(track.bounds) > HELD)
     for begin, end in zip(track.bounds[:-1][held], track.bounds[1:][held], strict=True):
@@ -98,14 +98,13 @@ def held_variation(track: PhoneTrack, times: Array) -> Array:
     return total
 
 
-def local_sum(bounds: Array, values: Array, times: Array, sigma: float) -> Array:
-    """Values of segments, smoothed by a Gaussian of time, at rising instants: (segments,) -> (frames,)."""
-    total = np.zeros(len(times))
-    chosen = np.flatnonzero(values)
+def local_sums(bounds: Array, values: Array, times: Array, sigma: float) -> Array:
+    """Values of segments smoothed by a Gaussian of time, (n, segments) -> (n, frames) at rising instants."""
+    total = np.zeros((len(values), len(times)))
+    chosen = np.flatnonzero(values.any(axis=0))
     begins, ends = bounds[:-1][chosen], bounds[1:][chosen]
-    firsts = np.searchsorted(times, begins - 4 * sigma)
-    lasts = np.searchsorted(times, ends + 4 * sigma)
-    for value, begin, end, a, b in zip(values[chosen], begins, ends, firsts, lasts, strict=True):
-        near = times[a:b]
-        total[a:b] += value * (gaussian_integral((near - begin) / sigma) - gaussian_integral((near - end) / sigma))
+    firsts = np.searchsorted(times, begins - CUT * sigma)
+    lasts = np.searchsorted(times, ends + CUT * sigma)
+    for value, begin, end, a, b in zip(values.T[chosen], begins, ends, firsts, lasts, strict=True):
+        total[:, a:b] += value[:, None] * box_kernel(times[a:b], begin, end, sigma)
     return total

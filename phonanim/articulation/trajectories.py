@@ -61,7 +61,7 @@ def gesture_kernels(track: PhoneTrack, times: Array, sigma: float, lead: float) 
     lasts = np.searchsorted(times, bounds[1:] + CUT * sigma)
     for gesture, begin, end, a, b in zip(gestures, begins, bounds[1:], firsts, lasts, strict=True):
         near = times[a:b]
-        kernels[a:b, gesture] += gaussian_integral((near - begin) / sigma) - gaussian_integral((near - end) / sigma)
+        kernels[a:b, gesture] += box_kernel(near, begin, end, sigma)
     return kernels
 
 
@@ -93,13 +93,18 @@ def _blend(gestures: NDArray[np.int64], bounds: Array, times: Array, targets: Ta
     above, below = np.zeros(len(times)), np.zeros(len(times))
     for step in range(int((last - first).max(initial=0))):
         at = np.minimum(first + step, len(gestures) - 1)
-        kernel = gaussian_integral((times - begins[at]) / sigma) - gaussian_integral((times - ends[at]) / sigma)
+        kernel = box_kernel(times, begins[at], ends[at], sigma)
         kernel[first + step >= last] = 0.0
         above += pull[at] * kernel
         below += weight[at] * kernel
     return np.asarray(above / below)
 
 
-def gaussian_integral(x: Array) -> Array:
+def box_kernel(times: Array, begin: Array | float, end: Array | float, sigma: float) -> Array:
+    """The box from `begin` to `end` seconds, convolved with a Gaussian, at instants, (frames,)."""
+    return _cumulative((times - begin) / sigma) - _cumulative((times - end) / sigma)
+
+
+def _cumulative(x: Array) -> Array:
     """The Gaussian's integral, cut off at CUT standard deviations so that it is 0 and 1 beyond."""
     return np.interp(x, _AT, _CDF)

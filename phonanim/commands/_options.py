@@ -6,9 +6,11 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from functools import wraps
+from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from phonanim.animation.option_parsing import LARGEST, parse_gains, parse_overlay, parse_smoothing
 from phonanim.animation.rates import parse_rate
@@ -67,6 +69,13 @@ class Gain(click.FloatRange):
         return number
 
 
+def read_level(text: str | None) -> float | None:
+    """The level of speech that is usual, if that is said."""
+    from phonanim.inputs.level import parse_level
+
+    return parse_level(text) if text else None
+
+
 GAIN = Gain(0, LARGEST)
 
 OPTIONS = (
@@ -116,6 +125,38 @@ OPTIONS = (
     click.option("--intensity", type=GAIN, default=DEFAULTS.intensity, help="Scale all motion."),
     click.option("--jaw", type=GAIN, default=DEFAULTS.jaw, help="Scale the motion of the jaw."),
     click.option("--lips", type=GAIN, default=DEFAULTS.lips, help="Scale the motion of the lips."),
+    click.option(
+        "--rounding", type=GAIN, default=DEFAULTS.rounding, help="Scale how far lips stand out and narrow."
+    ),
+    click.option(
+        "--quickness",
+        type=Gain(0.5, 2),
+        default=DEFAULTS.quickness,
+        help="How fast the mouth changes phones.",
+    ),
+    click.option(
+        "--reduction", type=GAIN, default=DEFAULTS.reduction, help="How much stress and speech rate do."
+    ),
+    click.option("--hold", type=GAIN, default=DEFAULTS.hold, help="How much a held vowel varies."),
+    click.option(
+        "--loudness",
+        type=GAIN,
+        default=DEFAULTS.loudness,
+        help="How much the mouth follows the level of the recording; 0 not at all.",
+    ),
+    click.option(
+        "--level",
+        metavar="DB|FILE",
+        callback=option_callback(read_level),
+        help="Level of usual speech, in dB of full scale or as a recording; the line's own mean otherwise.",
+        show_default=False,
+    ),
+    click.option(
+        "--style",
+        metavar="STYLE",
+        help="mumbled, casual, neutral, clear, shouted, whispered, sung, quiet: settings of the dials.",
+        show_default=False,
+    ),
     click.option(
         "--gain",
         "gains",
@@ -171,12 +212,24 @@ OPTIONS = (
 )
 
 
+def style_dials(style: str | None, styles: Path | None) -> Mapping[str, float]:
+    """The dials of a style but for those that are given themselves. Raises OptionError for no such style."""
+    if style is None:
+        return {}
+    from phonanim.articulation.styles import find_style, read_styles
+
+    source = click.get_current_context().get_parameter_source
+    dials = find_style(style, read_styles(styles))
+    return {dial: gain for dial, gain in dials.items() if source(dial) is ParameterSource.DEFAULT}
+
+
 def animation_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """The options of an animation, handed to the command as `options`."""
     use_one_thread()  # before the options are read, for some of them bring NumPy in
 
     @wraps(function)
     def wrapped(*args: Any, **given: Any) -> Any:
+        given |= style_dials(given.pop("style"), given.get("styles"))
         options = Options(**{field.name: given.pop(field.name) for field in fields(Options)})
         return function(*args, options=options, **given)
 

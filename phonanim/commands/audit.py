@@ -40,11 +40,11 @@ def command(source: str, delivered: str, styles: Path | None, console: Console) 
       phonanim audit script.csv --outputs out/
       phonanim audit lines/ --outputs curves/ --json
     """
+    from phonanim.articulation.styles import read_styles
     from phonanim.dubbing.audit import audit, count_problems
     from phonanim.dubbing.lines import read_lines
     from phonanim.dubbing.row import Common
     from phonanim.dubbing.storage import parse_place
-    from phonanim.dubbing.styles import read_styles
 
     lines = read_lines(source, Common(styles=read_styles(styles)))
     findings = audit(lines, parse_place(delivered))

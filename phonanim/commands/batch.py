@@ -87,13 +87,13 @@ def command(
       phonanim batch s3://show/script.csv -o s3://show/out --engine dask --scheduler tcp://10.0.0.1:8786
       phonanim batch script.csv -o out/ --dry-run
     """
+    from phonanim.articulation.styles import read_styles
     from phonanim.dubbing.lines import read_lines
     from phonanim.dubbing.report import count_totals, headline
     from phonanim.dubbing.reserve import reserve_outputs
     from phonanim.dubbing.row import Common
     from phonanim.dubbing.run import run
     from phonanim.dubbing.storage import parse_place
-    from phonanim.dubbing.styles import read_styles
 
     formats = tuple(dict.fromkeys(name.lower().lstrip(".") for name in formats))
     check_options(formats, options, exports)

@@ -10,13 +10,14 @@ from typing import Any
 from phonanim.animation.option_parsing import parse_gain, parse_gains, parse_overlay, parse_smoothing
 from phonanim.animation.overlay import is_pose
 from phonanim.animation.rates import parse_rate
+from phonanim.articulation.styles import DIALS, Styles, find_style, parse_dial, read_styles
 from phonanim.core.catalog import CARD
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.output_names import safe_name
 from phonanim.dubbing.storage import Place, parse_place
-from phonanim.dubbing.styles import DIALS, Styles, find_style, read_styles
 from phonanim.dubbing.table import Row
 from phonanim.errors import OptionError
+from phonanim.inputs.level import parse_level
 from phonanim.life.parsing import parse_emotions, parse_life, parse_look_at, parse_seed
 from phonanim.media.audio import SUFFIXES as RECORDINGS
 from phonanim.options import DEFAULTS, Options, Overlay
@@ -29,6 +30,7 @@ UNKNOWN = ("error", "nearest", "silence")
 PARSED: dict[str, tuple[str, Callable[[str], Any]]] = {
     "fps": ("fps", parse_rate),
     "smooth": ("smooth", parse_smoothing),
+    "loudness": ("loudness", lambda cell: parse_gain("loudness", cell)),
     "gain": ("gains", lambda cell: parse_gains(cell.split(";"))),
     "life": ("life", lambda cell: parse_life(cell.replace(";", ","))),
     "life_seed": ("life_seed", parse_seed),
@@ -92,6 +94,13 @@ def _found(name: str, root: Place) -> Place:
     return path
 
 
+def _local(name: str, root: Place) -> Path:
+    path = _found(name, root)
+    if not isinstance(path, Path):
+        raise OptionError(f"level = {name!r}: is not on this machine; give it in dB of full scale")
+    return path
+
+
 def _beside(alignment: Place) -> Place | None:
     """The recording of the same stem, if there is one."""
     candidates = (alignment.with_suffix(suffix) for suffix in RECORDINGS)
@@ -121,10 +130,12 @@ def _overrides(cells: Mapping[str, str], root: Place, styles: Styles) -> dict[st
     chosen |= resolve_files(root, chosen)
     if chosen.get("unknown", "error") not in UNKNOWN:
         raise OptionError(f"unknown = {chosen['unknown']!r}; choose error, nearest or silence")
-    chosen |= {name: parse_gain(name, cells[name]) for name in DIALS if name in cells}
+    chosen |= {name: parse_dial(name, cells[name]) for name in DIALS if name in cells}
     chosen |= {field: parse(cells[name]) for name, (field, parse) in PARSED.items() if name in cells}
     if "lexicon" in cells:
         chosen["lexicon"] = str(_found(cells["lexicon"], root))
+    if "level" in cells:
+        chosen["level"] = parse_level(cells["level"], lambda cell: _local(cell, root))
     if "emotion" in cells:
         chosen["emotions"] = parse_emotions(_emotion(text, root) for text in cells["emotion"].split(";"))
     if "overlay" in cells:

@@ -11,9 +11,8 @@ from phonanim.speech.prosody import AHEAD, Prosody, hear_prosody, read_prosody
 SPARE = 0.02  # seconds of a model's look-ahead that are lost to rounding
 
 
-def find_prosody(source: SpeechInput, regressor: object) -> Prosody:
+def find_prosody(source: SpeechInput, regressor: object, voice: Voice | None) -> Prosody:
     """The prosody of a line; without phones, no frame uses more look-ahead than the model."""
-    voice = _voice(source)
     if voice is not None and not source.alignment.intervals:
         return hear_prosody(voice, life_ahead(regressor))
     return read_prosody(source.track, source.alignment.words, voice=voice)
@@ -24,7 +23,7 @@ def life_ahead(regressor: object) -> float:
     return max(min(getattr(regressor, "look_ahead", AHEAD), AHEAD) - SPARE, 0.0)
 
 
-def _voice(source: SpeechInput) -> Voice | None:
+def find_voice(source: SpeechInput) -> Voice | None:
     """Level and pitch of the recording, None without a readable recording."""
     sound = source.sound
     if sound is None and source.audio is not None:

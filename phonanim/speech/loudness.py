@@ -34,7 +34,7 @@ SILENT = INVENTORY.code(SILENCE)
 class Loudness:
     """`decibels` (frames,) louder than usual, a hundred times a second from `start` on.
 
-    `mean` is the level of its speech in dB of full scale, NaN where there is none; `whispered` lines have none.
+    `mean` is the level of its speech in dB of full scale, NaN where there is none, as in `whispered` lines.
     """
 
     decibels: Array

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from phonanim.__main__ import run
+from phonanim.articulation.styles import DIALS, find_style, read_styles
 from phonanim.dubbing.lines import read_lines
 from phonanim.dubbing.row import Common
-from phonanim.dubbing.styles import DIALS, find_style, read_styles
 from phonanim.errors import OptionError
 from phonanim.options import Options
 

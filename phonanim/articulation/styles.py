@@ -10,8 +10,11 @@ from phonanim.core.decode import DecodeError, read_toml
 from phonanim.core.lexicon import LEXICON
 from phonanim.errors import OptionError
 
-DIALS = ("intensity", "jaw", "lips")
 LARGEST = 4.0
+RANGES = dict.fromkeys(("intensity", "jaw", "lips", "rounding", "reduction", "hold"), (0.0, LARGEST))
+RANGES["quickness"] = 0.5, 2.0
+DIALS = tuple(RANGES)
+"""The options that a style sets, each within RANGES."""
 
 Styles = Mapping[str, Mapping[str, float]]
 
@@ -43,6 +46,29 @@ def _gains(name: str, table: object, path: Path) -> dict[str, float]:
     for dial, gain in table.items():
         if dial not in DIALS:
             raise OptionError(f"{path}: style {name!r}: {dial!r} is not a dial; there are {', '.join(DIALS)}")
-        if isinstance(gain, bool) or not isinstance(gain, int | float) or not 0.0 <= gain <= LARGEST:
-            raise OptionError(f"{path}: style {name!r}: {dial} = {gain!r}; give a number from 0 to 4")
+        if isinstance(gain, bool) or not isinstance(gain, int | float):
+            raise OptionError(f"{path}: style {name!r}: {dial} = {gain!r}; give {_range(dial)}")
+        check_dial(dial, gain, f"{path}: style {name!r}: ")
     return {dial: float(gain) for dial, gain in table.items()}
+
+
+def check_dial(dial: str, value: float, place: str = "") -> None:
+    """Raise OptionError when a value is outside the range of its dial."""
+    low, high = RANGES[dial]
+    if not low <= value <= high:
+        raise OptionError(f"{place}{dial} = {value:g}; give {_range(dial)}")
+
+
+def parse_dial(dial: str, text: str) -> float:
+    """The value of a dial. Raises OptionError."""
+    try:
+        value = float(text)
+        check_dial(dial, value)
+    except (ValueError, OptionError) as error:
+        raise OptionError(f"{dial} = {text!r}; give {_range(dial)}") from error
+    return value
+
+
+def _range(dial: str) -> str:
+    low, high = RANGES[dial]
+    return f"a number from {low:g} to {high:g}"
