@@ -229,7 +229,10 @@ def animation_options(function: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(function)
     def wrapped(*args: Any, **given: Any) -> Any:
-        given |= style_dials(given.pop("style"), given.get("styles"))
+        dials = style_dials(given.pop("style"), given.get("styles"))
+        given |= dials
+        if "styles" in given:  # lines of a table may have styles of their own
+            given["styled"] = dials
         options = Options(**{field.name: given.pop(field.name) for field in fields(Options)})
         return function(*args, options=options, **given)
 

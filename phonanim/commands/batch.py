@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -62,6 +62,7 @@ def command(
     formats: tuple[str, ...],
     options: Options,
     styles: Path | None,
+    styled: Mapping[str, float],
     exports: dict[str, object],
     edits: str | None,
     workers: int | None,
@@ -74,10 +75,10 @@ def command(
 
     A table (.csv .tsv .jsonl) has a column `alignment`, or `audio` and `text`, and may have id, output,
     character, edits, timecode and style, and the options rig, model, language, tier, speaker, lexicon, fps,
-    unknown, intensity, jaw, lips, gain, smooth and overlay. URLs (s3://...) stand where paths do. A line
-    that was made from the same things is kept; a line that fails does not stop the others, and makes the
-    exit code 1. The output folder also gets report.html, report.json, summary.txt and ledger.jsonl. With
-    --json every line is an event on stdout.
+    unknown, intensity, jaw, lips, rounding, quickness, reduction, hold, loudness, level, gain, smooth and
+    overlay. URLs (s3://...) stand where paths do. A line that was made from the same things is kept; a line
+    that fails does not stop the others, and makes the exit code 1. The output folder also gets report.html,
+    report.json, summary.txt and ledger.jsonl. With --json every line is an event on stdout.
 
     \b
     Examples:
@@ -99,7 +100,7 @@ def command(
     check_options(formats, options, exports)
     target = parse_place(folder)
     common = with_absolute_paths(
-        Common(options, read_styles(styles), exports, parse_place(edits) if edits else None)
+        Common(options, read_styles(styles), exports, parse_place(edits) if edits else None, styled)
     )
     lines = reserve_outputs(read_lines(source, common), target, formats)
     if dry_run:

@@ -50,6 +50,7 @@ class Common:
     styles: Styles = field(default_factory=read_styles)
     exports: Mapping[str, Any] = field(default_factory=dict)
     edits: Place | None = None
+    styled: Mapping[str, float] = field(default_factory=dict)
 
 
 def parse_row(id: str, row: Row, root: Place, common: Common) -> Line:
@@ -65,7 +66,7 @@ def parse_row(id: str, row: Row, root: Place, common: Common) -> Line:
         place=row.place,
         alignment=alignment,
         audio=_found(cells["audio"], root) if "audio" in cells else _beside(alignment),
-        options=replace(common.options, **_overrides(cells, root, common.styles)),
+        options=replace(common.options, **_overrides(cells, root, common)),
         output=output,
         text=cells["text"] if spoken else None,
         edits=_found(cells["edits"], root) if "edits" in cells else _sidecar(common.edits, str(output)),
@@ -123,9 +124,12 @@ def _exports(cells: Mapping[str, str], root: Place) -> dict[str, Any]:
     return chosen
 
 
-def _overrides(cells: Mapping[str, str], root: Place, styles: Styles) -> dict[str, Any]:
+def _overrides(cells: Mapping[str, str], root: Place, common: Common) -> dict[str, Any]:
     """The options that the cells override; if several set the same option, the style has least priority."""
-    chosen: dict[str, Any] = dict(find_style(cells["style"], styles)) if "style" in cells else {}
+    chosen: dict[str, Any] = {}
+    if "style" in cells:  # instead of the style of the run
+        chosen = {dial: getattr(DEFAULTS, dial) for dial in common.styled}
+        chosen |= find_style(cells["style"], common.styles)
     chosen |= {name: cells[name] for name in TEXTS if name in cells} | _rig(cells)
     chosen |= resolve_files(root, chosen)
     if chosen.get("unknown", "error") not in UNKNOWN:

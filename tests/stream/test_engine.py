@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from speech import random_track
 
 from phonanim.animation.rates import frame_count
+from phonanim.articulation.styles import read_styles
 from phonanim.errors import OptionError, StreamError
 from phonanim.options import Options, Overlay
 from phonanim.pipeline import load_cached_rig, load_model, predict_controls
@@ -26,6 +28,22 @@ def spoken(seed: int, segments: int = 60) -> list[Interval]:
     names = [INVENTORY.phones[code].upper() for code in track.codes]
     labels = ["sil" if name in ("SIL", "SP") else name for name in names]
     return [Interval(*line) for line in zip(labels, track.bounds[:-1], track.bounds[1:], strict=True)]
+
+
+MARKED = ("AA", "AE", "AH", "IY", "UW", "EH", "IH", "OW")
+
+
+def held() -> list[tuple[int, Interval]]:
+    """Phones at random, of which every fifth lasts a second."""
+    found, end = [], 0.0
+    for number, one in enumerate(spoken(5, 40)):
+        length = 1.0 if number % 5 == 4 else one.end - one.start
+        found.append((number, Interval(one.label, end, end + length)))
+        end += length
+    return found
+
+
+LONG = held()
 
 
 def streamed(intervals: list[Interval], options: Options, look_ahead: float | None) -> PhoneStream:
@@ -47,6 +65,15 @@ def whole(intervals: list[Interval], options: Options) -> np.ndarray:
     return predict_controls(track, load_model(options.model), load_cached_rig(options.rig), options, frames)[
         1
     ]
+
+
+def test_stress_rate_and_held_vowels_are_those_of_the_whole_line() -> None:
+    options = replace(ENGLISH, **{**read_styles()["sung"], "reduction": 3.0})
+    marked = [replace(one, label=f"{one.label}{n % 3}") if one.label in MARKED else one for n, one in LONG]
+    found = streamed(marked, options, None).made  # type: ignore[attr-defined]
+    expected = whole(marked, options)
+    assert np.allclose(found, expected, atol=2e-6)
+    assert np.abs(expected - whole(marked, replace(options, reduction=0.0, hold=0.0))).max() > 0.02
 
 
 @pytest.mark.parametrize("fps", [60.0, 24.0])
