@@ -43,7 +43,7 @@ class Common:
     """Settings of all lines of a run, unless a row overrides them.
 
     `exports` are options of output formats; `edits` is a folder with an animator's changes to each line,
-    `<output>.edits.json`.
+    `<output>.edits.json`; `styled` are the dials that the style of the run has set.
     """
 
     options: Options = DEFAULTS
