@@ -1,4 +1,4 @@
-"""What every command shares: how it talks, and how it shows progress."""
+"""Shared by every command: printing results and messages, and showing progress."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import click
 
 from phonanim.core.text import printable
 
-PATIENCE = 2.0  # seconds without a word before a progress bar appears
+PATIENCE = 2.0  # seconds of silent work before a progress bar appears
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,27 +26,27 @@ class Console:
     quiet: bool = False
 
     def print(self, text: str) -> None:
-        """One line for the reader, on stderr."""
+        """Print one line for people, on stderr."""
         if not self.quiet and not self.json:
             click.echo(printable(text), err=True)
 
     def print_result(self, value: object, text: str = "") -> None:
-        """The result on stdout: as JSON when scripts asked for it, as text otherwise."""
+        """Print the result on stdout: as JSON with --json, as text otherwise."""
         if self.json:
             click.echo(printable(json.dumps(value, indent=2, ensure_ascii=False, default=str)))
         elif text:
             click.echo(printable(text))
 
     def print_event(self, name: str, **facts: object) -> None:
-        """One line of JSON on stdout, for a supervisor that asked for it."""
+        """Print one line of JSON on stdout, if --json was given."""
         if self.json:
             click.echo(printable(json.dumps({"event": name, **facts}, ensure_ascii=False, default=str)))
 
     @contextmanager
     def progress(self, label: str) -> Iterator[Callable[..., None]]:
-        """A function to call with the part done, 0 to 1; slow work draws a bar on stderr.
+        """Return a function that takes the part done, 0 to 1; slow work draws a bar on stderr.
 
-        A second argument is what is being done, where that changes; the bar then begins anew.
+        Its second argument names the current step; when the step changes, the bar starts again.
         """
         bar = _Bar(label, shown=not (self.quiet or self.json) and sys.stderr.isatty())
         try:
@@ -56,7 +56,7 @@ class Console:
 
 
 class _Bar:
-    """A rich progress bar that is imported and drawn only for work that takes its time."""
+    """A rich progress bar; rich is imported only for slow work."""
 
     def __init__(self, label: str, shown: bool) -> None:
         self.label = label
@@ -95,6 +95,6 @@ def console_options(function: Callable[..., Any]) -> Callable[..., Any]:
     def wrapped(*args: Any, as_json: bool, quiet: bool, **kwargs: Any) -> Any:
         return function(*args, console=Console(as_json, quiet), **kwargs)
 
-    add_quiet = click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors.")
+    add_quiet = click.option("--quiet", "-q", is_flag=True, help="Print errors only.")
     add_json = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
     return add_json(add_quiet(wrapped))

@@ -20,29 +20,34 @@ FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 SHARED_KEYS = (".glb", ".vrm")
 
 OPTIONS = {
-    "character": click.option("--character", type=FILE, help="Your own GLB or VRM, to animate or to show."),
+    "character": click.option(
+        "--character", type=FILE, help="Your own character (GLB or VRM), to animate or to show."
+    ),
     "keys": renamed_option(
         "--key-tolerance",
         "--keys",
         metavar="ERROR",
         type=Gain(0, 1e6),
-        help="Few keys that miss no frame by more than this, such as 0.01.",
+        help="Reduce the curves to keys, within this error at every frame, such as 0.01.",
     ),
     "timecode": click.option(
         "--timecode", help="Timecode of time zero in a .csv; 01:00:00;00 counts drop-frame."
     ),
 }
 
-SPELLINGS = {"keys": "--key-tolerance", "beside": "--compare-with"}  # where they differ from the name
+SPELLINGS = {
+    "keys": "--key-tolerance",
+    "beside": "--compare-with",
+}  # where they differ from the option's name
 
 
 def option_spelling(name: str) -> str:
-    """How the option of a format is written on the command line."""
+    """The command-line spelling of a format's option."""
     return SPELLINGS.get(name, f"--{name}")
 
 
 def export_options(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Hand the options of formats that were given to a command, as `exports`."""
+    """Pass the format options that were given to a command, as `exports`."""
 
     @wraps(function)
     def wrapped(*args: Any, **kwargs: Any) -> Any:
@@ -55,9 +60,9 @@ def export_options(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def save_outputs(animation: Animation, outputs: Sequence[Path], exports: dict[str, object]) -> None:
-    """Write every output with those options that its format has.
+    """Write every output with the options that its format supports.
 
-    Raises OptionError for an option that none of them has, and what the exporters raise.
+    Raises OptionError for an option that no output's format supports, and the exporters' errors.
     """
     from phonanim.exporters import assign_options, save
 
@@ -71,7 +76,7 @@ def save_outputs(animation: Animation, outputs: Sequence[Path], exports: dict[st
 
 
 def key_notes(animation: Animation, outputs: Sequence[Path], exports: dict[str, object]) -> Iterator[str]:
-    """A line per output that was reduced to keys: how many, and how far they miss."""
+    """A line per output that was reduced to keys: the number of keys and their largest error."""
     from phonanim.animation.keys import describe_keys, describe_shared_keys, reduce_channels, reduce_curves
     from phonanim.exporters import option_names
 

@@ -1,4 +1,4 @@
-"""`phonanim corpus track` and `phonanim corpus appearance`: from films of a speaking face."""
+"""`phonanim corpus track` and `phonanim corpus appearance`: corpora from films of a speaking face."""
 
 from __future__ import annotations
 
@@ -19,16 +19,18 @@ FOLDER = click.Path(file_okay=False, path_type=Path)
 @click.option(
     "--model",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="Appearance model of this speaker; MediaPipe (phonanim[track]) finds the face otherwise.",
+    help="Appearance model of this speaker; by default MediaPipe (phonanim[track]) finds the face.",
 )
-@click.option("--test", type=click.FloatRange(0, 0.5), default=0.1, help="Share of the clips set aside.")
+@click.option(
+    "--test", type=click.FloatRange(0, 0.5), default=0.1, help="Share of the clips set aside for testing."
+)
 @console_options
 def track(films: tuple[Path, ...], output: Path, model: Path | None, test: float, console: Console) -> None:
     """Make recordings for a corpus from your own films of a speaking face.
 
-    Beside each film lies what is said: FILM.txt, or its alignment FILM.TextGrid. The folder that is written
-    is read by `corpus build`; quality.txt in it says what each film is worth, and which frames were
-    rejected. A film that cannot be used is left out and told, and the exit code is 1.
+    Each film needs its text (FILM.txt) or its alignment (FILM.TextGrid) beside it. `corpus build` reads the
+    folder that this command writes; quality.txt in it rates each film and lists the rejected frames. A film
+    that cannot be used is skipped and reported, and the exit code is 1.
 
     \b
     Examples:
@@ -66,9 +68,9 @@ def track(films: tuple[Path, ...], output: Path, model: Path | None, test: float
 )
 @console_options
 def appearance(recordings: Path, corpus_folder: Path, console: Console) -> None:
-    """Learn how the mouth looks, and write it into the folder of a corpus.
+    """Learn an appearance model of the mouth, and write it into the folder of a corpus.
 
-    The recordings hold mouth/*.mp4, and clips.csv says where in the image they lie (crop_x, crop_y).
+    The recordings hold mouth/*.mp4; clips.csv gives their position in the image (crop_x, crop_y).
 
     \b
     Example:

@@ -1,4 +1,4 @@
-"""The start of a new rig: the eight poses to copy, and a file to fill in."""
+"""Start a new rig: the eight poses to copy, and a file to fill in."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ EXAMPLE = ("jaw", "lips_round", "lips_wide")
 def write_rig_template(folder: Path, controls: tuple[str, ...], face: FaceModel) -> list[Path]:
     """Write what an artist needs to pose a character: pictures, meshes and a TOML file to fill in.
 
-    The shipped head shows the mean and the eight poses as it is itself fitted: as a picture, as one OBJ
-    each, and as a GLB with a pose per second. Returns the files. Raises RigError when the TOML file is
-    there already, OutputError when the folder cannot be written.
+    The shipped head shows the mean and the eight poses: as a picture, as one OBJ each, and as a GLB with a
+    pose per second. Returns the files. Raises RigError when the TOML file exists already, OutputError when
+    the folder cannot be written.
     """
     sheet = folder / f"{folder.name}.toml"
     if sheet.exists():
@@ -46,7 +46,7 @@ def write_rig_template(folder: Path, controls: tuple[str, ...], face: FaceModel)
 
 
 def rig_template(name: str, controls: tuple[str, ...], face: str) -> str:
-    """The TOML to fill in: the controls with usual limits, and every pose as a comment to complete."""
+    """The TOML to fill in: the controls with default limits, and every pose as a comment to complete."""
     lines = [
         "# A character's rig. Write its controls below, then, for each pose in poses.png, the values with",
         f"# which the character looks like it. `phonanim rig check {name}.toml` says what is missing.",

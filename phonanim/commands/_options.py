@@ -21,7 +21,7 @@ from phonanim.options import DEFAULTS, Emotion, Options, Overlay
 
 
 def option_callback(parse: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
-    """A callback of click from a function that raises OptionError."""
+    """Make a click callback from a function that raises OptionError."""
 
     def read(ctx: click.Context, param: click.Parameter, value: Any) -> Any:
         try:
@@ -33,33 +33,33 @@ def option_callback(parse: Callable[[Any], Any]) -> Callable[[click.Context, cli
 
 
 def parse_overlays(values: tuple[str, ...]) -> tuple[Overlay, ...]:
-    """Several overlays."""
+    """Parse overlays."""
     return tuple(map(parse_overlay, values))
 
 
 def read_life(text: str) -> float | Mapping[str, float]:
-    """How much of each behaviour."""
+    """Parse the gain of each behaviour."""
     from phonanim.life.parsing import parse_life
 
     return parse_life(text)
 
 
 def read_look_at(text: str | None) -> tuple[float, float, float] | None:
-    """Where the listener's eyes are, if that is said."""
+    """Parse the position of the listener's eyes, if it is given."""
     from phonanim.life.parsing import parse_look_at
 
     return parse_look_at(text) if text else None
 
 
 def read_emotions(texts: tuple[str, ...]) -> tuple[Emotion, ...]:
-    """Several emotions."""
+    """Parse emotions."""
     from phonanim.life.parsing import parse_emotions
 
     return parse_emotions(texts)
 
 
 class Gain(click.FloatRange):
-    """A number within limits; click lets NaN through its ranges."""
+    """A number within limits. Rejects NaN, which click's own ranges accept."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """The number itself."""
@@ -86,7 +86,7 @@ OPTIONS = (
         metavar="RATE",
         callback=option_callback(parse_rate),
         default=f"{DEFAULTS.fps:g}",
-        help="Frames per second: 25, 29.97, ...",
+        help="Frames per second, such as 25 or 29.97.",
     ),
     click.option(
         "--language", metavar="LANGUAGE", default=DEFAULTS.language, help="Label set of the phone tier."
@@ -97,30 +97,32 @@ OPTIONS = (
         metavar="LANGUAGE",
         help="Label set to use where --language names one that does not exist, such as ipa.",
     ),
-    click.option("--tier", metavar="TIER", help="Phone tier, by name; found by name and content otherwise."),
-    click.option("--speaker", metavar="SPEAKER", help="Who is animated, in a file of several speakers."),
+    click.option(
+        "--tier", metavar="TIER", help="Name of the phone tier; detected by name and content by default."
+    ),
+    click.option("--speaker", metavar="SPEAKER", help="Speaker to animate, in a file of several speakers."),
     click.option(
         "--lexicon",
         type=click.Path(exists=True, dir_okay=False),
-        help="Pronunciation dictionary (CMU or MFA form) for a file of words alone.",
+        help="Pronunciation dictionary (CMU or MFA format) for a file that has words only.",
     ),
     renamed_option(
         "--on-unknown-label",
         "--unknown",
         type=click.Choice(["error", "nearest", "silence"]),
         default=DEFAULTS.unknown,
-        help="How a label that the language lacks is handled.",
+        help="How to handle a label that is not in the label set.",
     ),
     click.option(
         "--contacts/--no-contacts",
         default=DEFAULTS.contacts,
-        help="Make lips and teeth really meet on p b m f v.",
+        help="Enforce full lip contact on p b m and lip-teeth contact on f v.",
     ),
     click.option(
         "--retarget",
         type=click.Choice(["auto", "articulation", "poses", "direct", "solve"]),
         default=DEFAULTS.retarget,
-        help="By articulation, or from the face by eight poses, by a direct map, or solved frame by frame.",
+        help="How controls are computed: by articulation, eight poses, a direct map, or frame by frame.",
     ),
     click.option("--intensity", type=GAIN, default=DEFAULTS.intensity, help="Scale all motion."),
     click.option("--jaw", type=GAIN, default=DEFAULTS.jaw, help="Scale the motion of the jaw."),
@@ -163,14 +165,14 @@ OPTIONS = (
         metavar="CONTROL=NUMBER",
         multiple=True,
         callback=option_callback(parse_gains),
-        help="Scale the motion of one control; more than one is fine.",
+        help="Scale the motion of one control. Repeatable.",
     ),
     click.option(
         "--smooth",
         metavar="SECONDS|RATE",
         callback=option_callback(parse_smoothing),
         default="0",
-        help="Smooth the curves but keep closures: 0.05 or 6Hz.",
+        help="Smooth the curves but keep closures; seconds or hertz, such as 0.05 or 6Hz.",
     ),
     click.option(
         "--overlay",
@@ -178,28 +180,30 @@ OPTIONS = (
         metavar="FILE[=GAIN][@START-END]",
         multiple=True,
         callback=option_callback(parse_overlays),
-        help="Lay a pose or an animation over the speech; more than one is fine.",
+        help="Add a pose or an animation to the speech. Repeatable.",
     ),
     click.option(
         "--life",
         metavar="GAIN|NAME=GAIN,...",
         callback=option_callback(read_life),
         default="1",
-        help="What the face does besides speaking: 0 is the mouth alone; blinks, gaze, head, brows, breath.",
+        help="Motion besides speech (blinks, gaze, head, brows, breath); 0 animates only the mouth.",
     ),
     click.option(
         "--life-seed",
         type=click.IntRange(min=0),
         metavar="SEED",
-        help="Seed of what the face does besides speaking; by default that of the line's name.",
+        help="Seed of the motion besides speech; by default derived from the line's name.",
         show_default=False,
     ),
-    click.option("--blinks", type=click.IntRange(min=0), metavar="SEED", help="Blink by a seed of its own."),
+    click.option(
+        "--blinks", type=click.IntRange(min=0), metavar="SEED", help="Separate seed for the blinks."
+    ),
     click.option(
         "--look-at",
         metavar="X,Y,Z",
         callback=option_callback(read_look_at),
-        help="The listener's eyes, in metres to the speaker's left, up and ahead.",
+        help="Position of the listener's eyes, in metres to the speaker's left, up and ahead.",
     ),
     click.option(
         "--emotion",
@@ -207,7 +211,7 @@ OPTIONS = (
         metavar="NAME[=WEIGHT][@START-END]|FILE.csv",
         multiple=True,
         callback=option_callback(read_emotions),
-        help="Show an emotion: joy, sadness, anger, fear, disgust, surprise; more than one is fine.",
+        help="Show an emotion: joy, sadness, anger, fear, disgust, surprise. Repeatable.",
     ),
 )
 
@@ -224,8 +228,8 @@ def style_dials(style: str | None, styles: Path | None) -> Mapping[str, float]:
 
 
 def animation_options(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The options of an animation, handed to the command as `options`."""
-    use_one_thread()  # before the options are read, for some of them bring NumPy in
+    """The options of an animation, passed to the command as `options`."""
+    use_one_thread()  # before the options are parsed, because some of them import NumPy
 
     @wraps(function)
     def wrapped(*args: Any, **given: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Options that had another spelling once: the old one still works, and help and errors show the new one."""
+"""Renamed options: the old spelling still works; help and errors show the new one."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class RenamedOption(click.Option):
-    """An option with `old` spellings, which are accepted and not shown."""
+    """An option with `old` spellings, which are accepted but hidden."""
 
     def __init__(self, *args: Any, old: tuple[str, ...], **attributes: Any) -> None:
         super().__init__(*args, **attributes)
         self.old = old
 
     def add_to_parser(self, parser: Any, ctx: click.Context) -> None:
-        """Register all spellings with the parser of the command."""
+        """Register all spellings with the command's parser."""
         shown = self.opts
         self.opts = [*shown, *self.old]
         super().add_to_parser(parser, ctx)

@@ -1,4 +1,4 @@
-"""`phonanim align`: speech and its text to a TextGrid."""
+"""`phonanim align`: align speech with its text, and write a TextGrid."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("audio", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("--text", help="What is said; recognized from the sound otherwise.")
+@click.option("--text", help="What is said; recognized from the audio by default.")
 @click.option(
     "--text-file",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="A file with what is said, in UTF-8.",
+    help="A UTF-8 file with what is said.",
 )
 @click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="TextGrid to write.")
 @click.option(
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     default="pocketsphinx",
     help="pocketsphinx comes with phonanim[align]; mfa is an installed Montreal Forced Aligner.",
 )
-@click.option("--mfa-model", metavar="NAME", help="Acoustic model of MFA; english_us_arpa otherwise.")
+@click.option("--mfa-model", metavar="NAME", help="Acoustic model of MFA; english_us_arpa by default.")
 @click.option(
-    "--mfa-dictionary", metavar="NAME", help="Dictionary of MFA; the one named as the model otherwise."
+    "--mfa-dictionary", metavar="NAME", help="Dictionary of MFA; by default the one named like the model."
 )
 @console_options
 def command(
@@ -45,8 +45,8 @@ def command(
 ) -> None:
     """Find the words and phones of speech, offline, and write them as a TextGrid.
 
-    It is written beside the recording when -o does not say where. The language is English, unless --aligner
-    mfa has a model of another. Recordings other than 16-bit WAV need phonanim[audio].
+    Without -o, the TextGrid is written beside the recording. The language is English; for other languages
+    use --aligner mfa with a model. Recordings other than 16-bit WAV need phonanim[audio].
 
     \b
     Examples:
@@ -79,7 +79,7 @@ def command(
 
 
 def align_with_pocketsphinx(audio: Path, text: str | None) -> SpeechAlignment:
-    """Align by pocketsphinx, which has one model."""
+    """Align with pocketsphinx, which has one model."""
     from phonanim.aligners.pocketsphinx import align
 
     return align(audio, text)
@@ -88,7 +88,7 @@ def align_with_pocketsphinx(audio: Path, text: str | None) -> SpeechAlignment:
 def align_with_mfa(
     audio: Path, text: str | None, model: str | None, dictionary: str | None
 ) -> SpeechAlignment:
-    """Align by an installed Montreal Forced Aligner."""
+    """Align with an installed Montreal Forced Aligner."""
     from phonanim.aligners import mfa
 
     return mfa.align(audio, text, model or mfa.MODEL, dictionary)

@@ -1,4 +1,4 @@
-"""`phonanim animate`: one alignment to animation files."""
+"""`phonanim animate`: animate one alignment and write animation files."""
 
 from __future__ import annotations
 
@@ -21,18 +21,16 @@ if TYPE_CHECKING:
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 OUTPUT = click.Path(dir_okay=False, path_type=Path)
-HEAD_RIG = "arkit_tongue"  # all that the shipped head can do
+HEAD_RIG = "arkit_tongue"  # every control of the shipped head
 
 
 @click.command()
 @click.argument("alignment", type=FILE)
-@click.option(
-    "-o", "--output", "outputs", type=OUTPUT, multiple=True, help="File to write; more than one is fine."
-)
+@click.option("-o", "--output", "outputs", type=OUTPUT, multiple=True, help="File to write. Repeatable.")
 @animation_options
-@click.option("--text", help="What a recording says, when ALIGNMENT is one; needs phonanim[align].")
-@click.option("--audio", type=FILE, help="The recording; found beside the alignment otherwise.")
-@click.option("--edits", type=FILE, help="An animator's changes to apply, by `phonanim edit diff`.")
+@click.option("--text", help="What is said, when ALIGNMENT is a recording; needs phonanim[align].")
+@click.option("--audio", type=FILE, help="The recording; by default the one beside the alignment.")
+@click.option("--edits", type=FILE, help="An animator's edits to apply, written by `phonanim edit diff`.")
 @renamed_option(
     "--contact-sheet", "--sheet", type=OUTPUT, help="Also draw a contact sheet of the face, as PNG."
 )
@@ -49,10 +47,11 @@ def command(
     exports: dict[str, object],
     console: Console,
 ) -> None:
-    """Animate a rig from a phone alignment, or from a recording by a model that hears.
+    """Animate a rig from a phone alignment, or from a recording with an audio-driven model.
 
-    The suffix of each output chooses its format; without -o the shipped head speaks in a GLB beside the
-    alignment, tongue and all (--rig arkit_tongue). `phonanim info` lists formats, rigs and languages.
+    The suffix of each output chooses its format. Without -o, the shipped head with its tongue
+    (--rig arkit_tongue) is written as a GLB beside the alignment. `phonanim info` lists formats, rigs and
+    languages.
 
     \b
     Examples:
@@ -85,7 +84,7 @@ def command(
 
 
 def align_recording(recording: Path, text: str) -> Path:
-    """Align a recording with its text, into a TextGrid beside it. Raises OptionError if one is there."""
+    """Align a recording with its text, into a TextGrid beside it. Raises OptionError if one exists."""
     from phonanim.aligners.pocketsphinx import align
     from phonanim.errors import OptionError
     from phonanim.speech.textgrid import write_textgrid
@@ -99,7 +98,7 @@ def align_recording(recording: Path, text: str) -> Path:
 
 
 def check_outputs(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:
-    """Raise OptionError when two outputs are one file or an output would overwrite an input."""
+    """Raise OptionError when two outputs are the same file or an output would overwrite an input."""
     from phonanim.errors import OptionError
 
     taken = {path.resolve() for path in inputs}
@@ -112,7 +111,7 @@ def check_outputs(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:
 def write_outputs(
     animation: Animation, outputs: Sequence[Path], sheet: Path | None, exports: dict[str, object]
 ) -> list[Path]:
-    """Write every output, once it is sure that each has a known format; return the paths."""
+    """Check that every format is known, write every output, and return the paths."""
     from phonanim.exporters import find_exporter
 
     for path in outputs:
@@ -126,7 +125,7 @@ def write_outputs(
 
 
 def describe(animation: Animation, alignment: Path, options: Options, written: list[Path]) -> dict[str, Any]:
-    """What was done, for scripts."""
+    """The result as data, for scripts."""
     from phonanim.speech.labels import is_silent
 
     frames, channels = animation.values.shape
@@ -146,7 +145,7 @@ def describe(animation: Animation, alignment: Path, options: Options, written: l
 
 
 def report_lines(facts: dict[str, Any]) -> list[str]:
-    """The same for people: what was read, what was made, what was written, and what had to be replaced."""
+    """The same as text: what was read, made and written, and which labels were replaced."""
     sound = f" with {facts['audio']}" if facts["audio"] not in (None, facts["alignment"]) else ""
     files = ", ".join(f"{output['path']} ({format_size(output['bytes'])})" for output in facts["outputs"])
     return [
@@ -159,5 +158,5 @@ def report_lines(facts: dict[str, Any]) -> list[str]:
 
 
 def format_size(count: int) -> str:
-    """A number of bytes as people read it."""
+    """A number of bytes as text, in kB or MB."""
     return f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{count / 1e3:.1f} kB"

@@ -1,4 +1,4 @@
-"""`phonanim audit`: look over a delivery before it goes out."""
+"""`phonanim audit`: check a delivery before you send it."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ FOUND = 1
 @click.option(
     "--styles",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="TOML with the styles that a table names; those of phonanim otherwise.",
+    help="TOML with the styles that a table names; phonanim's own by default.",
 )
 @console_options
 def command(source: str, delivered: str, styles: Path | None, console: Console) -> int:
-    """Compare lines (a table, a folder, or a pattern) with what was delivered for them.
+    """Compare lines (a table, a folder, or a pattern) with the outputs made for them.
 
-    Finds lines that are missing, unreadable, stale (made from something else than what is there now),
-    still (nothing moves although somebody speaks) or mistimed, and orphans: files that belong to no line.
-    The exit code is 1 when anything is found.
+    Finds outputs that are missing, unreadable, stale (made from older inputs), still (nothing moves during
+    speech) or mistimed, and orphans (files that belong to no line). The exit code is 1 when anything is
+    found.
 
     \b
     Examples:
@@ -61,5 +61,5 @@ def command(source: str, delivered: str, styles: Path | None, console: Console) 
 
 
 def format_finding(finding: Finding) -> str:
-    """One finding for people."""
+    """One finding as text."""
     return f"{finding.problem:<10} {finding.id}: {finding.text}"

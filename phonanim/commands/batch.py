@@ -1,4 +1,4 @@
-"""`phonanim batch`: many alignments to animation files, restartable."""
+"""`phonanim batch`: animate many alignments; an interrupted run can be resumed."""
 
 from __future__ import annotations
 
@@ -34,27 +34,27 @@ SOME_FAILED = 1
     "formats",
     multiple=True,
     default=["csv"],
-    help="Suffix of the outputs, more than one is fine; `phonanim info` lists them.",
+    help="Suffix of the outputs; `phonanim info` lists them. Repeatable.",
 )
 @animation_options
 @click.option(
     "--styles",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="TOML with the styles that a table names; those of phonanim otherwise.",
+    help="TOML with the styles that a table names; phonanim's own by default.",
 )
 @export_options
-@click.option("--edits", metavar="FOLDER", help="An animator's changes, OUTPUT.edits.json for each line.")
 @click.option(
-    "--workers", type=click.IntRange(1, 512), help="Processes; as many as there are cores otherwise."
+    "--edits", metavar="FOLDER", help="Folder of an animator's edits, with OUTPUT.edits.json for each line."
 )
+@click.option("--workers", type=click.IntRange(1, 512), help="Number of processes; one per core by default.")
 @click.option(
     "--engine",
     type=click.Choice(["processes", "dask"]),
     default="processes",
-    help="Processes of this machine, or a dask cluster.",
+    help="Where to run: processes of this machine, or a dask cluster.",
 )
 @click.option("--scheduler", help="Address of the dask scheduler, such as tcp://10.0.0.1:8786.")
-@click.option("--dry-run", is_flag=True, help="Say what would be made, and write nothing.")
+@click.option("--dry-run", is_flag=True, help="Report what would be made, and write nothing.")
 @console_options
 def command(
     source: str,
@@ -76,9 +76,9 @@ def command(
     A table (.csv .tsv .jsonl) has a column `alignment`, or `audio` and `text`, and may have id, output,
     character, edits, timecode and style, and the options rig, model, language, tier, speaker, lexicon, fps,
     unknown, intensity, jaw, lips, rounding, quickness, reduction, hold, loudness, level, gain, smooth and
-    overlay. URLs (s3://...) stand where paths do. A line that was made from the same things is kept; a line
-    that fails does not stop the others, and makes the exit code 1. The output folder also gets report.html,
-    report.json, summary.txt and ledger.jsonl. With --json every line is an event on stdout.
+    overlay. Paths may be URLs (s3://...). A line whose inputs did not change is kept. A line that fails does
+    not stop the others, but makes the exit code 1. The output folder also gets report.html, report.json,
+    summary.txt and ledger.jsonl. With --json every line prints an event on stdout.
 
     \b
     Examples:
@@ -119,7 +119,7 @@ def command(
 
 
 def with_absolute_paths(common: Common) -> Common:
-    """The same with absolute paths, for workers elsewhere. Raises OptionError where there is no overlay."""
+    """The same with absolute paths, for remote workers. Raises OptionError where an overlay is missing."""
     from phonanim.animation.overlay import find_overlay, is_pose
     from phonanim.dubbing.row import resolve_files
 
@@ -138,7 +138,7 @@ def with_absolute_paths(common: Common) -> Common:
 
 
 def check_options(formats: tuple[str, ...], options: Options, exports: dict[str, object]) -> None:
-    """Raise at once what would fail every line: an unknown format, model or rig, an option of no use."""
+    """Raise at once what would fail every line: an unknown format, model or rig, an unused option."""
     from phonanim.errors import OptionError
     from phonanim.exporters import assign_options
     from phonanim.pipeline import load_cached_rig, load_model
@@ -169,7 +169,7 @@ def choose_engine(engine: str, scheduler: str | None, workers: int | None) -> En
 def event_reporter(
     count: int, console: Console, progress: Callable[[float], None]
 ) -> Callable[[Result], None]:
-    """What is said of each line as it ends."""
+    """Report each line as it ends."""
     done = 0
 
     def tell(result: Result) -> None:
@@ -186,7 +186,7 @@ def event_reporter(
 
 
 def report_dry_run(lines: Lines, folder: Place, formats: tuple[str, ...], console: Console) -> int:
-    """Say what a run would do with each line."""
+    """Report what a run would do with each line."""
     from phonanim.dubbing.run import plan_run
 
     plan = dict(plan_run(lines, folder, formats))

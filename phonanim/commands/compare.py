@@ -1,4 +1,4 @@
-"""`phonanim compare`: models trained and measured on the same clips, with intervals, tests and figures."""
+"""`phonanim compare`: train and score models on the same clips, with intervals, tests and figures."""
 
 from __future__ import annotations
 
@@ -24,7 +24,9 @@ from phonanim.commands import Console, console_options
     type=click.Path(file_okay=False, path_type=Path),
     help="Folder that keeps the trained models (OUTPUT/models).",
 )
-@click.option("--workers", type=click.IntRange(min=1), help="Models trained side by side (one per core).")
+@click.option(
+    "--workers", type=click.IntRange(min=1), help="Number of models trained at once (one per core)."
+)
 @click.option("--report-only", is_flag=True, help="Write the report again from benchmark.json.")
 @console_options
 def command(
@@ -32,7 +34,7 @@ def command(
 ) -> None:
     """Train or load the models of a plan, score them on the same held-out clips, and write a report.
 
-    Trained models are kept, so a comparison that was cut off goes on where it was.
+    Trained models are kept, so an interrupted comparison continues where it stopped.
 
     \b
     Examples:

@@ -1,4 +1,4 @@
-"""`phonanim convert`: an animation file to other formats."""
+"""`phonanim convert`: convert an animation file to other formats."""
 
 from __future__ import annotations
 
@@ -20,14 +20,12 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("source", type=FILE)
-@click.option(
-    "-o", "--output", "outputs", type=OUTPUT, multiple=True, help="File to write; more than one is fine."
-)
-@click.option("--fps", metavar="RATE", help="Another frame rate: 25, 29.97, ...")
-@click.option("--start", type=Gain(-1e6, 1e6), help="Seconds at which the first frame lies.")
-@click.option("--alignment", type=FILE, help="Phones and words, for timelines and cues.")
+@click.option("-o", "--output", "outputs", type=OUTPUT, multiple=True, help="File to write. Repeatable.")
+@click.option("--fps", metavar="RATE", help="New frame rate, such as 25 or 29.97.")
+@click.option("--start", type=Gain(-1e6, 1e6), help="Time of the first frame, in seconds.")
+@click.option("--alignment", type=FILE, help="Alignment with phones and words, for timelines and cues.")
 @click.option("--audio", type=FILE, help="The recording.")
-@click.option("--rig", help="Name of the rig that the channels belong to, where the file does not say.")
+@click.option("--rig", help="Name of the rig that the channels belong to, where the file does not name it.")
 @renamed_option(
     "--compare-with", "--beside", type=FILE, help="A second take, shown next to the first in a .html."
 )
@@ -51,7 +49,7 @@ def command(
 ) -> None:
     """Convert an animation to other formats: a capture, a take, another tool's output.
 
-    The suffixes choose the formats; `phonanim info` lists them, docs/output.md says which can be read.
+    The suffixes choose the formats. `phonanim info` lists them; docs/output.md lists which can be read.
 
     \b
     Examples:
@@ -89,7 +87,7 @@ def apply_overrides(
     audio: Path | None,
     rig: str | None,
 ) -> Animation:
-    """The animation with what was given in place of what the file says."""
+    """The animation with the options that were given in place of the file's values."""
     if fps is not None:
         from phonanim.animation.rates import parse_rate
 
@@ -104,7 +102,7 @@ def apply_overrides(
 
 
 def describe(animation: Animation, source: Path, written: list[Path]) -> dict[str, Any]:
-    """What was done, for scripts."""
+    """The result as data, for scripts."""
     frames, channels = animation.values.shape
     return {
         "source": str(source),
@@ -118,7 +116,7 @@ def describe(animation: Animation, source: Path, written: list[Path]) -> dict[st
 
 
 def report_lines(facts: dict[str, Any]) -> list[str]:
-    """The same for people."""
+    """The same as text."""
     files = ", ".join(f"{output['path']} ({format_size(output['bytes'])})" for output in facts["outputs"])
     return [
         f"read {facts['source']}: {facts['frames']} frames at {facts['fps']:g} fps, "

@@ -1,4 +1,4 @@
-"""`phonanim corpus`: recordings to training corpora."""
+"""`phonanim corpus`: make training corpora from recordings."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from phonanim.commands._films import appearance, track
 
 @click.group()
 def command() -> None:
-    """Make and look at training corpora.
+    """Make training corpora, and list data sets.
 
     \b
     Example:
@@ -60,7 +60,7 @@ def build(recordings: Path, output: Path, console: Console) -> None:
 @click.argument("name", required=False)
 @console_options
 def datasets(name: str | None, console: Console) -> None:
-    """List the data sets of others that can be read, or tell all about one.
+    """List the third-party data sets that can be read, or describe one.
 
     \b
     Examples:
@@ -88,21 +88,21 @@ def datasets(name: str | None, console: Console) -> None:
 @click.option(
     "-o", "--output", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder."
 )
-@click.option("--every", type=click.IntRange(1), default=1, help="Keep each frame of that number.")
+@click.option("--every", type=click.IntRange(1), default=1, help="Keep every N-th frame.")
 @click.option(
     "--split",
     "splits",
     multiple=True,
     type=click.Choice(["train", "validation", "test", "test_b"]),
-    help="Only these; all otherwise.",
+    help="Import only these; all by default.",
 )
 @console_options
 def import_(
     name: str, folder: Path, output: Path, every: int, splits: tuple[str, ...], console: Console
 ) -> None:
-    """Bring a data set of others into one layout: arrays, WAV, TextGrids and a table.
+    """Convert a third-party data set to one layout: arrays, WAV, TextGrids and a table.
 
-    NAME is one of `phonanim corpus datasets`, FOLDER is as its owners lay it out.
+    NAME is one of `phonanim corpus datasets`. FOLDER has the layout that its owners publish.
 
     \b
     Example:

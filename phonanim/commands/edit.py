@@ -1,4 +1,4 @@
-"""`phonanim edit`: what an animator changed, kept apart from the line."""
+"""`phonanim edit`: keep an animator's edits in a file of their own."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 @click.group()
 def command() -> None:
-    """Keep edits of an animation, to be applied when its line is made anew.
+    """Keep edits of an animation, to apply them when its line is made again.
 
     \b
     Example:
@@ -31,19 +31,21 @@ def command() -> None:
     type=click.Path(dir_okay=False, path_type=Path),
     help="File of edits to write.",
 )
-@click.option("--replace", is_flag=True, help="Keep the edited curves themselves, not what was added.")
+@click.option(
+    "--replace", is_flag=True, help="Keep the edited curves themselves, not their differences from BASE."
+)
 @click.option(
     "--error",
     type=click.FloatRange(1e-6, 1),
     default=1e-3,
-    help="How far the result may be from EDITED; smaller differences are none.",
+    help="Allowed distance from EDITED; smaller differences are ignored.",
 )
 @console_options
 def diff(base: Path, edited: Path, output: Path, replace: bool, error: float, console: Console) -> None:
-    """Write what was changed from BASE to EDITED, two animations of one line.
+    """Write the differences from BASE to EDITED, two animations of one line.
 
-    Any format that can be read back will do; JSON, NPZ and others that hold the phones let an edit follow
-    its phones when the line is aligned anew.
+    Any format that can be read back is accepted. In formats that hold the phones, such as JSON and NPZ, an
+    edit follows its phones when the line is aligned again.
 
     \b
     Examples:

@@ -1,4 +1,4 @@
-"""`phonanim ema`: what a tongue, a jaw and lips do, from articulography."""
+"""`phonanim ema`: measure tongue, jaw and lips in electromagnetic articulography."""
 
 from __future__ import annotations
 
@@ -33,24 +33,29 @@ def command() -> None:
 @click.option(
     "-o", "--output", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder."
 )
-@click.option("--axes", default="forward,left,up", help="Where x, y and z of the files point.")
-@click.option("--names", help="Sensors of the channels in their order, with commas; - leaves one out.")
-@click.option("--reference", help="Sensors on the skull, with commas: hold the head still by them.")
+@click.option("--axes", default="forward,left,up", help="Directions of x, y and z in the files.")
+@click.option("--names", help="Sensors of the channels in order, separated by commas; - skips one.")
+@click.option("--reference", help="Sensors on the skull, separated by commas: remove head motion by them.")
 @renamed_option(
-    "--bite-plate", "--bite", type=FILE, help="A recording with a plate between the teeth: turn to its plane."
+    "--bite-plate",
+    "--bite",
+    type=FILE,
+    help="A recording with a plate between the teeth: rotate to its plane.",
 )
-@click.option("--plate", default="front,left,right", help="Sensors of the plate, with commas.")
-@click.option("--origin", default="", help="Sensor of the plate's recording that becomes zero.")
-@click.option("--rate", type=click.FloatRange(10, 2000), help="Bring all to this rate, in hertz.")
+@click.option("--plate", default="front,left,right", help="Sensors of the plate, separated by commas.")
+@click.option("--origin", default="", help="Sensor of the plate's recording that becomes the origin.")
+@click.option(
+    "--rate", type=click.FloatRange(10, 2000), help="Resample all recordings to this rate, in hertz."
+)
 @click.option("--language", default="auto", help="Label set of the alignments.")
 @renamed_option(
     "--min-examples",
     "--least",
     type=click.IntRange(1),
     default=1,
-    help="Examples that a pair of phones must have.",
+    help="Minimum number of examples of a pair of phones.",
 )
-@click.option("--plots/--no-plots", default=True, help="Draw pictures, too.")
+@click.option("--plots/--no-plots", default=True, help="Also draw pictures.")
 @console_options
 def report(
     folder: Path,
@@ -67,10 +72,10 @@ def report(
     plots: bool,
     console: Console,
 ) -> None:
-    """Write what the sensors of a FOLDER of recordings do, in tables, JSON and pictures.
+    """Measure the sensors in a FOLDER of recordings, and write tables, JSON and pictures.
 
     FOLDER holds EMU bundles (SSFF), Carstens .pos or MATLAB .mat files beside alignments of the same stem,
-    or is what `phonanim corpus import` wrote. docs/ema.md says what each measure means.
+    or is what `phonanim corpus import` wrote. docs/ema.md explains each measure.
 
     \b
     Examples:
@@ -96,7 +101,7 @@ def report(
 
 
 def report_lines(found: Any) -> list[str]:
-    """What there is, and what was lost, in a few lines."""
+    """The amount of data, and what was left out, in a few lines."""
     seconds = sum(one["seconds"] for one in found.recordings)
     gaps = [gap for one in found.recordings for gap in one["gaps"]]
     filled = sum(gap["filled"] for gap in gaps)
@@ -123,7 +128,7 @@ def _posture(
     plate: tuple[str, ...],
     origin: str,
 ) -> Posture | None:
-    """The head at rest: in the recording of the plate, or in the first of the folder."""
+    """The head at rest: from the recording of the plate, or from the folder's first recording."""
     from phonanim.ema.articulation import rename_sensors
     from phonanim.ema.posture import bite_posture, rest_posture
     from phonanim.ema.readers import read_articulation

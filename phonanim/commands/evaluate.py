@@ -19,7 +19,7 @@ PATH = click.Path(exists=True, path_type=Path)
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 SEED = 0  # of the bootstrap, so that the same files give the same intervals
 RESAMPLES = 2000  # enough for two digits of an interval, for each of some forty measures
-# What a table of files shows, the first four of these that were measured.
+# A table of files shows the first four of these that were measured.
 LEADING = (
     "lve_mm",
     "mve_mm",
@@ -33,14 +33,20 @@ LEADING = (
 
 @click.command()
 @click.argument("predictions", type=PATH)
-@click.option("--reference", type=PATH, required=True, help="What it should be: a file, or a folder.")
+@click.option("--reference", type=PATH, required=True, help="The reference: a file or a folder.")
 @click.option("--mask", "masks", multiple=True, metavar="[REGION=]FILE", help="Vertices of a region.")
-@click.option("--alignment", type=PATH, help="What is said: a file, or a folder of them by stem.")
+@click.option("--alignment", type=PATH, help="Alignment file, or a folder of them matched by stem.")
 @click.option("--language", default="auto", help="Label set of the alignment.")
-@click.option("--template", type=FILE, help="The mesh at rest: .ply, .obj, .off or .npy.")
-@click.option("--reference-template", type=FILE, help="The reference's, where it is another face.")
+@click.option("--template", type=FILE, help="The mesh at rest (.ply, .obj, .off or .npy).")
+@click.option(
+    "--reference-template", type=FILE, help="The reference's mesh at rest, where it is another face."
+)
 @click.option("--lips", help="Four vertices of the mesh: upper lip, lower lip, right and left corner.")
-@click.option("--unit", type=click.Choice(["m", "cm", "mm"]), help="Of vertices; found by size otherwise.")
+@click.option(
+    "--unit",
+    type=click.Choice(["m", "cm", "mm"]),
+    help="Unit of vertices; detected from the size by default.",
+)
 @click.option("--fps", metavar="RATE", help="Rate of a .npy of predictions (default 30).")
 @click.option("--reference-fps", metavar="RATE", help="Rate of a .npy of references (default --fps).")
 @console_options
@@ -62,7 +68,7 @@ def command(
 
     Reads curves (.npz .json .csv .glb .usda .track.json) and vertices or controls (.npy in the layouts of
     VOCA, FaceFormer, CodeTalker and FaceDiffuser). ARKit curves are also scored in millimetres on the shipped
-    head. docs/evaluation.md says what each measure means.
+    head. docs/evaluation.md explains each measure.
 
     \b
     Examples:
@@ -153,7 +159,7 @@ def load_phones(alignment: Path, prediction: Path, language: str) -> PhoneTrack:
 
 
 def build_report(rows: dict[str, Scores], diversities: list[float]) -> dict[str, Any]:
-    """Everything, for scripts; what is not a number is null."""
+    """All results, for scripts; NaN becomes null."""
     from phonanim.metrics import merge_tables
 
     summary = summarize(rows)
@@ -179,7 +185,7 @@ def build_report(rows: dict[str, Scores], diversities: list[float]) -> dict[str,
 
 
 def summarize(rows: dict[str, Scores]) -> dict[str, dict[str, Any]]:
-    """Mean over files of each measure, and its 95 % interval when files are drawn anew."""
+    """Mean over files of each measure, and its 95 % bootstrap interval over files."""
     import numpy as np
 
     from phonanim.evaluation.statistics import bootstrap_interval, mean_rows
@@ -205,7 +211,7 @@ def score_table(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
 
 
 def class_table(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
-    """The error of each class of phones; nothing where it is not known what is said."""
+    """The error of each class of phones; empty without an alignment."""
     if not facts["classes"]:
         return []
     lines = [f"{row['name']:<34} {row['mean']:12.4f}  {row['segments']} sounds" for row in facts["classes"]]

@@ -1,4 +1,4 @@
-"""`phonanim info`: what is here, what a language covers, what an alignment holds."""
+"""`phonanim info`: list what is installed, what a language covers, what an alignment holds."""
 
 from __future__ import annotations
 
@@ -17,10 +17,17 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("alignment", required=False, type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("--language", help="Print what each label of a language becomes; with a file, read it by that.")
+@click.option(
+    "--language",
+    help="Print the phones of each label of a language; with a file, read the file as that language.",
+)
 @click.option("--tier", help="Phone tier of the file, by name or number.")
-@click.option("--speaker", help="Whose tiers to read, in a file of several speakers.")
-@click.option("--lexicon", type=click.Path(exists=True, dir_okay=False), help="Dictionary for words alone.")
+@click.option("--speaker", help="Speaker whose tiers to read, in a file of several speakers.")
+@click.option(
+    "--lexicon",
+    type=click.Path(exists=True, dir_okay=False),
+    help="Pronunciation dictionary, for a file that has words only.",
+)
 @console_options
 def command(
     alignment: Path | None,
@@ -30,7 +37,7 @@ def command(
     lexicon: str | None,
     console: Console,
 ) -> None:
-    """Tell what phonanim knows, or what it sees in an alignment.
+    """List what phonanim supports, or describe an alignment.
 
     \b
     Examples:
@@ -49,7 +56,7 @@ def command(
 
 
 def list_resources() -> dict[str, Any]:
-    """Everything at hand: versions, phones, languages, alignment formats, rigs, output formats, models."""
+    """Everything available: versions, phones, languages, alignment formats, rigs, output formats, models."""
     from phonanim.core.catalog import list_models
     from phonanim.core.version import __version__
     from phonanim.exporters import formats
@@ -70,7 +77,7 @@ def list_resources() -> dict[str, Any]:
 
 
 def language_coverage(name: str) -> dict[str, Any]:
-    """What each label that a language lists becomes, and the phones that none of them gives."""
+    """The phones of each label of a language, and the phones that no label gives."""
     from phonanim.speech.inventory import INVENTORY
     from phonanim.speech.language import load_language
 
@@ -92,7 +99,7 @@ def language_coverage(name: str) -> dict[str, Any]:
 def describe_alignment(
     path: Path, language_name: str, tier: str | None, speaker: str | None, lexicon: str | None
 ) -> dict[str, Any]:
-    """What an alignment holds: its tiers, the one that is read, the language, every label's share."""
+    """The content of an alignment: its tiers, the one that is read, the language, every label's share."""
     from phonanim.inputs.alignment import read_alignment
     from phonanim.readers import find_reader
     from phonanim.speech.alignment_file import open_alignment_file
@@ -117,7 +124,7 @@ def describe_alignment(
 
 
 def label_meanings(labels: Iterable[str], language: Language) -> dict[str, dict[str, Any]]:
-    """Each label of a file, most frequent first: its count and its phones, or the nearest known labels."""
+    """Each label of a file, most frequent first: its count, and its phones or the nearest known labels."""
     from collections import Counter
 
     return {
@@ -127,7 +134,7 @@ def label_meanings(labels: Iterable[str], language: Language) -> dict[str, dict[
 
 
 def label_meaning(label: str, language: Language) -> dict[str, str]:
-    """The phones that a label becomes, or the nearest labels when the language lacks it."""
+    """The phones of a label, or the nearest labels when the language does not have it."""
     sound = language.resolve(label)
     if sound is None:
         return {"unknown, nearest": " ".join(language.nearest(label))}
@@ -135,14 +142,14 @@ def label_meaning(label: str, language: Language) -> dict[str, str]:
 
 
 def join_phones(codes: Iterable[int]) -> str:
-    """Phone names with blanks between them."""
+    """Phone names separated by spaces."""
     from phonanim.speech.inventory import INVENTORY
 
     return " ".join(INVENTORY.phones[code] for code in codes)
 
 
 def format_lines(facts: Mapping[str, Any]) -> list[str]:
-    """The same for people: one fact a line, tables indented."""
+    """The same as text: one fact per line, tables indented."""
     told = []
     for name, value in facts.items():
         if isinstance(value, Mapping):

@@ -1,4 +1,4 @@
-"""`phonanim models`: the models at hand and how good they are."""
+"""`phonanim models`: list the available models and their scores."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 @click.command()
 @console_options
 def command(console: Console) -> None:
-    """List the models at hand.
+    """List the available models.
 
-    They are the shipped ones, and those in ./models or in the folders of PHONANIM_MODELS.
+    These are the shipped models, and those in ./models or in the folders of PHONANIM_MODELS.
 
     \b
     Examples:
@@ -36,7 +36,7 @@ def model_facts(entry: ModelEntry) -> dict[str, Any]:
 
 
 def model_line(entry: ModelEntry) -> str:
-    """One model for people: name, kind, size and held-out scores."""
+    """One model as text: name, kind, size and held-out scores."""
     scores = entry.card.get("provenance", {}).get("scores", {})
     told = ", ".join(f"{name} {value:g}" for name, value in scores.items() if isinstance(value, (int, float)))
     origin = "shipped" if entry.shipped else str(entry.path)

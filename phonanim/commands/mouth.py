@@ -1,4 +1,4 @@
-"""`phonanim mouth`: mouths that are drawn, learned from films."""
+"""`phonanim mouth`: render mouths that were learned from films."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 @click.group()
 def command() -> None:
-    """Draw the mouth of a filmed speaker, as it would say something else.
+    """Render the mouth of a filmed speaker saying something new.
 
     \b
     Example:
@@ -28,7 +28,7 @@ def command() -> None:
 )
 @console_options
 def train(config: Path, output: Path, console: Console) -> None:
-    """Train a mouth as a TOML file says, on a corpus that has its appearance.
+    """Train a mouth from a TOML configuration, on a corpus with an appearance model.
 
     \b
     Example:
@@ -45,17 +45,20 @@ def train(config: Path, output: Path, console: Console) -> None:
 @command.command()
 @click.argument("alignment", type=FILE)
 @click.option(
-    "--model", required=True, type=click.Path(exists=True, file_okay=False, path_type=Path), help="The mouth."
+    "--model",
+    required=True,
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="The trained mouth.",
 )
 @click.option("-o", "--output", required=True, type=click.Path(dir_okay=False, path_type=Path))
-@click.option("--fps", type=click.FloatRange(1, 120), default=25.0, help="Frames per second of a film.")
-@click.option("--audio", type=FILE, help="The recording, for a film.")
-@click.option("--scale", type=click.FloatRange(0.5, 8), default=3.0, help="Size, of that of the reference.")
+@click.option("--fps", type=click.FloatRange(1, 120), default=25.0, help="Frames per second of the film.")
+@click.option("--audio", type=FILE, help="The recording, for the film's sound.")
+@click.option("--scale", type=click.FloatRange(0.5, 8), default=3.0, help="Size relative to the reference.")
 @console_options
 def draw(
     alignment: Path, model: Path, output: Path, fps: float, audio: Path | None, scale: float, console: Console
 ) -> None:
-    """Draw the mouth that says an alignment: a film (.mp4), or a strip with one picture a phone (.png).
+    """Render the mouth for an alignment: a film (.mp4), or a strip with one picture per phone (.png).
 
     \b
     Examples:

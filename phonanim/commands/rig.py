@@ -1,4 +1,4 @@
-"""`phonanim rig`: new characters, checked and fitted."""
+"""`phonanim rig`: make, check and fit rigs for new characters."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BAD = 2
 
 @click.group()
 def command() -> None:
-    """Make a rig for a character of your own, and see those that are shipped.
+    """Make a rig for your own character, or list the shipped rigs.
 
     \b
     Examples:
@@ -53,7 +53,7 @@ def list_command(console: Console) -> None:
 @click.option("--model", default="default", help="The model whose face the poses show.")
 @console_options
 def new_command(folder: Path, head: Path | None, model: str, console: Console) -> None:
-    """Begin a rig: write the eight reference poses to copy, and a file to fill in, into FOLDER.
+    """Start a rig: write eight reference poses to copy, and a file to fill in, to FOLDER.
 
     \b
     Examples:
@@ -78,7 +78,7 @@ def new_command(folder: Path, head: Path | None, model: str, console: Console) -
 @click.option("--model", default="default", help="The model whose face the rig is for.")
 @console_options
 def check_command(rig: Path, sheet: Path | None, model: str, console: Console) -> int:
-    """Say all that is missing or wrong in a rig's file; exit 2 if anything is.
+    """Report everything that is missing or wrong in a rig's file; exit 2 if anything is.
 
     \b
     Examples:
@@ -124,7 +124,9 @@ def draw(path: Path, sheet: Path, model: str) -> None:
 @command.command("fit")
 @click.argument("head", type=FILE)
 @click.option("-o", "--output", type=PLACE, help="The rig's file; HEAD with .toml when left out.")
-@click.option("--landmarks", type=FILE, help="Where the face's landmarks lie on it; suggested when left out.")
+@click.option(
+    "--landmarks", type=FILE, help="Positions of the face's landmarks on it; suggested when left out."
+)
 @renamed_option("--contact-sheet", "--sheet", type=PLACE, help="Draw the character in all poses, as PNG.")
 @click.option("--model", default="default", help="The model whose face the rig is for.")
 @console_options
@@ -133,7 +135,7 @@ def fit_command(
 ) -> None:
     """Make a rig for a GLB or VRM head with blendshapes, without an artist.
 
-    Writes the rig (poses), its direct map, and the table of landmarks, which you may mend and give back.
+    Writes the rig (poses), its direct map, and the landmark table, which you can correct and pass back.
 
     \b
     Examples:
@@ -173,7 +175,9 @@ def fit_command(
 
 
 @command.command("transfer")
-@click.option("--from", "source", type=click.Choice(["shipped"]), default="shipped", help="Whose shapes.")
+@click.option(
+    "--from", "source", type=click.Choice(["shipped"]), default="shipped", help="Head whose shapes to use."
+)
 @click.option(
     "--to",
     "mesh",
@@ -186,7 +190,7 @@ def fit_command(
 def transfer_command(source: str, mesh: Path, output: Path | None, console: Console) -> None:
     """Give a head without blendshapes the 52 of the shipped head, by deformation transfer.
 
-    Teeth, eyes, tongue and lashes are told by the names of their parts. The landmarks that were found are
+    Teeth, eyes, tongue and lashes are detected by the names of their parts. The detected landmarks are
     written beside the GLB, for `phonanim rig fit --landmarks`.
 
     \b

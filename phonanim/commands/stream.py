@@ -1,4 +1,4 @@
-"""`phonanim stream`: phones or sound as they come, frames as they fall due."""
+"""`phonanim stream`: animate phones or audio in real time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from phonanim.stream.play import Engine, Player
 
 STDIN = 0
-SLACK = 0.02  # seconds that sound may come late before a frame waits for it
+SLACK = 0.02  # seconds that audio may be late before a frame waits for it
 EXACT = "exact"
 
 
@@ -50,25 +50,27 @@ class LookAhead(click.ParamType):  # type: ignore[type-arg]
     metavar="SINK[=HOST:PORT]",
     multiple=True,
     default=("stdout",),
-    help="Where frames go: stdout, livelink, osc, vmc, websocket; more than one is fine.",
+    help="Where frames go: stdout, livelink, osc, vmc, websocket. Repeatable.",
 )
-@click.option("--realtime", is_flag=True, help="Send each frame when it falls due by the clock.")
+@click.option("--realtime", is_flag=True, help="Send each frame at its time by the clock.")
 @click.option("--look-ahead", type=LookAhead(), default="0.2", help="Seconds of phones that frames wait for.")
 @click.option(
     "--delay",
     type=click.FloatRange(0, 10),
-    help="Seconds after its time that a frame falls due; by default the look-ahead.",
+    help="Seconds after its time at which a frame is sent; by default the look-ahead.",
     show_default=False,
 )
-@click.option("--microphone", is_flag=True, help="Hear the microphone; SOURCE is then its name or number.")
-@click.option("--rate", type=click.IntRange(4000, 384000), default=16000, help="Hertz of raw samples.")
-@click.option("--channels", type=click.IntRange(1, 64), default=1, help="Channels of raw samples.")
+@click.option("--microphone", is_flag=True, help="Read the microphone; SOURCE is then its name or number.")
+@click.option(
+    "--rate", type=click.IntRange(4000, 384000), default=16000, help="Sample rate of raw samples, in hertz."
+)
+@click.option("--channels", type=click.IntRange(1, 64), default=1, help="Number of channels of raw samples.")
 @click.option(
     "--origin",
     "origins",
     metavar="URL",
     multiple=True,
-    help="Let pages of this site connect to the WebSocket; more than one is fine.",
+    help="Let pages of this site connect to the WebSocket. Repeatable.",
 )
 @animation_options
 @console_options
@@ -85,11 +87,11 @@ def command(
     options: Options,
     console: Console,
 ) -> None:
-    """Animate phones or sound as they come.
+    """Animate phones or audio in real time, as they arrive.
 
     SOURCE is - (stdin) or a file: lines of JSON, such as {"phone": "AA1", "start": 0.1, "end": 0.2},
-    {"time": 0.3}, {"end": true}; or any alignment. For a model that hears (kind cnn, tcn) it is a recording,
-    or - for raw samples: 16-bit, little-endian.
+    {"time": 0.3}, {"end": true}; or any alignment. For an audio-driven model (kind cnn, tcn) it is a
+    recording, or - for raw samples: 16-bit, little-endian.
 
     \b
     Examples:
@@ -124,7 +126,7 @@ def command(
 def open_engine(
     source: str, microphone: bool, rate: int, channels: int, options: Options, look_ahead: float | None
 ) -> tuple[Engine, Iterator[Event], float | None]:
-    """What makes frames, what comes in, and how far ahead frames look."""
+    """The engine that makes frames, the incoming events, and the look-ahead in seconds."""
     from phonanim.errors import OptionError
     from phonanim.inputs.speech_input import is_recording
     from phonanim.pipeline import load_model
@@ -178,7 +180,7 @@ def run_stream(
 
 
 def print_problem(console: Console, text: str) -> None:
-    """A problem, which is said even when nothing else is."""
+    """Print a problem, also with --quiet."""
     if console.json:
         console.print_event("problem", text=text)
     else:
@@ -186,7 +188,7 @@ def print_problem(console: Console, text: str) -> None:
 
 
 def stream_facts(player: Player) -> dict[str, object]:
-    """What became of the stream, for scripts."""
+    """Counts of the stream at its end, for scripts."""
     tally = player.tally
     return {
         "frames": tally.frames,

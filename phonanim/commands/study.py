@@ -1,4 +1,4 @@
-"""`phonanim study`: ask people which take they prefer, and count what they say."""
+"""`phonanim study`: ask people which take they prefer, and analyse their answers."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from phonanim.errors import StudyError
 if TYPE_CHECKING:
     from phonanim.study.results import Exclusion, Participant
 
-INTERVALS_SEED = 2017  # of the bootstrap: the same answers give the same intervals
+INTERVALS_SEED = 2017  # of the bootstrap, so that the same answers give the same intervals
 
 
 @click.group()
 def command() -> None:
-    """Ask people which take they prefer, and count what they say.
+    """Ask people which take they prefer, and analyse their answers.
 
     \b
     Example:
@@ -34,26 +34,35 @@ def command() -> None:
 @click.option(
     "-o", "--output", required=True, type=click.Path(dir_okay=False, path_type=Path), help="HTML file."
 )
-@click.option("--ours", metavar="SYSTEM", help="Compare this one with each other; all pairs otherwise.")
+@click.option(
+    "--ours", metavar="SYSTEM", help="Compare this system with each other one; all pairs by default."
+)
 @click.option(
     "--choices",
     type=click.Choice(["forced", "none", "equal"]),
     default="forced",
-    help="Besides left and right: nothing, 'neither fits', or 'both alike'.",
+    help="Answers besides left and right: none, 'neither fits', or 'both alike'.",
 )
-@click.option("--rating/--no-rating", default=True, help="Ask for one to five stars.")
-@click.option("--practice", type=click.IntRange(0), default=3, help="Lines for practice, not counted.")
-@click.option("--controls", type=click.IntRange(0), default=3, help="Trials with an obviously wrong take.")
+@click.option("--rating/--no-rating", default=True, help="Also ask for one to five stars.")
 @click.option(
-    "--trials", type=click.IntRange(0), default=0, help="Test trials a participant, at random; 0: all."
+    "--practice", type=click.IntRange(0), default=3, help="Number of practice lines, which are not counted."
+)
+@click.option(
+    "--controls", type=click.IntRange(0), default=3, help="Number of trials with an obviously wrong take."
+)
+@click.option(
+    "--trials",
+    type=click.IntRange(0),
+    default=0,
+    help="Test trials per participant, chosen at random; 0 shows all.",
 )
 @click.option("--title", default="Which animation fits the speech?", help="Heading of the page.")
 @click.option(
-    "--question", default="In which take does the face fit the speech better?", help="What is asked."
+    "--question", default="In which take does the face fit the speech better?", help="The question."
 )
-@click.option("--thanks", default="Thank you. That was all.", help="What is said at the end.")
-@click.option("--post", metavar="URL", default="", help="Where the answers are sent.")
-@click.option("--seed", type=click.IntRange(0), default=0, help="Of the choice of practice lines.")
+@click.option("--thanks", default="Thank you. That was all.", help="Text shown at the end.")
+@click.option("--post", metavar="URL", default="", help="Address that receives the answers.")
+@click.option("--seed", type=click.IntRange(0), default=0, help="Seed of the choice of practice lines.")
 @console_options
 def make(
     takes: tuple[Path, ...],
@@ -104,20 +113,20 @@ def make(
 
 @command.command()
 @click.argument("results", nargs=-1, required=True, type=click.Path(exists=True, path_type=Path))
-@click.option("--ours", metavar="SYSTEM", help="Stands first in its pairs.")
+@click.option("--ours", metavar="SYSTEM", help="System that is named first in its pairs.")
 @renamed_option(
     "--max-failed-controls",
     "--allow",
     type=click.IntRange(0),
     default=0,
-    help="Controls that a participant may fail.",
+    help="Number of control trials that a participant may fail.",
 )
 @click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="Markdown file.")
 @console_options
 def analyse(
     results: tuple[Path, ...], ours: str | None, allow: int, output: Path | None, console: Console
 ) -> None:
-    """Count the answers: wins and losses by majority, preferences, ratings, and tests.
+    """Analyse the answers: wins and losses by majority, preferences, ratings, and tests.
 
     RESULTS are the JSON files that the page made, folders of them, or one CSV with counts by line (columns
     group, ours, other, item, for, against).
@@ -161,7 +170,7 @@ def analyse(
 def screen_participants(
     results: tuple[Path, ...], allow: int
 ) -> tuple[tuple[Participant, ...], tuple[Exclusion, ...]]:
-    """Whose answers count, and whose do not. Raises StudyError when nobody's do."""
+    """Split participants into accepted and excluded. Raises StudyError when none is accepted."""
     from phonanim.study.results import read_results, screen_answers
 
     kept, excluded = screen_answers(read_results(results), allow)

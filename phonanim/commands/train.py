@@ -1,4 +1,4 @@
-"""`phonanim train`: a configuration to a model folder."""
+"""`phonanim train`: train a model from a configuration, and write its folder."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from phonanim.commands import Console, console_options
 @click.option("--plot", is_flag=True, help="Draw loss.csv of the folder as loss.png (extra plots).")
 @console_options
 def command(config: Path, output: Path | None, seed: int | None, plot: bool, console: Console) -> None:
-    """Train a model as a TOML file says, and write its folder.
+    """Train a model from a TOML configuration, and write its folder.
 
     \b
     Examples:
