@@ -1,0 +1,64 @@
+"""Animate a line by the kernels of several processor types, and measure how far the values differ.
+
+    python benchmarks/kernels.py examples/line.TextGrid
+
+OpenBLAS, which multiplies matrices for NumPy, chooses its kernel by OPENBLAS_CORETYPE. A type that this
+processor cannot run ends in an illegal instruction, and is left out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+TYPES = ("Haswell", "Zen", "SkylakeX", "Nehalem", "Prescott")
+
+
+def main() -> None:
+    """Print, for each type, the largest difference to the first one and the share of frames that differ."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
+    parser.add_argument("alignment", type=Path)
+    parser.add_argument("--rig", default="arkit")
+    options = parser.parse_args()
+    first = None
+    print(f"{'type':<12}{'largest':>12}{'frames':>10}")
+    for kind in TYPES:
+        values = animate_by(kind, options.alignment, options.rig)
+        if values is None:
+            print(f"{kind:<12}{'cannot run here':>22}")
+            continue
+        first = values if first is None else first
+        differs = (values != first).any(axis=1).mean()
+        print(f"{kind:<12}{np.abs(values - first).max():>12.1e}{differs:>10.0%}")
+
+
+def animate_by(kind: str, alignment: Path, rig: str) -> np.ndarray | None:
+    """The curves by the kernel of a processor type, (frames, channels); None where it cannot run."""
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder) / "a.npz"
+        command = [
+            sys.executable,
+            "-m",
+            "phonanim",
+            "animate",
+            str(alignment),
+            "-o",
+            str(output),
+            "--rig",
+            rig,
+        ]
+        done = subprocess.run([*command, "-q"], env={**os.environ, "OPENBLAS_CORETYPE": kind}, check=False)
+        if done.returncode:
+            return None
+        with np.load(output) as archive:
+            return np.asarray(archive["values"])
+
+
+if __name__ == "__main__":
+    main()
