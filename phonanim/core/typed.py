@@ -10,7 +10,6 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from phonanim.errors import ModelError, PhonanimError
 
-LARGEST = 1e9  # of a number that anybody sets
 NAMES = {
     int: "a whole number",
     float: "a number",
@@ -48,8 +47,6 @@ def _fits(value: Any, wanted: Any) -> bool:
         return isinstance(value, dict | wanted)
     if isinstance(value, bool):
         return wanted is bool
-    if isinstance(value, (int, float)) and not abs(value) <= LARGEST:  # neither does NaN
-        return False
     return isinstance(value, WRITTEN.get(wanted, wanted))
 
 

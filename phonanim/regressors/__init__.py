@@ -138,8 +138,8 @@ SIZES = (
 )
 """Settings that say how much a model computes."""
 
-MAX_SIZE, MAX_CARD = 4096, 1 << 24
-"""Largest of these settings, and bytes of a model.json."""
+MAX_SIZE, MAX_NUMBER, MAX_CARD = 4096, 1e9, 1 << 24
+"""Largest of these settings, and of all others, and bytes of a model.json."""
 
 TRIAL = 0.1
 """Seconds of silence that a model of phones is tried out with."""
@@ -177,8 +177,10 @@ def make_config(kind: str, values: dict[str, Any], where: str) -> Any:
             raise ModelError(f"{where}: {kind} has no setting {key!r}; {hint}")
     check_types(values, config, where)
     for key, value in values.items():
-        if key in SIZES and max(value if isinstance(value, (list, tuple)) else [value], default=0) > MAX_SIZE:
-            raise ModelError(f"{where}: {key} is {value!r:.40}; the most is {MAX_SIZE}")
+        most = MAX_SIZE if key in SIZES else MAX_NUMBER
+        listed = value if isinstance(value, (list, tuple)) else [value]
+        if any(isinstance(item, (int, float)) and not abs(item) <= most for item in listed):  # nor is NaN
+            raise ModelError(f"{where}: {key} is {value!r:.40}; the most is {most:g}")
     return config(**{key: tuple(v) if isinstance(v, list) else v for key, v in values.items()})
 
 
