@@ -8,7 +8,6 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from phonanim.core.decode import read_json
 from phonanim.core.lexicon import search_path
 from phonanim.errors import ModelError
 
@@ -59,6 +58,10 @@ def find_model(name: str) -> Path:
 
 def read_card(path: Path) -> dict[str, Any]:
     """The model.json of a model folder. Raises ModelError."""
+    from phonanim.core.decode import (
+        read_json,
+    )  # imports NumPy, which comes after the number of threads is set
+
     try:
         card = read_json(path / CARD, MAX_CARD)
     except (OSError, ValueError) as error:

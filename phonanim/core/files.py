@@ -136,7 +136,8 @@ def _writable(path: Path) -> Path:
     target = Path(os.path.realpath(path.parent)) / path.name
     if target.is_dir():
         raise OutputError(f"{path}: is a folder; name a file in it")
-    if (target.exists() and not target.is_file()) or target.parts[:2] in DEVICES:
+    system = target.is_symlink() and target.parts[:2] in DEVICES
+    if system or (target.exists() and not target.is_file()):
         raise OutputError(f"{path}: is not a plain file; name another")
     if not target.parent.is_dir():
         raise OutputError(f"{path}: the folder {target.parent} does not exist; create it first")
