@@ -20,7 +20,7 @@ from phonanim.core.version import __version__
 from phonanim.errors import PhonanimError
 
 BAD_INPUT = 2
-CLOSED_PIPE = 141  # as a shell has it for SIGPIPE
+CLOSED_PIPE = 141  # the exit code that shells use for SIGPIPE
 INTERRUPTED = 130
 
 
@@ -33,7 +33,7 @@ class CommandFolder(click.Group):
         return sorted(path.stem for path in folder.glob("[a-z]*.py"))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The object called `command` in the file of that name."""
+        """The object `command` in the file with that name."""
         if cmd_name not in self.list_commands(ctx):
             return None
         command: click.Command = import_module(f"phonanim.commands.{cmd_name}").command
@@ -83,13 +83,13 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 
 def _report_system_error(error: OSError | MemoryError | UnicodeEncodeError) -> int:
-    """Report what the system refuses, in one line."""
+    """Report operating-system errors in one line."""
     if isinstance(error, MemoryError):
         return _complain("phonanim: there is not enough memory for this; close programs, or cut the input")
     if isinstance(error, UnicodeEncodeError):
         return _complain(f"phonanim: {error.object!r:.200} is not UTF-8; rename the file")
     _discard_output()
-    if isinstance(error, BrokenPipeError):  # whoever read the output has enough of it
+    if isinstance(error, BrokenPipeError):  # the reader of the output closed it
         return CLOSED_PIPE
     place = f"{error.filename}: " if error.filename else ""
     return _complain(f"phonanim: {place}{error.strerror or error}")
@@ -100,26 +100,26 @@ def main() -> NoReturn:
     open_standard_streams()
     warnings.simplefilter(
         "ignore", RuntimeWarning
-    )  # of NumPy: what is not finite is reported where it counts
+    )  # of NumPy: non-finite values are reported where they matter
     sys.exit(run())
 
 
 def open_standard_streams() -> None:
-    """Give a process that was started without stdin, stdout or stderr an empty one in its place.
+    """Open an empty stdin, stdout or stderr where the process was started without one.
 
-    Otherwise the next file that is opened would take the number, and get what is printed.
+    Otherwise the next opened file would get that file number, and printed text would be written into it.
     """
     for number, (name, mode) in enumerate((("stdin", "r"), ("stdout", "w"), ("stderr", "w"))):
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, os.O_RDONLY if mode == "r" else os.O_WRONLY)  # the lowest number that is free
+            os.open(os.devnull, os.O_RDONLY if mode == "r" else os.O_WRONLY)  # the lowest free number
         if getattr(sys, name) is None:
             setattr(sys, name, os.fdopen(number, mode, closefd=False))
 
 
 def _discard_output() -> None:
-    """Drop what is still to be written to stdout, so that the end of Python does not fail on it."""
+    """Discard unwritten stdout, so that Python does not fail on it at exit."""
     void = os.open(os.devnull, os.O_WRONLY)
     with suppress(OSError, ValueError, AttributeError):
         os.dup2(void, sys.stdout.fileno())
@@ -127,7 +127,7 @@ def _discard_output() -> None:
 
 
 def _sentence(message: str) -> str:
-    """Click's message as the start of a longer line."""
+    """Click's message as the first part of a longer line."""
     return " ".join(message.split()).rstrip(".")
 
 

@@ -1,4 +1,4 @@
-"""How a line is animated."""
+"""The options of an animation."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from phonanim.errors import OptionError
 
 @dataclass(frozen=True, slots=True)
 class Overlay:
-    """A pose or an animation laid over the speech: a file or a shipped name, times `gain`.
+    """A pose or an animation added to the speech: a file or a shipped name, times `gain`.
 
-    It shows from `span[0]` to `span[1]` seconds of the line, all along when there is no span.
+    It is active from `span[0]` to `span[1]` seconds of the line, or in the whole line when `span` is None.
     """
 
     source: str
@@ -28,7 +28,7 @@ class Overlay:
 
 @dataclass(frozen=True, slots=True)
 class Emotion:
-    """An emotion of lexicon/emotions and how much of it, from `span[0]` to `span[1]` seconds or all along."""
+    """An emotion of lexicon/emotions with its weight; `span` as in `Overlay`, in seconds."""
 
     name: str
     weight: float = 1.0
@@ -37,19 +37,19 @@ class Emotion:
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """How a line is animated; the defaults suit speech of any aligner on the shipped head.
+    """The options of an animation; the defaults suit speech from any aligner on the shipped head.
 
-    `model` and `rig` are names or paths, `fps` is in hertz, `tier` is found when it is None,
-    `speaker` is needed where several people speak, `lexicon` (a dictionary's path) where a file has
-    words alone, `fallback` is the language to take where `language` is one that nobody wrote.
+    `model` and `rig` are names or paths, `fps` is in hertz, `tier` is detected when it is None. `speaker` is
+    required where several people speak, `lexicon` (a dictionary's path) where a file has words only.
+    `fallback` is the language to use where `language` does not exist.
     `intensity`, `jaw`, `lips`, `rounding`, `quickness`, `reduction` and `hold` are dials; a style sets them.
-    `loudness` is how much the mouth follows the level of a recording, `level` the level in dB of full scale
-    that speech usually has, that of the line itself when it is None.
-    `gains` are of single controls, by name; `smooth` is seconds.
-    `life` is how much there is of what the face does besides speaking: 0 is the mouth alone, a table has a
-    number by behaviour (blinks, gaze, head, brows, breath), 1 where none is named. `life_seed` is its seed,
-    that of the line's name when it is None, and `blinks` that of the blinks alone. `look_at` is where the
-    listener's eyes are, in metres to the left, up and ahead of the speaker's.
+    `loudness` scales how much the mouth follows the level of a recording. `level` is the usual level of the
+    speech in dB of full scale; the level of the line itself when it is None.
+    `gains` scale single controls, by name; `smooth` is in seconds.
+    `life` scales motion besides speech: 0 animates only the mouth. A mapping has a number for each behaviour
+    (blinks, gaze, head, brows, breath); a behaviour that is not named has 1. `life_seed` is its seed, derived
+    from the line's name when it is None; `blinks` is a separate seed for blinks. `look_at` is the position of
+    the listener's eyes, in metres to the left, up and ahead of the speaker's.
     60 frames per second show a closure of 30 ms, which 24 or 30 may miss.
 
     Examples:
@@ -89,7 +89,7 @@ class Options:
     emotions: tuple[Emotion, ...] = ()
 
     def plain(self) -> dict[str, Any]:
-        """The options as JSON reads them back, files by their names, which are the same on every machine."""
+        """The options as JSON values; files appear by name, so the result is the same on every machine."""
         overlays = [replace(overlay, source=PurePath(overlay.source).name) for overlay in self.overlays]
         lexicon = PurePath(self.lexicon).name if self.lexicon else None
         rig, model = PurePath(self.rig).name, PurePath(self.model).name
@@ -101,9 +101,9 @@ DEFAULTS = Options()
 
 
 def make_options(options: Options | None, settings: Mapping[str, Any]) -> Options:
-    """Options with single ones set by name.
+    """Options with some of them set by name.
 
-    Raises OptionError for an unknown name, with the nearest, and for a value of another type.
+    Raises OptionError for an unknown name, suggesting the nearest, and for a value of the wrong type.
     """
     known = [field.name for field in fields(Options)]
     for name in settings:

@@ -1,4 +1,4 @@
-"""The whole path: an alignment in, an animation out."""
+"""The whole pipeline: from an alignment to an animation."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from phonanim.speech.phones import PhoneTrack
 
 @dataclass(frozen=True, slots=True)
 class AnimationResult:
-    """An animation with what it was made from: the phones, and the face's modes (frames, modes)."""
+    """An animation with its intermediate results: the phones, and the face's modes (frames, modes)."""
 
     animation: Animation
     track: PhoneTrack
@@ -65,19 +65,19 @@ def animate(
 ) -> Animation:
     """Read an alignment and move a rig.
 
-    The frames lie at n / fps seconds, from 0 to the end of the alignment. `provenance["notes"]` of the result
-    lists the labels that had to be replaced (option `unknown`).
+    The frames are at n / fps seconds, from 0 to the end of the alignment. `provenance["notes"]` of the result
+    lists the labels that were replaced (option `unknown`).
 
     Args:
         path: An alignment, or a recording when the model is audio-driven.
         options: How to animate; the defaults of `Options` when it is None.
-        audio: The recording, when it does not lie beside the alignment.
+        audio: The recording, when it is not beside the alignment.
         settings: Single options by name, such as `rig="arkit"` or `fps=30`; they override `options`.
             `style` sets the dials of a style, such as "clear".
 
     Raises:
-        PhonanimError: The one of the step that fails: OptionError for an unknown option, AlignmentError for
-            a file that cannot be read, LabelError for a label that the language does not have.
+        PhonanimError: The error of the step that fails: OptionError for an unknown option, AlignmentError
+            for a file that cannot be read, LabelError for a label that the language does not have.
 
     Examples:
         >>> import phonanim
@@ -93,7 +93,7 @@ def animate(
 
 
 def animate_detailed(path: Path, options: Options = DEFAULTS, audio: Path | None = None) -> AnimationResult:
-    """The same, with the steps in between: each is one module."""
+    """The same as `animate`, with intermediate results; each step is one module."""
     model, rig = load_model(options.model), load_cached_rig(options.rig)
     source = read_speech_input(path, options, audio, model.regressor.input_modality)
     track, frames = source.track, frame_count(source.track.duration, options.fps)
@@ -137,9 +137,9 @@ def predict_controls(
     sound: Sound | None = None,
     loudness: Loudness | None = None,
 ) -> Motion:
-    """The motion at start + n / fps seconds of a track, as loud as `loudness` says, or as usual.
+    """The motion at start + n / fps seconds of a track, at the level of `loudness`, or at the usual level.
 
-    All that decides a frame lies near it, so a stream may ask for a few at a time.
+    A frame depends only on what is near it, so a stream can compute a few frames at a time.
     """
     modes = model.predict(track, options.fps, frames, start, sound)
     if options.contacts:
@@ -161,7 +161,7 @@ def predict_controls(
 
 
 def articulates(options: Options, rig: Rig, track: PhoneTrack) -> bool:
-    """Whether articulation moves the rig: not where modes do, nor where no phone is known."""
+    """Whether articulation moves the rig. False where modes move it, and where there are no phones."""
     return options.retarget in ("auto", "articulation") and rig.speaks and bool(track.codes.any())
 
 
@@ -172,14 +172,14 @@ def _spoken(
     times: NDArray[np.float64],
     loudness: Loudness | None,
 ) -> Articulation:
-    """Articulation as strong as options, stress, rate and loudness ask for."""
+    """Articulation scaled by the options, stress, rate and loudness."""
     louder = None if loudness is None else options.loudness * loudness.at(times)
     gains = effort_gains(track, times, options.reduction, options.hold, louder)
     return scale_articulation(mouth, options.intensity, options.jaw, options.lips, gains, options.rounding)
 
 
 def apply_edit_file(animation: Animation, path: Path, options: Options = DEFAULTS) -> Animation:
-    """The animation with the edits of a file done again; `provenance["notes"]` tells which did not fit.
+    """The animation with the edits of a file applied; `provenance["notes"]` lists those that did not fit.
 
     Raises OptionError when the file cannot be read as edits.
     """
@@ -190,7 +190,7 @@ def apply_edit_file(animation: Animation, path: Path, options: Options = DEFAULT
 
 
 def load_model(name: str | Path) -> regressors.Model:
-    """A model by the name that `phonanim models` lists, or by the path of its folder; read once.
+    """Load a model by its name in `phonanim models`, or by the path of its folder. It is read once.
 
     Raises:
         ModelError: There is no such model, or its folder is damaged.
@@ -214,7 +214,7 @@ load_cached_rig = lru_cache(maxsize=64)(load_rig)
 
 @lru_cache(maxsize=8)
 def model_hash(name: str) -> str:
-    """A hash of everything in a model's folder."""
+    """A hash of all files in a model's folder."""
     return content_hash(find_model(name))
 
 

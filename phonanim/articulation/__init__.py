@@ -1,7 +1,7 @@
-"""Articulation: what the jaw, the lips and the tongue do, in millimetres, between phones and a rig.
+"""Articulation: the motion of jaw, lips and tongue in millimetres, computed from phones and applied to a rig.
 
 `channels` names the measures, `table` reads the targets of lexicon/articulation.csv, `trajectories` blends
-them over time, `closures` keeps contacts.
+them over time, `closures` enforces contacts.
 """
 
 from phonanim.articulation.channels import CHANNELS, Articulation

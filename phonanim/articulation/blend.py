@@ -1,8 +1,8 @@
-"""A learned face and targets together: the face carries the timing, the targets tell phones apart.
+"""Blend a learned face with phone targets: the face gives the timing, the targets separate the phones.
 
-A tracker of landmarks sees no jaw and, with one camera, hardly how far lips stand out, so these come from
-phones alone, and the upper lip too. Lip gap and width are the mean of what the face does and of what the
-targets ask for; in silence the targets have it all, since a learned face that waits is not quite closed.
+A landmark tracker cannot measure the jaw and, with one camera, hardly measures lip protrusion. These channels
+and the upper lip therefore come from phones alone. Lip gap and width are the mean of the learned face and the
+targets. In silence only the targets count, because a learned face at rest is not quite closed.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from phonanim.speech.phones import PhoneTrack
 Array = NDArray[np.float64]
 
 LEARNED = {"lip_gap": 0.45, "lip_width": 0.5}
-"""Share of the learned face in each channel; the targets have the rest, and channels not named here whole."""
+"""Share of the learned face in each channel. Targets have the rest, and all of a channel not named here."""
 ROUNDED_OWN = 0.7
-"""What rounded gestures take of the learned face's share of the width: a learned face rounds too little."""
+"""Reduction of the learned face's share of the width in rounded gestures, which it rounds too little."""
 HUSH = 0.06  # seconds: the spread of silence in time
 
 
@@ -38,10 +38,11 @@ def blend_articulation(
     contacts: bool = True,
     quickness: float = 1.0,
 ) -> Articulation:
-    """What the mouth does by a predicted face and by phones, (frames, landmarks, 3) mm -> (frames, channels).
+    """Articulation from a predicted face and phones, (frames, landmarks, 3) mm -> (frames, channels).
 
-    `closed` (landmarks, 3) is the face with its lips shut, at rest; `times` (frames,) seconds rise. Lips and
-    teeth wholly meet unless `contacts` is off. With more `quickness`, gestures come and go faster.
+    `closed` (landmarks, 3) is the face at rest with closed lips; `times` (frames,) are rising seconds.
+    Contacts of lips and teeth are enforced unless `contacts` is off. With more `quickness`, gestures begin
+    and end faster.
     """
     targets = read_targets()
     if quickness != 1.0:
@@ -59,14 +60,14 @@ def blend_articulation(
         values[:, place] = share * (seen[name] - rest[name]) + (1 - share) * values[:, place]
     change = values[:, CHANNELS.index("lip_gap")] - gap
     teeth = CHANNELS.index("lower_lip_to_teeth")
-    values[:, teeth] = np.maximum(values[:, teeth] + change, 0)  # the lower lip goes with the gap
+    values[:, teeth] = np.maximum(values[:, teeth] + change, 0)  # the lower lip follows the gap
     if contacts:
         enforce_contacts(values, track, times)
     return Articulation(values)
 
 
 def lip_channels(shapes: NDArray[np.floating], face: FaceModel) -> dict[str, Array]:
-    """The channels that landmarks show, (frames, landmarks, 3) mm -> (frames,) each, not from rest."""
+    """The channels that landmarks show, (frames, landmarks, 3) mm -> (frames,) each, not relative to rest."""
     upper = face.rows((UPPER_LIP_INNER,))[0]
     return {
         "lip_gap": lip_aperture(shapes, face),

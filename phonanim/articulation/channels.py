@@ -21,7 +21,7 @@ CHANNELS = (
     "tongue_body_height",
     "tongue_body_front",
 )
-"""Millimetres each.
+"""The channels, in millimetres.
 
 `jaw` is how far the lower incisors are below where the teeth touch, `lip_gap` the distance of the inner lips
 (at or below 0 they touch), `lower_lip_to_teeth` the distance of the lower lip from the edge of the upper
@@ -38,7 +38,7 @@ class Articulation:
     channels: tuple[str, ...] = CHANNELS
 
     def channel(self, name: str) -> Array:
-        """One channel, (frames,) mm. Raises KeyError when there is none of this name."""
+        """One channel, (frames,) mm. Raises KeyError for an unknown name."""
         if name not in self.channels:
             raise KeyError(f"no channel {name}; there are {', '.join(self.channels)}")
         return self.values[:, self.channels.index(name)]

@@ -1,7 +1,7 @@
-"""What is kept whatever is blended: lips close on p b m, meet the teeth on f v, teeth near in sibilants.
+"""Contacts that blending must keep: lips close on p b m, meet the teeth on f v, teeth are close in sibilants.
 
-A blend of targets leaves a closure of 30 ms between open vowels half open. Here a channel is bounded from
-above while such a gesture lasts, and the bound is released along half a cosine: lips do not jump.
+Blending alone leaves a closure of 30 ms between open vowels half open. This module limits a channel from
+above during such a gesture. The limit is released along half a cosine, so that lips do not jump.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 
-CORE = 0.4  # share of the gesture that has the contact whole
-LEAST = 0.042  # seconds that the contact lasts at least: a frame of film
+CORE = 0.4  # share of the gesture that has full contact
+LEAST = 0.042  # minimum seconds of contact: a frame of film
 RAMP = 0.06  # seconds before and after it
-RISE = 16.0  # mm, more than a channel ever exceeds its limit by, so that the bound ends with its ramp
+RISE = 16.0  # mm, more than any channel exceeds its limit, so that the bound ends with its ramp
 # Column of lexicon/gestures.csv, channel, limit in mm. Lips press on each other (Löfqvist and Gracco 1996).
 LIMITS = (
     ("lip_closure", "lip_gap", -0.5),
@@ -28,7 +28,7 @@ LIMITS = (
 
 
 def enforce_contacts(values: Array, track: PhoneTrack, times: Array) -> None:
-    """Bound channels at rising instants in place, (frames, channels) mm at (frames,) seconds."""
+    """Limit channels in place, (frames, channels) mm at (frames,) seconds in rising order."""
     parts = split_parts(track)
     gestures = GESTURES.part_gesture[parts.parts]
     for column, channel, limit in LIMITS:

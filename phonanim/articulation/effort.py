@@ -1,9 +1,9 @@
 """How strongly a line is spoken: gains over time by stress, rate, loudness and held vowels.
 
-Each is a factor around 1 of a channel's distance from rest, for `scale_articulation`, which keeps contacts.
-Stress: stressed vowels open the jaw more (Erickson and Kawahara 2016, Linguistics Vanguard 2). Rate: fast
-speech takes more from the jaw than from the lips (benchmarks/effort.py). Loudness: lip aperture and jaw grow
-by about 4 % per dB, protrusion does not follow.
+Each gain is a factor around 1 of a channel's distance from rest. `scale_articulation` applies it and keeps
+contacts. Stress: stressed vowels open the jaw more (Erickson and Kawahara 2016, Linguistics Vanguard 2).
+Rate: fast speech reduces the jaw more than the lips (benchmarks/effort.py). Loudness: lip aperture and jaw
+grow by about 4 % per dB; protrusion does not change.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ Array = NDArray[np.float64]
 
 PER_DECIBEL = 0.04  # of jaw and lip gap: 0.034, 0.041 and 0.047 in three speakers
 STRESSED = 0.04  # of jaw and lip gap, more in stressed vowels and less in unstressed ones
-STRESS_SIGMA = 0.04  # seconds that stress spreads
-USUAL = 4.2  # syllables a second that change nothing: the mean of read English (LJSpeech)
+STRESS_SIGMA = 0.04  # seconds over which stress spreads
+USUAL = 4.2  # syllables a second at which nothing changes: the mean of read English (LJSpeech)
 JAW_RATE, LIP_RATE = 0.12, 0.05  # exponents of the rate, the best for eight sentences of sensors
-RATE_SIGMA = 0.18  # seconds; 0.72 to either side decide
-PAUSING = 0.1  # share of a usual voice that takes part, so that a rate fades out in pauses
-RATES = 2.0, 9.0  # syllables a second; more or less changes no more
-HELD = 0.6  # seconds of a vowel that is held
+RATE_SIGMA = 0.18  # seconds; 0.72 on either side have an influence
+PAUSING = 0.1  # weight of the usual rate, so that the rate returns to it in pauses
+RATES = 2.0, 9.0  # syllables a second; the rate is clipped to this range
+HELD = 0.6  # seconds after which a vowel counts as held
 BREATHING = 0.07  # of jaw and lip gap, up and down in a held vowel
-WAVES = (0.7, 1.0), (1.13, 0.5)  # hertz and share: two that never fall together, so that nothing repeats
-SETTLING = 0.3  # seconds in which the variation of a held vowel comes and goes
+WAVES = (0.7, 1.0), (1.13, 0.5)  # hertz and share: two waves without a common period, so that nothing repeats
+SETTLING = 0.3  # seconds in which the variation of a held vowel fades in and out
 FOLLOWING = ("jaw", "lip_gap", "upper_lip")
 SILENT = INVENTORY.code(SILENCE)
 
@@ -39,8 +39,8 @@ def effort_gains(
 ) -> dict[str, Array]:
     """Factors of jaw, lip gap and upper lip at rising instants, (frames,) seconds -> (frames,) each.
 
-    `reduction` is how much stress and rate do, `hold` how much a held vowel varies; `decibels` (frames,) is
-    how much louder than usual the speech is, from `phonanim.speech.loudness`.
+    `reduction` scales the effect of stress and rate, `hold` the variation of a held vowel. `decibels`
+    (frames,) is the level of the speech above its usual level, from `phonanim.speech.loudness`.
     """
     common = np.ones(len(times)) if decibels is None else 1 + PER_DECIBEL * decibels
     common *= 1 + hold * held_variation(track, times)
@@ -53,7 +53,7 @@ def effort_gains(
 def stress_curve(track: PhoneTrack, times: Array) -> Array:
     """Stress over time, (frames,): 1 in stressed vowels, 0.5 in secondary stress, -1 in unstressed ones.
 
-    0 where nothing is marked. A mark on consonants is that of the vowel which follows.
+    0 where no stress is marked. A mark on consonants applies to the next vowel.
     """
     marks = vowel_stress(track)
     known = np.isfinite(marks)
@@ -62,7 +62,7 @@ def stress_curve(track: PhoneTrack, times: Array) -> Array:
 
 
 def vowel_stress(track: PhoneTrack) -> Array:
-    """The stress of each segment, (segments,): that of vowels as `speech.prosody.stress` has it, else NaN."""
+    """The stress of each segment, (segments,): for vowels as in `speech.prosody.stress`, else NaN."""
     marks = np.array([stress(label) for label in track.labels])
     vowels = VOWELS[track.codes]
     found = np.full(len(marks), np.nan)
@@ -75,9 +75,9 @@ def vowel_stress(track: PhoneTrack) -> Array:
 
 
 def syllable_rate(track: PhoneTrack, times: Array) -> Array:
-    """Syllables a second of the speech about each instant, (frames,); pauses take no part.
+    """Syllables a second of the speech around each instant, (frames,); pauses do not count.
 
-    Without speech near, it is USUAL.
+    It is USUAL where there is no speech near.
     """
     spoken = track.codes != SILENT
     each = VOWELS[track.codes] / np.diff(track.bounds)
@@ -87,7 +87,7 @@ def syllable_rate(track: PhoneTrack, times: Array) -> Array:
 
 
 def held_variation(track: PhoneTrack, times: Array) -> Array:
-    """A slow variation within held vowels, (frames,) about 0: a mouth that holds still looks frozen."""
+    """A slow variation within held vowels, (frames,) around 0: a motionless mouth looks frozen."""
     total = np.zeros(len(times))
     held = VOWELS[track.codes] & (np.diff(track.bounds) > HELD)
     for begin, end in zip(track.bounds[:-1][held], track.bounds[1:][held], strict=True):
@@ -99,7 +99,7 @@ def held_variation(track: PhoneTrack, times: Array) -> Array:
 
 
 def local_sums(bounds: Array, values: Array, times: Array, sigma: float) -> Array:
-    """Values of segments smoothed by a Gaussian of time, (n, segments) -> (n, frames) at rising instants."""
+    """Values of segments smoothed in time by a Gaussian, (n, segments) -> (n, frames) at rising instants."""
     total = np.zeros((len(values), len(times)))
     chosen = np.flatnonzero(values.any(axis=0))
     begins, ends = bounds[:-1][chosen], bounds[1:][chosen]

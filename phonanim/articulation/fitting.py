@@ -1,9 +1,9 @@
-"""Targets and weights from recordings, drawn to a table made by hand where recordings say little.
+"""Fit targets and weights to recordings, with a handmade table as the prior where there is little data.
 
 One channel at a time: y(t) = a_s + b_s sum_i w_i T_i K_i(t) / sum_i w_i K_i(t) of trajectories.py for speaker
-s. T and log w are normal around the prior table, alike for gestures of like articulation; so are the
-speakers' scales b. The most probable values are found by Gauss-Newton steps (a mixed model, with speakers
-as the groups).
+s. T and log w have a normal prior around the table, correlated for gestures of similar articulation; the
+speakers' scales b have a normal prior too. Gauss-Newton steps find the most probable values (a mixed model
+with speakers as the groups).
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 
-NOISE = 0.6  # of a speaker's standard deviation: what phones leave open
-LASTS = 0.05  # seconds; frames nearer than this say the same again
-SHARED = 0.5  # share of a gesture's deviation that gestures of like articulation share
+NOISE = 0.6  # of a speaker's standard deviation: the part that phones do not explain
+LASTS = 0.05  # seconds; frames nearer than this are not independent
+SHARED = 0.5  # share of a gesture's deviation that gestures of similar articulation have in common
 SCALES = {True: 0.25, False: 1.0}  # sd of the log scale of a speaker measured in mm, or in unknown units
 ITERATIONS, STEP, SETTLED = 15, 0.5, 5e-3
 
@@ -31,7 +31,7 @@ ITERATIONS, STEP, SETTLED = 15, 0.5, 5e-3
 class Observation:
     """One channel of one recording: `values` (frames,) at `times` (frames,) seconds of `track`.
 
-    `spacing` is the seconds between frames, `in_mm` whether the unit is known, `share` how much it counts.
+    `spacing` is the seconds between frames, `in_mm` is whether the unit is known, `share` is its weight.
     """
 
     speaker: str
@@ -61,7 +61,7 @@ class Channel:
 
 @dataclass(frozen=True)
 class Freedom:
-    """How far a fit may go from its prior: standard deviations of targets (mm) and of log weights."""
+    """The strength of the prior: standard deviations of targets (mm) and of log weights."""
 
     target: float
     weight: float
@@ -100,7 +100,7 @@ def _parts(state: Array) -> tuple[Array, Array, Array]:
 def _start(
     observations: Sequence[Observation], kernels: Sequence[Array], prior: Channel, speakers: Sequence[str]
 ) -> Array:
-    """The prior, with each speaker's offset and, where the unit is not known, scale as they are."""
+    """The prior, with each speaker's offset, and scale where the unit is unknown, from the data."""
     own = []
     for speaker in speakers:
         chosen = [n for n, one in enumerate(observations) if one.speaker == speaker]
@@ -130,7 +130,7 @@ def _precision(observations: Sequence[Observation], speakers: Sequence[str], fre
 
 
 def _linearized(one: Observation, kernel: Array, state: Array, speaker: int) -> tuple[Array, Array]:
-    """Slope of the model in every unknown, (frames, unknowns), and what it leaves, (frames,)."""
+    """Jacobian of the model, (frames, unknowns), and residual, (frames,)."""
     target, weight, own = _parts(state)
     offset, scale = own[speaker, 0], np.exp(own[speaker, 1])
     pulls = kernel * np.exp(weight)

@@ -1,4 +1,4 @@
-"""More or less articulation: each channel scaled around the mouth at rest, with its contacts kept."""
+"""Scale articulation: each channel is scaled around the mouth at rest, and contacts are kept."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from phonanim.articulation.channels import CHANNELS, Articulation
 Array = NDArray[np.float64]
 
 LIPS = ("lip_gap", "lip_width", "protrusion", "upper_lip")
-TEETH_NEAR = 1.5  # mm of jaw: less is teeth that nearly meet (s z sh zh ch jh), which stay as they are
+TEETH_NEAR = 1.5  # mm of jaw: below this, teeth nearly meet (s z sh zh ch jh) and the jaw is not scaled
 
 
 def scale_articulation(
@@ -25,9 +25,10 @@ def scale_articulation(
 ) -> Articulation:
     """Scale channels, (frames, channels) mm; 1 changes nothing, 0 is a closed mouth at rest.
 
-    `intensity` scales jaw and lips, `jaw` and `lips` theirs, `own` single channels, by one number or by one a
-    frame, `rounding` how far lips stand out and how narrow they are. Lips that touch, a lower lip on the
-    teeth and teeth that nearly meet stay so; the tongue, which finds its places by contact, keeps.
+    `intensity` scales jaw and lips, `jaw` and `lips` scale their own channels, `rounding` scales protrusion
+    and narrowing of the lips. `own` scales single channels, by one number or by one per frame. Closed lips,
+    a lower lip on the teeth and nearly closed teeth stay so. The tongue is not scaled, because it articulates
+    by contact.
     """
     gains: dict[str, float | Array] = dict.fromkeys(CHANNELS, 1.0)
     gains |= {"jaw": intensity * jaw} | dict.fromkeys(LIPS, intensity * lips)

@@ -1,4 +1,4 @@
-"""Styles: named settings of the dials, so that a table can say "shouted" instead of three numbers."""
+"""Styles: named settings of the dials, so that a table can use "shouted" instead of three numbers."""
 
 from __future__ import annotations
 

@@ -23,10 +23,10 @@ CHANNELS_FILE = LEXICON / "articulation_channels.csv"
 
 @dataclass(frozen=True)
 class Targets:
-    """Where each gesture takes each channel, and how firmly.
+    """The target of each gesture in each channel, and its weight.
 
     `target` (gestures, channels) mm and `weight` (gestures, channels), in the order of `GESTURES.names` and
-    CHANNELS. A weight is resistance to neighbours: coarticulation goes with the ratio of weights. `sigma`
+    CHANNELS. A weight is resistance to neighbours: coarticulation depends on the ratio of weights. `sigma`
     (channels,) seconds is the spread of a gesture in time, `lead` (channels,) seconds is how much earlier
     a rounded gesture begins.
     """
@@ -39,7 +39,7 @@ class Targets:
 
 @lru_cache(maxsize=8)
 def read_targets(targets: Path = TARGETS_FILE, channels: Path = CHANNELS_FILE) -> Targets:
-    """Read both tables. Raises ModelError naming the row that is not valid, or what is missing."""
+    """Read both tables. Raises ModelError that names the invalid or missing row."""
     shape = len(GESTURES.names), len(CHANNELS)
     target, weight = np.full(shape, np.nan), np.full(shape, np.nan)
     for number, row in enumerate(_rows(targets), start=2):

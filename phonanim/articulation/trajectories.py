@@ -1,11 +1,11 @@
-"""Phones -> what the mouth does, in millimetres: targets, blended over time by their weights.
+"""Phones -> articulation in millimetres: targets, blended over time by their weights.
 
-Each gesture (lexicon/gestures.csv; diphthongs and affricates have two) draws a channel to its target for as
-long as it lasts, more firmly the greater its weight, with a soft beginning and end:
+Each gesture (lexicon/gestures.csv; diphthongs and affricates have two) pulls a channel to its target while it
+lasts. A greater weight pulls more strongly. The pull has a soft beginning and end:
 
     y(t) = sum_i w_i T_i K_i(t) / sum_i w_i K_i(t),    K_i = the box of gesture i, convolved with a Gaussian
 
-(after Cohen and Massaro 1993, with another kernel). All that decides an instant lies within `reach` of it.
+(after Cohen and Massaro 1993, with another kernel). An instant depends only on gestures within `reach` of it.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 
-CUT = 4.0  # standard deviations after which a Gaussian has ended
+CUT = 4.0  # standard deviations at which the Gaussian is cut off
 _AT = np.linspace(-CUT, CUT, 4097)
 _CDF = np.array([0.5 * (1 + math.erf(x / math.sqrt(2)) / math.erf(CUT / math.sqrt(2))) for x in _AT])
-BLOCK = 8192  # instants at a time, so that what they need stays in the cache
+BLOCK = 8192  # instants per block, so that their data fit in the cache
 ROUNDED = (
     GESTURES.articulation[:, [GESTURES.columns.index(c) for c in ("rounding", "protrusion")]].max(axis=1) > 0
 )
@@ -35,10 +35,10 @@ ROUNDED = (
 def articulate(
     track: PhoneTrack, times: Array, targets: Targets | None = None, contacts: bool = True
 ) -> Articulation:
-    """What the mouth does at instants, (frames,) seconds in rising order -> (frames, channels) mm.
+    """Articulation at instants, (frames,) seconds in rising order -> (frames, channels) mm.
 
-    Before and after the track is silence: a closed, relaxed mouth. Lips close on p b m and meet the teeth on
-    f v wholly, unless `contacts` is off.
+    Before and after the track is silence: a closed, relaxed mouth. Lips fully close on p b m and meet the
+    teeth on f v, unless `contacts` is off.
     """
     targets = targets or read_targets()
     gestures, bounds = _gestures(track)
@@ -53,7 +53,7 @@ def articulate(
 
 
 def gesture_kernels(track: PhoneTrack, times: Array, sigma: float, lead: float) -> Array:
-    """K summed over the segments of each gesture, (frames, gestures): what a fit of targets needs."""
+    """K summed over the segments of each gesture, (frames, gestures), for fitting targets."""
     gestures, bounds = _gestures(track)
     begins = bounds[:-1] - lead * ROUNDED[gestures]
     kernels = np.zeros((len(times), len(GESTURES.names)))
@@ -66,7 +66,7 @@ def gesture_kernels(track: PhoneTrack, times: Array, sigma: float, lead: float) 
 
 
 def reach(targets: Targets) -> float:
-    """Seconds to either side of an instant within which all lies that decides it."""
+    """Seconds on either side of an instant that can influence it."""
     return float((CUT * targets.sigma + targets.lead).max())
 
 
@@ -81,8 +81,8 @@ def _gestures(track: PhoneTrack) -> tuple[NDArray[np.int64], Array]:
 def _blend(gestures: NDArray[np.int64], bounds: Array, times: Array, targets: Targets, channel: int) -> Array:
     """One channel at instants, (frames,).
 
-    The sums go over the gestures near an instant, in the order of time, so that they come out the same
-    whichever instants are asked for at once.
+    The sums run over the gestures near an instant, in time order, so that the result does not depend on which
+    other instants are computed in the same call.
     """
     sigma, lead = targets.sigma[channel], targets.lead[channel]
     begins, ends = bounds[:-1] - lead * ROUNDED[gestures], bounds[1:]

@@ -70,7 +70,7 @@ class Gain(click.FloatRange):
 
 
 def read_level(text: str | None) -> float | None:
-    """The level of speech that is usual, if that is said."""
+    """Parse the usual level of speech, if it is given."""
     from phonanim.inputs.level import parse_level
 
     return parse_level(text) if text else None
@@ -128,18 +128,26 @@ OPTIONS = (
     click.option("--jaw", type=GAIN, default=DEFAULTS.jaw, help="Scale the motion of the jaw."),
     click.option("--lips", type=GAIN, default=DEFAULTS.lips, help="Scale the motion of the lips."),
     click.option(
-        "--rounding", type=GAIN, default=DEFAULTS.rounding, help="Scale how far lips stand out and narrow."
+        "--rounding",
+        type=GAIN,
+        default=DEFAULTS.rounding,
+        help="Scale the protrusion and narrowing of the lips.",
     ),
     click.option(
         "--quickness",
         type=Gain(0.5, 2),
         default=DEFAULTS.quickness,
-        help="How fast the mouth changes phones.",
+        help="Speed of the transitions between phones.",
     ),
     click.option(
-        "--reduction", type=GAIN, default=DEFAULTS.reduction, help="How much stress and speech rate do."
+        "--reduction",
+        type=GAIN,
+        default=DEFAULTS.reduction,
+        help="Scale the effect of stress and speech rate.",
     ),
-    click.option("--hold", type=GAIN, default=DEFAULTS.hold, help="How much a held vowel varies."),
+    click.option(
+        "--hold", type=GAIN, default=DEFAULTS.hold, help="Scale the variation of the mouth in held vowels."
+    ),
     click.option(
         "--loudness",
         type=GAIN,
@@ -150,7 +158,7 @@ OPTIONS = (
         "--level",
         metavar="DB|FILE",
         callback=option_callback(read_level),
-        help="Level of usual speech, in dB of full scale or as a recording; the line's own mean otherwise.",
+        help="Usual speech level, in dB of full scale or as a recording; the line's own mean by default.",
         show_default=False,
     ),
     click.option(
@@ -217,7 +225,7 @@ OPTIONS = (
 
 
 def style_dials(style: str | None, styles: Path | None) -> Mapping[str, float]:
-    """The dials of a style but for those that are given themselves. Raises OptionError for no such style."""
+    """The dials of a style, except those that are given directly. Raises OptionError for an unknown style."""
     if style is None:
         return {}
     from phonanim.articulation.styles import find_style, read_styles
@@ -235,7 +243,7 @@ def animation_options(function: Callable[..., Any]) -> Callable[..., Any]:
     def wrapped(*args: Any, **given: Any) -> Any:
         dials = style_dials(given.pop("style"), given.get("styles"))
         given |= dials
-        if "styles" in given:  # lines of a table may have styles of their own
+        if "styles" in given:  # lines of a table may set their own styles
             given["styled"] = dials
         options = Options(**{field.name: given.pop(field.name) for field in fields(Options)})
         return function(*args, options=options, **given)
