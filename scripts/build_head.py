@@ -374,10 +374,11 @@ class Buffer:
         place = self.put("colors", rgba)
         return self.accessor(**place, componentType=5121, normalized=True, count=len(rgba), type="VEC4")
 
-    def joints(self, count: int) -> int:
-        """Every vertex is bound to neck and head."""
-        bound = np.tile(np.array([0, 1, 0, 0], "<u1"), (count, 1))
-        return self.accessor(**self.put("colors", bound), componentType=5121, count=count, type="VEC4")
+    def joints(self, share: Array) -> int:
+        """Vertices are bound to the neck and, where their share (n,) of it is not 0, to the head."""
+        bound = np.zeros((len(share), 4), "<u1")
+        bound[:, 1] = np.rint(share * 255) > 0
+        return self.accessor(**self.put("colors", bound), componentType=5121, count=len(bound), type="VEC4")
 
     def weights(self, share: Array) -> int:
         """How far vertices follow the head, (n,); the rest is the neck's."""
@@ -429,7 +430,7 @@ def primitive(buffer: Buffer, name: str, part: Part, material: int) -> dict[str,
     if not np.all(part.colors == 1):
         attributes["COLOR_0"] = buffer.colors(part.colors)
     share = turning(part.points) if name == "skin" else np.ones(len(part.points))
-    attributes |= {"JOINTS_0": buffer.joints(len(share)), "WEIGHTS_0": buffer.weights(share)}
+    attributes |= {"JOINTS_0": buffer.joints(share), "WEIGHTS_0": buffer.weights(share)}
     targets = []
     for delta in part.deltas:
         turned = normals(part.points + delta, part.triangles) - rest
