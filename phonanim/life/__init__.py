@@ -1,7 +1,7 @@
-"""Life: what a speaker's face does besides speaking, one module a behaviour.
+"""Life: motion of a speaker's face besides speech, one module per behaviour.
 
-Each behaviour is a function of a seed, of the line's prosody and of time; nothing outside of `AHEAD` and
-`BACK` seconds around a frame decides it, so a stream gives what the whole line gives.
+Each behaviour is a function of a seed, the line's prosody and time. A frame depends only on what is within
+`AHEAD` and `BACK` seconds of it, so a stream gives the same result as the whole line.
 """
 
 from phonanim.life.layer import (

@@ -1,4 +1,4 @@
-"""Blinks: how often, when and how fast people blink who talk.
+"""Blinks: how often, when and how fast people blink while they talk.
 
 Rates: 26 a minute in conversation, 17 at rest (Bentivoglio et al. 1997, Movement Disorders 12(6), 150
 people). Gaps are log-normal. Speakers blink where phrases end (Nakano and Kitazawa 2010, Experimental Brain
@@ -17,19 +17,19 @@ from phonanim.speech.prosody import Prosody, eased
 Array = NDArray[np.float64]
 
 TALKING, RESTING = 26 / 60, 17 / 60  # blinks a second
-SPREAD = 0.6  # of the logarithm of the gaps
-LEAST = 0.6  # seconds between two, so that one is over before the next begins
+SPREAD = 0.6  # standard deviation of the logarithm of the gaps
+LEAST = 0.6  # seconds between two blinks, so that one ends before the next begins
 CLOSING, SHUT, OPENING = 0.08, 0.03, 0.16  # seconds
-LATE = 1.2  # seconds by which a blink may come sooner, so that it falls on the end of a phrase
+LATE = 1.2  # seconds by which a blink may move earlier to the end of a phrase
 REST = 1.0  # seconds after the end of a phrase that count as talking
-SHIFT = 20.0  # degrees of a shift of gaze with which the eyes may close
+SHIFT = 20.0  # degrees of a gaze shift above which the eyes may close
 WITH_SHIFT = 0.6  # share of such shifts
-SQUINT, BROW = 0.15, 0.05  # how far lower lid and brow follow
+SQUINT, BROW = 0.15, 0.05  # how much the lower lid and the brow follow
 LASTS = CLOSING + SHUT + OPENING
 
 
 def closed(seed: int, prosody: Prosody, times: Array, shifts: tuple[Array, Array]) -> Array:
-    """How far the eyes are closed, (frames,) 0 to 1; `shifts` are instants and degrees of shifts of gaze."""
+    """How far the eyes are closed, (frames,) 0 to 1; `shifts` are instants and degrees of gaze shifts."""
     total = np.zeros(len(times))
     for start in blink_starts(seed, prosody, float(times[0]), float(times[-1]), shifts):
         rows = slice(*np.searchsorted(times, [start, start + LASTS]))
@@ -40,7 +40,7 @@ def closed(seed: int, prosody: Prosody, times: Array, shifts: tuple[Array, Array
 
 
 def blink_starts(seed: int, prosody: Prosody, start: float, end: float, shifts: tuple[Array, Array]) -> Array:
-    """When the blinks begin that are seen between two instants, (blinks,) seconds."""
+    """Start times of the blinks that are visible between two instants, (blinks,) seconds."""
 
     def gap(numbers: Index) -> Array:
         return LEAST + lognormal(seed, "blink", numbers, 1 / TALKING - LEAST, SPREAD)
@@ -65,11 +65,11 @@ def _lag(seed: int, end: float) -> float:
 
 
 def _talks(prosody: Prosody, time: float) -> bool:
-    """Whether a phrase goes on at an instant, or ended just before it."""
+    """Whether an instant is in a phrase or just after its end."""
     begun = int(np.searchsorted(prosody.starts_from, time))
     return begun > 0 and bool(prosody.ends_from[begun - 1] > time - REST)
 
 
 def _apart(starts: Array) -> Array:
-    """Without those that begin before the one before has ended."""
+    """The blinks without those that begin before the previous one ends."""
     return starts[np.diff(starts, prepend=-np.inf) >= LASTS]

@@ -1,8 +1,8 @@
-"""Brows: up on some accents and on questions, down on the rare emphasis.
+"""Brows: up on some accents and on questions, down on rare emphasis.
 
-Speakers raise their brows with rises of pitch, but at few of them, and at some when they are silent
-(Guaïtella et al. 2009, Language and Speech 52); the raise begins a little before its accent (Flecha-García
-2010, Speech Communication 52), and goes with questions (Ekman 1979, About Brows).
+Speakers raise their brows with some rises of pitch, and sometimes in silence (Guaïtella et al. 2009, Language
+and Speech 52). The raise begins a little before its accent (Flecha-García 2010, Speech Communication 52).
+Brows also rise in questions (Ekman 1979, About Brows).
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from phonanim.speech.prosody import Prosody
 
 Array = NDArray[np.float64]
 
-RAISED, LOWERED = 0.2, 0.05  # share of accents with which brows go up, and down
+RAISED, LOWERED = 0.2, 0.05  # share of accents at which brows go up, and down
 STRONG = 0.45  # least strength of an accent that moves them
-LEAD = 0.16  # seconds before the middle of the vowel at which they begin
+LEAD = 0.16  # seconds before the middle of the vowel at which the motion begins
 HEIGHT, MORE = 0.1, 0.22  # of full weight, and more for strong accents
 FROWN = 0.14
 QUESTION = 0.3

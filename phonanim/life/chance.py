@@ -1,4 +1,4 @@
-"""Chance that is a function of a seed, a name and a number, so that any stretch of time can be asked for."""
+"""Random numbers as a function of a seed, a name and an index, so that any span of time can be computed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-BLOCK = 32.0  # seconds after which a row of events begins anew
+BLOCK = 32.0  # seconds after which a sequence of events restarts
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 FACTORS = np.array([0xBF58476D1CE4E5B9, 0x94D049BB133111EB], np.uint64)
 SHIFTS = np.array([30, 27, 31, 11], np.uint64)
@@ -24,8 +24,8 @@ def seed_of(line: str) -> int:
 
 
 def uniform(seed: int, name: str, index: Index) -> Array:
-    """A number between 0 and 1 for each index, always the same one (SplitMix64, Steele et al. 2014)."""
-    x = np.asarray(index, np.int64).astype(np.uint64) * GOLDEN  # wraps around, as it should
+    """A fixed random number between 0 and 1 for each index (SplitMix64, Steele et al. 2014)."""
+    x = np.asarray(index, np.int64).astype(np.uint64) * GOLDEN  # overflow wraps around, as intended
     x += _key(seed, name)
     x = (x ^ (x >> SHIFTS[0])) * FACTORS[0]
     x = (x ^ (x >> SHIFTS[1])) * FACTORS[1]
@@ -39,22 +39,22 @@ def _key(seed: int, name: str) -> np.uint64:
 
 
 def normal(seed: int, name: str, index: Index) -> Array:
-    """A number from the standard normal distribution for each index (Box and Muller 1958)."""
+    """A standard normal random number for each index (Box and Muller 1958)."""
     radius = np.sqrt(-2 * np.log(uniform(seed, name, index)))
     return np.asarray(radius * np.cos(2 * np.pi * uniform(seed, f"{name} turn", index)))
 
 
 def lognormal(seed: int, name: str, index: Index, mean: float, spread: float) -> Array:
-    """Numbers of a log-normal distribution by its mean and the deviation of the logarithm."""
+    """Log-normal random numbers, by their mean and the standard deviation of the logarithm."""
     return np.asarray(np.exp(np.log(mean) - spread**2 / 2 + spread * normal(seed, name, index)))
 
 
 def events(
     seed: int, name: str, gap: Callable[[Index], Array], least: float, start: float, end: float
 ) -> tuple[Array, Index]:
-    """Events between two instants that follow each other by gaps: (events,) seconds, and their numbers.
+    """Events between two instants, separated by random gaps: (events,) seconds, and their numbers.
 
-    `gap` gives seconds for each number, none below `least`; the row begins anew every 32 seconds.
+    `gap` gives seconds for each number, none below `least`. The sequence restarts every 32 seconds.
     """
     blocks = np.arange(int(start // BLOCK), int(end // BLOCK) + 1)
     most = int(BLOCK / least) + 1
@@ -68,7 +68,7 @@ def events(
 
 
 def wander(seed: int, name: str, times: Array, period: float) -> Array:
-    """A curve without aim that turns about every `period` seconds, (frames,), of deviation near 1."""
+    """A random curve that turns about every `period` seconds, (frames,), with standard deviation near 1."""
     place = times / period
     cell = np.floor(place).astype(np.int64)
     share = place - cell
@@ -79,5 +79,5 @@ def wander(seed: int, name: str, times: Array, period: float) -> Array:
 
 
 def number_of(times: Array) -> Index:
-    """A number for each event by its instant, in milliseconds."""
+    """A number for each event: its instant in milliseconds."""
     return np.rint(np.asarray(times) * 1000).astype(np.int64)

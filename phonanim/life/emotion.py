@@ -1,7 +1,7 @@
-"""Emotions by hand: poses of lexicon/emotions that come, blend and go over spans of a line.
+"""Emotions set by the user: poses of lexicon/emotions that fade in, blend and fade out over spans of a line.
 
-The poses are those of basic emotions in action units (Ekman and Friesen 1978, Facial Action Coding System). A
-rig takes what it has of them; the mouth gives way to speech, as it does with overlays.
+The poses are basic emotions in action units (Ekman and Friesen 1978, Facial Action Coding System). A rig uses
+the controls that it has. Speech has priority at the mouth, as with overlays.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ else:
 Array = NDArray[np.float64]
 
 FOLDER = LEXICON / "emotions"
-BLEND = 0.6  # seconds in which one emotion goes into another, half of it before the instant
+BLEND = 0.6  # seconds of the transition between emotions, half of them before the instant
 
 
 def emotion_names() -> tuple[str, ...]:
-    """The emotions there are."""
+    """The names of the emotions."""
     return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
 
 
 @cache
 def emotion_pose(name: str) -> dict[str, float]:
-    """The controls of an emotion at full weight, by ARKit's names as they read."""
+    """The controls of an emotion at full weight, by ARKit's names in their plain form."""
     with (FOLDER / f"{name}.toml").open("rb") as file:
         return {plain_name(control): float(value) for control, value in tomllib.load(file).items()}
 
 
 def weight(emotion: Emotion, times: Array) -> Array:
-    """How much of an emotion there is at instants, (frames,) seconds -> (frames,)."""
+    """The weight of an emotion at instants, (frames,) seconds -> (frames,)."""
     if emotion.span is None:
         return np.full(len(times), emotion.weight)
     start, end = emotion.span
@@ -52,7 +52,7 @@ def weight(emotion: Emotion, times: Array) -> Array:
 
 
 def emotion_offsets(emotions: Sequence[Emotion], rig: Rig, times: Array) -> Array:
-    """What emotions add to a rig's controls, (frames, controls); of one that has several spans, the most."""
+    """What emotions add to a rig's controls, (frames, controls); of overlapping spans, the maximum."""
     offsets = np.zeros((len(times), len(rig.controls)))
     names = [plain_name(name) for name in rig.controls] if emotions else []
     for name in dict.fromkeys(emotion.name for emotion in emotions):

@@ -1,9 +1,9 @@
-"""Gaze: the eyes rest on the listener's eyes and mouth, look away to think, and jump between.
+"""Gaze: the eyes fixate the listener's eyes and mouth, look away to think, and jump between places.
 
 A saccade of A degrees takes 21 + 2.2 A ms (Carpenter 1988, Movements of the Eyes), which gives peak speeds
-of the main sequence (Bahill, Clark and Stark 1975, Mathematical Biosciences 24). How long speakers look at
-the listener and away, where to and how far, follows Lee, Badler and Badler 2002 (Eyes Alive, SIGGRAPH): 3.1
-s and 0.9 s in talking, 7.9 s and 0.4 s in listening, sizes that fall off in 6.9 degrees. Speakers begin a
+of the main sequence (Bahill, Clark and Stark 1975, Mathematical Biosciences 24). Durations, directions and
+sizes of looks at the listener and away follow Lee, Badler and Badler 2002 (Eyes Alive, SIGGRAPH): 3.1 s and
+0.9 s when talking, 7.9 s and 0.4 s when listening, sizes with a decay of 6.9 degrees. Speakers begin a
 turn with averted gaze and end it with gaze at the listener (Kendon 1967, Acta Psychologica 26; Ho, Foulsham
 and Kingstone 2015, PLOS ONE 10(8)). People look at both eyes and mouth (Rogers et al. 2018, Scientific
 Reports 8). One or two microsaccades a second stay below half a degree (Martinez-Conde, Macknik and Hubel
@@ -22,29 +22,29 @@ from phonanim.speech.prosody import Prosody
 
 Array = NDArray[np.float64]
 
-FRONT = (0.0, 0.0, 1.0)  # metres from the eyes to the listener's: to the left, up, ahead
+FRONT = (0.0, 0.0, 1.0)  # metres from the speaker's eyes to the listener's: left, up, ahead
 EYES_APART, MOUTH_BELOW = 0.063, 0.065  # metres in the listener's face
-ON_EYES = 0.7  # share of fixations of the face that lie on the eyes
-FIXATION, LEAST = 0.85, 0.25  # seconds on one of them on average, and at least
-TALK_CYCLE, TALK_AWAY = 4.06, 0.93  # seconds from one look away to the next, and of the look away
+ON_EYES = 0.7  # share of the fixations of the face that are on the eyes
+FIXATION, LEAST = 0.85, 0.25  # seconds of a fixation: mean and minimum
+TALK_CYCLE, TALK_AWAY = 4.06, 0.93  # seconds between looks away, and of a look away
 LISTEN_CYCLE, LISTEN_AWAY = 8.35, 0.43
 LONGEST = 2.5  # seconds of a look away
-FALL = 6.9  # degrees in which sizes fall to 1/e
+FALL = 6.9  # degrees over which the frequency of sizes falls to 1/e
 SMALLEST, LARGEST = 3.0, 22.0  # degrees of a look away
 # Share of each direction, counterclockwise in steps of 45 degrees from the right.
 DIRECTIONS = np.array([15.54, 6.46, 17.69, 7.44, 16.80, 7.89, 20.38, 7.79])
 TURNED = 0.6  # share of long utterances at whose start the speaker looks away
-BEFORE = 0.5  # seconds of silence before such an utterance
+BEFORE = 0.5  # seconds of silence required before such an utterance
 TINY_GAP, TINY = 0.6, 0.25  # seconds between microsaccades, and their degrees
-BACK = 4.0  # seconds before an instant that decide where the eyes are
+BACK = 4.0  # seconds before an instant that influence where the eyes are
 
 
 @dataclass(frozen=True)
 class Gaze:
-    """Where the eyes look, (frames,) degrees to the character's left and up, and what they jumped.
+    """Where the eyes look, (frames,) degrees to the character's left and up, and their saccades.
 
-    `onsets` (saccades,) seconds and `places` (saccades, 2) degrees are the jumps between places in the
-    listener's face and beside it.
+    `onsets` (saccades,) seconds and `places` (saccades, 2) degrees are the jumps between places on
+    the listener's face and beside it.
     """
 
     left: Array
@@ -54,7 +54,7 @@ class Gaze:
 
     @property
     def sizes(self) -> Array:
-        """Degrees of each jump, (saccades,)."""
+        """Size of each jump, (saccades,) degrees."""
         return np.asarray(np.hypot(*np.diff(self.places, axis=0, prepend=self.places[:1]).T))
 
 
@@ -69,7 +69,7 @@ def look(seed: int, prosody: Prosody, times: Array, at: tuple[float, float, floa
 
 
 def direction(at: tuple[float, float, float]) -> tuple[float, float]:
-    """Degrees to the left and up of a point in metres."""
+    """Direction of a point in metres, as degrees to the left and up."""
     left, up, ahead = at
     return float(np.degrees(np.arctan2(left, ahead))), float(
         np.degrees(np.arctan2(up, np.hypot(left, ahead)))
@@ -77,12 +77,12 @@ def direction(at: tuple[float, float, float]) -> tuple[float, float]:
 
 
 def saccade_seconds(degrees: Array) -> Array:
-    """How long saccades of these sizes take."""
+    """Durations of saccades of these sizes, in seconds."""
     return np.asarray(0.021 + 0.0022 * degrees)
 
 
 def looks_away(seed: int, prosody: Prosody, start: float, end: float) -> tuple[Array, Array]:
-    """When the eyes leave the listener and come back, (looks,) seconds each, in order and apart."""
+    """When the eyes leave the listener and return, (looks,) seconds each, in order and not overlapping."""
 
     def gap(numbers: Index) -> Array:
         return 1.0 + lognormal(seed, "away gap", numbers, TALK_CYCLE - 1.0, 0.7)
@@ -107,14 +107,14 @@ def _talking(prosody: Prosody, times: Array) -> NDArray[np.bool_]:
 
 
 def _turned(seed: int, prosody: Prosody) -> Array:
-    """When the speaker looks away because a long utterance begins."""
+    """Times of looks away at the start of long utterances."""
     long = np.isfinite(prosody.long_from) & (prosody.pauses() >= BEFORE)
     begins = prosody.long_from[long]
     return begins[uniform(seed, "turned", number_of(prosody.starts[long])) < TURNED]
 
 
 def _apart(begins: Array, ends: Array, prosody: Prosody) -> tuple[Array, Array]:
-    """Looks away that do not overlap, and are over soon when a phrase ends."""
+    """Looks away without overlaps, which end soon after a phrase ends."""
     over = np.append(prosody.ends_from, np.inf)
     over = np.maximum(over[np.searchsorted(prosody.ends_from, begins, side="right")], begins + LEAST)
     ends = np.minimum(ends, over)
@@ -126,7 +126,7 @@ def _apart(begins: Array, ends: Array, prosody: Prosody) -> tuple[Array, Array]:
 def _targets(
     seed: int, prosody: Prosody, start: float, end: float, at: tuple[float, float, float]
 ) -> tuple[Array, Array]:
-    """When the eyes go to a new place, (n,) seconds, and the places, (n, 2) degrees to the left and up."""
+    """When the eyes move to a new place, (n,) seconds, and the places, (n, 2) degrees to the left and up."""
 
     def gap(numbers: Index) -> Array:
         return np.minimum(LEAST + lognormal(seed, "fixation", numbers, FIXATION - LEAST, 0.7), LONGEST)
@@ -145,7 +145,7 @@ def _targets(
 
 
 def _on_face(seed: int, numbers: Index, at: tuple[float, float, float]) -> Array:
-    """Places in the listener's face, (n, 2) degrees."""
+    """Places on the listener's face, (n, 2) degrees."""
     distance = float(np.linalg.norm(at))
     left, up = direction(at)
     side = np.where(uniform(seed, "side", numbers) < 0.5, -0.5, 0.5) * EYES_APART
@@ -167,7 +167,7 @@ def _beyond(seed: int, numbers: Index, at: tuple[float, float, float]) -> Array:
 
 
 def _tiny(seed: int, start: float, end: float) -> tuple[Array, Array]:
-    """Microsaccades: when, and the places around the fixation, (n,) and (n, 2)."""
+    """Microsaccades: times (n,) in seconds, and offsets from the fixation (n, 2) in degrees."""
 
     def gap(numbers: Index) -> Array:
         return 0.2 + lognormal(seed, "tiny", numbers, TINY_GAP - 0.2, 0.5)
@@ -178,7 +178,7 @@ def _tiny(seed: int, start: float, end: float) -> tuple[Array, Array]:
 
 
 def _jumps(onsets: Array, targets: Array, times: Array) -> Array:
-    """Where a point is that jumps to targets, (frames, 2); a jump that is not over adds to the next."""
+    """The path of a point that jumps to targets, (frames, 2); an unfinished jump adds to the next."""
     if not len(onsets):
         return np.zeros((len(times), 2))
     steps = np.diff(targets, axis=0, prepend=targets[:1])

@@ -1,10 +1,10 @@
-"""Head: nods at accents, turns with phrases and gaze, drifts slowly, and settles at the end.
+"""Head: nods at accents, turns with phrases and gaze, slow drift, and return to rest at the end.
 
 Heads move with pitch and loudness (Munhall et al. 2004, Psychological Science 15(2)), nod at stressed
 syllables and change posture at boundaries (Hadar et al. 1984, Human Movement Science 3; Graf, Cosatto,
-Strom and Huang 2002, Visual Prosody). Sizes stay below those of lively speakers (Busso et al. 2007, IEEE
-Transactions on Audio, Speech and Language Processing 15(3)). The head takes a part of a shift of gaze,
-after the eyes (Freedman 2008, Experimental Brain Research 190).
+Strom and Huang 2002, Visual Prosody). Amplitudes stay below those of lively speakers (Busso et al. 2007, IEEE
+Transactions on Audio, Speech and Language Processing 15(3)). The head follows part of a gaze shift, after the
+eyes (Freedman 2008, Experimental Brain Research 190).
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ Array = NDArray[np.float64]
 
 DRIFT = (0.8, 1.3, 0.7)  # degrees of pitch, yaw and roll that the head drifts
 PERIODS = (2.6, 3.4, 4.1)  # seconds in which each turns
-QUIET = 0.45  # of the drift that is left while nobody speaks
+QUIET = 0.45  # share of the drift that remains in silence
 NODDED = 0.8  # share of accents at which the head nods
 NOD, MORE = 0.6, 2.0  # degrees of a nod, and more for a strong accent
 LEAD = 0.14  # seconds before the middle of the vowel at which a nod begins
-POSTURE = (1.0, 2.2, 1.2)  # degrees of pitch, yaw and roll of the posture that a phrase begins with
-TAKES, KEEPS, LEAVES = 0.5, 1.2, 1.8  # seconds to take up a posture, to keep it, to leave it
+POSTURE = (1.0, 2.2, 1.2)  # degrees of pitch, yaw and roll of the posture at the start of a phrase
+TAKES, KEEPS, LEAVES = 0.5, 1.2, 1.8  # seconds to reach a posture, to hold it, to leave it
 BOW = 1.2  # degrees that the head lowers as a phrase ends
-TURN = 0.2  # of a look away that the head takes
-SLOW = 0.45  # seconds in which it does
+TURN = 0.2  # share of a look away that the head follows
+SLOW = 0.45  # seconds of that motion
 TUNE = 0.22  # degrees up for each semitone of pitch
-STEPS = 0.02  # seconds between places at which pitch is smoothed
-SMOOTH = 0.3  # seconds of pitch that are one motion
-LIMIT = 9.0  # degrees that the head turns at most
+STEPS = 0.02  # seconds between the points of the smoothed pitch
+SMOOTH = 0.3  # seconds of pitch that count as one motion
+LIMIT = 9.0  # largest head turn, in degrees
 
 
 @dataclass(frozen=True)
@@ -46,16 +46,16 @@ class Turns:
     roll: Array
 
     def scaled(self, gain: Array) -> Turns:
-        """The same turns, more or less of them at each frame."""
+        """The turns scaled by a factor at each frame."""
         return Turns(self.pitch * gain, self.yaw * gain, self.roll * gain)
 
 
 def turn(
     seed: int, prosody: Prosody, times: Array, shifts: tuple[Array, Array], towards: tuple[float, float]
 ) -> Turns:
-    """How the head turns at instants; `shifts` are the onsets of gaze and its places (n, 2), left and up.
+    """The turns of the head at instants; `shifts` are gaze onsets and places (n, 2), degrees left and up.
 
-    `towards` are the degrees to the left and up at which the listener is.
+    `towards` is the direction of the listener, in degrees to the left and up.
     """
     calm = QUIET + (1 - QUIET) * prosody.speaking(times)
     axes = [
@@ -82,7 +82,7 @@ def _nods(seed: int, prosody: Prosody, times: Array) -> Array:
 
 
 def _posture(seed: int, prosody: Prosody, times: Array, axis: str, size: float) -> Array:
-    """The posture that each phrase begins with and leaves."""
+    """The posture at the start of each phrase, held and then left."""
     heights = size * np.clip(normal(seed, f"posture {axis}", number_of(prosody.starts)), -2, 2)
     onsets = np.maximum(prosody.starts - 0.2, prosody.starts_from)
     each = np.ones(len(onsets))
@@ -90,7 +90,7 @@ def _posture(seed: int, prosody: Prosody, times: Array, axis: str, size: float) 
 
 
 def _bows(prosody: Prosody, times: Array) -> Array:
-    """The head goes down a little as a phrase ends, and comes up."""
+    """The head lowers a little at the end of a phrase, and rises again."""
     known = np.isfinite(prosody.ends)
     onsets = prosody.ends_from[known]
     each = np.ones(len(onsets))
@@ -98,7 +98,7 @@ def _bows(prosody: Prosody, times: Array) -> Array:
 
 
 def _follow(onsets: Array, places: Array, times: Array, towards: tuple[float, float]) -> Array:
-    """The part of gaze that the head takes, (frames, 2) degrees to the left and up."""
+    """The part of gaze that the head follows, (frames, 2) degrees to the left and up."""
     total = np.tile(np.array(towards) * 0.6, (len(times), 1))
     if not len(onsets):
         return total
@@ -114,12 +114,12 @@ def _follow(onsets: Array, places: Array, times: Array, towards: tuple[float, fl
 
 
 def _tune(prosody: Prosody, times: Array) -> Array:
-    """Degrees up with the pitch of the voice, where there is sound."""
+    """Degrees up with the pitch of the voice, where there is audio."""
     if prosody.voice is None or not len(prosody.voice.level):
         return np.zeros(len(times))
     melody = np.clip(prosody.voice.melody(), -8, 8)
     size = round(SMOOTH * 100)
-    # The mean of what has been heard lately, so that nothing but the past decides.
+    # The mean of recent pitch, so that only the past has an influence.
     summed = np.cumsum(np.pad(melody, (2 * size, 0)))
     mean = (summed[size:] - summed[:-size]) / size
     smooth = np.cumsum(np.pad(mean, (1, 0)))

@@ -1,4 +1,4 @@
-"""The layer: the curves of all behaviours, and what of them a rig's controls take."""
+"""The life layer: the curves of all behaviours, applied to a rig's controls."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ from phonanim.speech.prosody import Prosody
 Array = NDArray[np.float64]
 
 BEHAVIOURS = ("blinks", "gaze", "head", "brows", "breath")
-BACK = 6.0  # seconds of the past that it looks at
-ACROSS, RISE, SINK = 25.0, 20.0, 25.0  # degrees that the eyes turn at full weight of a control
-LIDS = 0.12  # how far the lids close for eyes that look fully down, besides what looking down does to them
-LOWERED = 0.3  # of the way to shut that lids have gone when the eyes look fully down
-WIDE = 0.25  # how far the lids open for eyes that look fully up
-OUTER = 0.8  # of the inner brow's height that the outer brow takes
+BACK = 6.0  # seconds of the past that it uses
+ACROSS, RISE, SINK = 25.0, 20.0, 25.0  # degrees of an eye turn at full weight of a control
+LIDS = 0.12  # extra lid closure for eyes that look fully down
+LOWERED = 0.3  # lid closure that looking fully down itself causes, 1 is shut
+WIDE = 0.25  # lid opening for eyes that look fully up
+OUTER = 0.8  # share of the inner brow's height that the outer brow follows
 SIDES = ("Left", "Right")
 OURS = re.compile(
     r"eye(blink|look|wide|squint)|brow(inner|outer|down)|head(yaw|pitch|roll)|blink|look(up|down|left|right)$"
 )
-# Controls of other names, as they read, and the ones of ARKit that they are the mean of.
+# Controls with other names, in plain form, and the ARKit controls whose mean they take.
 ALIASES = {
     "blink": ("eyeBlinkLeft", "eyeBlinkRight"),
     "blinkleft": ("eyeBlinkLeft",),
@@ -52,7 +52,7 @@ ALIASES = {
 
 @dataclass(frozen=True, slots=True)
 class Life:
-    """How much of each behaviour there is (1 if not named), by which seed, and where the listener is."""
+    """The gain of each behaviour (1 if not named), the seed, and the position of the listener."""
 
     seed: int
     gains: Mapping[str, float] = field(default_factory=dict)
@@ -65,7 +65,7 @@ class Life:
         return self.gains.get(name, 1.0)
 
     def moves(self, rig: Rig) -> bool:
-        """Whether there is anything of it on a rig."""
+        """Whether it changes any control of a rig."""
         alive = bool(self.emotions) or any(self.gain(name) > 0 for name in BEHAVIOURS)
         return alive and lively(rig)
 
@@ -73,7 +73,7 @@ class Life:
 def life_curves(life: Life, prosody: Prosody, times: Array, turns_head: bool = True) -> dict[str, Array]:
     """Curves of ARKit's controls, offsets from rest by name, (frames,) each; those of TURNS in degrees.
 
-    Where the head turns, the eyes turn back, so that they stay where they look.
+    When the head turns, the eyes turn back, so that they keep looking at the same place.
     """
     soft = fade(times, prosody.duration, prosody.ahead)
     at = life.look_at or gaze.FRONT
@@ -102,7 +102,7 @@ def life_curves(life: Life, prosody: Prosody, times: Array, turns_head: bool = T
 
 
 def _eyes(left: Array, up: Array, shut: Array) -> dict[str, Array]:
-    """Eyes and lids, from degrees to the left and up and how far the lids are shut."""
+    """Curves of eyes and lids, from gaze in degrees to the left and up and the closure of the lids."""
     outer, inner = np.clip(left / ACROSS, 0, 1), np.clip(-left / ACROSS, 0, 1)
     high, low = np.clip(up / RISE, 0, 1), np.clip(-up / SINK, 0, 1)
     lids = shut * (1 - LOWERED * low) + (1 - shut) * LIDS * low
@@ -130,9 +130,9 @@ def _brows(life: Life, prosody: Prosody, times: Array, soft: Array, shut: Array)
 
 
 def life_of(options: Options, line: str) -> Life:
-    """The life that options ask for, of a line by this name.
+    """The life settings that the options set, for a line with this name.
 
-    Raises OptionError for a behaviour or an emotion that is not there.
+    Raises OptionError for an unknown behaviour or emotion.
     """
     given = options.life if isinstance(options.life, Mapping) else dict.fromkeys(BEHAVIOURS, options.life)
     for kind, names, known in (
@@ -149,7 +149,7 @@ def life_of(options: Options, line: str) -> Life:
 
 
 def check_name(kind: str, name: str, known: Sequence[str], place: str = "") -> None:
-    """Raises OptionError, with the nearest, for a name that is none of those that are known."""
+    """Raise OptionError, suggesting the nearest name, for an unknown name."""
     if name not in known:
         near = get_close_matches(name, known, n=1)
         hint = f"did you mean {near[0]}?" if near else f"choose {', '.join(known)}"
@@ -161,7 +161,7 @@ def add_life(
 ) -> NDArray[np.float32]:
     """Add the layer to controls, (frames, controls) -> the same shape within the rig's limits.
 
-    `free` (frames,), 0 to 1, is how much the mouth is free to move. Rigs of mouth shapes stay as they are.
+    `free` (frames,), 0 to 1, is how much the mouth is free to move. Rigs of mouth shapes do not change.
     """
     if not len(times) or not lively(rig):
         return values
@@ -185,12 +185,12 @@ def life_offsets(rig: Rig, life: Life, prosody: Prosody, times: Array, free: Arr
 
 @lru_cache(maxsize=32)
 def plain_names(controls: tuple[str, ...]) -> dict[str, int]:
-    """The column of each control by its name as it reads."""
+    """The column of each control, by its plain name."""
     return {plain_name(name): column for column, name in enumerate(controls)}
 
 
 def mouth_freedom(prosody: Prosody, track: PhoneTrack, times: Array) -> Array:
-    """How much the mouth is free to move, (frames,) 0 to 1: by the phones, or by the sound where none is."""
+    """How much the mouth is free to move, (frames,) 0 to 1: by phones, or by audio where there are none."""
     if len(track.codes) > 1:
         return overlay_weight(track, times)
     return np.asarray(1 - (1 - SHARE) * prosody.speaking(times))
@@ -203,7 +203,7 @@ def lively(rig: Rig) -> bool:
 
 
 def idle_life(options: Options, rig: Rig) -> tuple[str, ...]:
-    """Remarks on what was asked for by name and a rig has no control for."""
+    """Notes on behaviours that were set by name but that the rig has no control for."""
     names = plain_names((rig.through.rig if rig.through else rig).controls)
     missing = []
     if options.blinks is not None and not any("blink" in name for name in names):

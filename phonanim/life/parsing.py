@@ -1,4 +1,4 @@
-"""Life and emotions as people write them, on a command line, in a cell of a table or in a CSV file."""
+"""Parse life and emotion options from a command line, a table cell or a CSV file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FARTHEST = 1000.0  # metres
 
 
 def parse_life(text: str) -> float | Mapping[str, float]:
-    """How much of each behaviour, from a number for all, or from BEHAVIOUR=NUMBER with commas between.
+    """Parse the gain of each behaviour: a number for all, or BEHAVIOUR=NUMBER separated by commas.
 
     Raises OptionError.
     """
@@ -32,14 +32,14 @@ def parse_life(text: str) -> float | Mapping[str, float]:
 
 
 def parse_seed(text: str) -> int:
-    """A seed, a whole number from 0. Raises OptionError."""
+    """Parse a seed, a whole number from 0. Raises OptionError."""
     if not text.strip().isdecimal():
         raise OptionError(f"seed {text!r}; give a whole number from 0")
     return int(text)
 
 
 def parse_look_at(text: str) -> tuple[float, float, float]:
-    """Where the listener's eyes are, from X,Y,Z in metres to the speaker's left, up and ahead.
+    """Parse the position of the listener's eyes: X,Y,Z in metres to the speaker's left, up and ahead.
 
     Raises OptionError.
     """
@@ -55,7 +55,7 @@ def parse_look_at(text: str) -> tuple[float, float, float]:
 
 
 def parse_emotions(texts: Iterable[str]) -> tuple[Emotion, ...]:
-    """Emotions, from NAME[=WEIGHT][@START-END] or CSV files of spans. Raises OptionError."""
+    """Parse emotions: NAME[=WEIGHT][@START-END], or CSV files of spans. Raises OptionError."""
     return tuple(emotion for text in texts for emotion in _emotions(text.strip()))
 
 
@@ -68,7 +68,7 @@ def _emotions(text: str) -> Iterable[Emotion]:
 
 
 def read_emotions(path: Path) -> tuple[Emotion, ...]:
-    """Spans of a CSV file with the columns emotion, weight, start, end. Raises OptionError naming the row."""
+    """Read spans from a CSV: emotion, weight, start, end. Raises OptionError naming the row."""
     import csv  # few lines have such a file
 
     try:

@@ -1,4 +1,4 @@
-"""Shapes in time that behaviours are made of."""
+"""Curves over time that behaviours are built from."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 def bumps(times: Array, onsets: Array, rises: Array, holds: Array, falls: Array, heights: Array) -> Array:
     """The largest of bumps that rise, hold and fall, all (bumps,) seconds, at instants, (frames,).
 
-    Heights of either sign; where bumps overlap, the one that is farther from 0 shows.
+    Heights may have either sign. Where bumps overlap, the one farther from 0 wins.
     """
     total = np.zeros(len(times))
     seen = (onsets <= times[-1:]) & (onsets + rises + holds + falls >= times[:1])
@@ -27,7 +27,7 @@ def bumps(times: Array, onsets: Array, rises: Array, holds: Array, falls: Array,
 
 
 def fade(times: Array, duration: float, ahead: float, rise: float = 0.4, fall: float = 0.5) -> Array:
-    """0 where a line begins and ends, 1 in between, (frames,)."""
+    """0 at the start and end of a line, 1 in between, (frames,)."""
     fall = min(fall, ahead)
     going = eased(times / rise)
     if np.isfinite(duration) and fall > 0:
