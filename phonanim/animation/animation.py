@@ -1,4 +1,4 @@
-"""Animation: the curves of named channels over frames, and what they were made from."""
+"""Animation: curves of named channels over frames, and their provenance."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from phonanim.speech.alignment import Interval
 
-ROUNDING = 1e-6  # frames: an instant this little beyond the end is at the end
+ROUNDING = 1e-6  # frames: an instant closer than this beyond the end counts as the end
 
 
 @dataclass(frozen=True)
@@ -21,8 +21,8 @@ class Animation:
 
     `values` is (frames, channels) float32; `channels` are the control names of `rig`;
     `phones` and `words` are the labels as spoken (for timelines); `audio` is the recording;
-    `provenance` says what made it (input hash, model, rig, options, version);
-    `articulation` (frames, CHANNELS of phonanim.articulation) mm is what the mouth does, where it is known.
+    `provenance` records its origin (input hash, model, rig, options, version);
+    `articulation` (frames, CHANNELS of phonanim.articulation) mm is the motion of the mouth, if known.
 
     Examples:
         >>> import phonanim
@@ -56,7 +56,7 @@ class Animation:
         return self.values[:, self.channels.index(name)]
 
     def at_rate(self, fps: float) -> Animation:
-        """The same motion at another frame rate, straight between frames, from the same start."""
+        """The same motion at another frame rate, by linear interpolation, from the same start."""
         count = int((len(self.values) - 1) * fps / self.fps + ROUNDING) + 1
         places = np.minimum(np.arange(count) * (self.fps / fps), len(self.values) - 1)
         first = np.minimum(places.astype(np.int64), max(len(self.values) - 2, 0))
@@ -74,9 +74,9 @@ class Animation:
 
         Raises OutputError when there is no such format or the file cannot be written.
         """
-        # The exporters lie above this module and import it, so they are found by name when they are needed.
+        # The exporters import this module, so they are imported by name only when they are needed.
         import_module("phonanim.exporters").save(self, path, **options)
 
     def with_values(self, values: NDArray[np.float32]) -> Animation:
-        """The same animation with other curves, (frames, channels)."""
+        """The same animation with new curves, (frames, channels)."""
         return replace(self, values=values)

@@ -1,4 +1,4 @@
-"""The sidecar that keeps edits: JSON with one edit on each line, to be read, compared and merged."""
+"""The sidecar file of edits: JSON with one edit per line, so that it can be read, compared and merged."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from phonanim.errors import OptionError
 from phonanim.speech.alignment import pack_intervals, unpack_intervals
 
 FORMAT = "phonanim edits 1"
-DIGITS = 9  # of a second, or of full weight: far below any error that is asked for
+DIGITS = 9  # of a second, or of full weight: far below any useful error
 
 
 def write_edits(edits: Edits, path: Path) -> None:
-    """Write edits, whole or not at all. Raises OutputError."""
+    """Write edits atomically. Raises OutputError."""
     head = {"format": FORMAT, "rig": edits.rig, "error": edits.error, "phones": pack_intervals(edits.phones)}
     lines = [f"  {_text(key)}: {_text(value)}" for key, value in head.items()]
     items = ",\n".join(f"    {_text(_plain(edit))}" for edit in edits.edits)
@@ -27,7 +27,7 @@ def write_edits(edits: Edits, path: Path) -> None:
 
 
 def read_edits(path: Path) -> Edits:
-    """Read edits back. Raises OptionError when the file is damaged or none of ours."""
+    """Read edits back. Raises OptionError when the file is damaged or not a file of edits."""
     try:
         tree = read_json(path)
         if tree["format"] != FORMAT:
@@ -61,7 +61,7 @@ def _plain(edit: Edit) -> dict[str, Any]:
 
 
 def _edit(item: dict[str, Any]) -> Edit:
-    """The inverse of `_plain`. Raises ValueError for what cannot be done."""
+    """The inverse of `_plain`. Raises ValueError for an invalid edit."""
     if not item["keys"]:
         raise ValueError(f"an edit of {item['channel']} has no keys")
     times, values = zip(*((float(time), float(value)) for time, value in item["keys"]), strict=True)

@@ -1,7 +1,7 @@
-"""Edits: what an animator changed in a line, to be done again when the line is made anew.
+"""Edits: an animator's changes to a line, which are applied again when the line is made again.
 
-An edit lasts for one span of one channel. It is anchored to the phones that were spoken there: where a new
-alignment moves them, their times are warped alike.
+An edit covers one span of one channel. It is anchored to the phones that were spoken there: where a new
+alignment moves the phones, the times of the edit are warped in the same way.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ Array = NDArray[np.float64]
 Kind = Literal["offset", "replace"]
 
 ERROR = 1e-3  # of full weight
-FADE = 0.1  # seconds in which an edit comes and goes
-MARGIN = 0.99  # of the error for the keys; the rest is left for rounding in files
-FAR = 1e6  # seconds; before the first phone and after the last, times move as these do
+FADE = 0.1  # seconds in which an edit fades in and out
+MARGIN = 0.99  # share of the error for the keys; the rest is for rounding in files
+FAR = 1e6  # seconds; before the first phone and after the last, times move with that phone
 ROUNDING = 1e-6  # seconds
 
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """One channel from `start` to `end` (s): `values` at `times` (s), straight between, added or put instead.
+    """One channel from `start` to `end` (s): `values` at `times` (s), linear between, added or replacing.
 
-    It comes within `fade[0]` seconds of the start and goes within `fade[1]` of the end; 0 stands where
-    the line itself begins or ends.
+    It fades in within `fade[0]` seconds of the start and out within `fade[1]` of the end. A fade of 0 is
+    used where the line itself begins or ends.
     """
 
     channel: str
@@ -53,9 +53,9 @@ class Edit:
 
 @dataclass(frozen=True, slots=True)
 class Edits:
-    """The edits of one line of a rig; they give the edited curves back within `error`.
+    """The edits of one line of a rig; they reproduce the edited curves within `error`.
 
-    `phones` are those of the line that was edited, which the times of the edits refer to.
+    `phones` are the phones of the edited line; the times of the edits refer to them.
     """
 
     rig: str
@@ -67,9 +67,9 @@ class Edits:
 def diff_animations(
     base: Animation, edited: Animation, kind: Kind = "offset", error: float = ERROR, fade: float = FADE
 ) -> Edits:
-    """What was changed from one animation to the other, so that applied to `base` it gives `edited`.
+    """The edits from one animation to the other: applied to `base`, they give `edited`.
 
-    Differences up to `error` are none. Raises OptionError when the channels or the lengths differ.
+    Differences up to `error` are ignored. Raises OptionError when the channels or the lengths differ.
     """
     _check_pair(base, edited)
     margin = max(round(fade * base.fps), 1)
@@ -84,9 +84,9 @@ def diff_animations(
 
 
 def apply_edits(animation: Animation, edits: Edits, rig: Rig) -> tuple[Animation, tuple[str, ...]]:
-    """Do the edits again, within the limits of the rig; also say what did not fit, one sentence each.
+    """Apply the edits within the limits of the rig. Also returns a note for each edit that did not fit.
 
-    Where the animation or the edits know no phones, edits stay at their times.
+    Where the animation or the edits have no phones, edits keep their times.
     """
     notes = []
     if edits.rig != animation.rig:
@@ -117,20 +117,20 @@ def _check_pair(base: Animation, edited: Animation) -> None:
 
 
 def _moving(animation: Animation, other: Animation) -> set[str]:
-    """The channels that an animation alone has and moves; what a format or a mesh lacks stands at 0."""
+    """The channels that only one animation has and moves. Channels that a format or mesh lacks are 0."""
     return {
         name for name in animation.channels if name not in other.channels and animation.channel(name).any()
     }
 
 
 def _at(animation: Animation, channel: str, frames: int, fps: float) -> Array:
-    """A channel at frames of another rate, counted from its own start; the ends hold."""
+    """A channel at frames of another rate, counted from its own start; end values are held."""
     curve = animation.channel(channel)
     return np.interp(np.arange(frames) / fps, np.arange(len(curve)) / animation.fps, curve)
 
 
 def _groups(changed: NDArray[np.bool_], gap: int) -> Iterator[tuple[int, int]]:
-    """First and last frame of each stretch of changes; a stretch holds gaps of up to `gap` frames."""
+    """First and last frame of each run of changes; a run may contain gaps of up to `gap` frames."""
     places = np.flatnonzero(changed)
     if len(places):
         for group in np.split(places, np.flatnonzero(np.diff(places) > gap) + 1):
@@ -140,7 +140,7 @@ def _groups(changed: NDArray[np.bool_], gap: int) -> Iterator[tuple[int, int]]:
 def _edit(
     base: Animation, channel: str, kind: Kind, curve: Array, core: tuple[int, int], margin: int, error: float
 ) -> Edit:
-    """The edit of one stretch of changes, with soft edges on the unchanged frames around it."""
+    """The edit for one run of changes, with soft edges on the unchanged frames around it."""
     first, last = max(core[0] - margin, 0), min(core[1] + margin, len(curve) - 1)
     keys = reduce_curves(curve[first : last + 1, None], error)
     times = base.start + (first + keys.frames) / base.fps
@@ -157,7 +157,7 @@ def _edit(
 
 @dataclass(frozen=True, slots=True)
 class _Anchors:
-    """Which phones of the edited line were found again, and where every instant of it lies now."""
+    """The phones of the edited line that were found again, and the new time of each of its instants."""
 
     found: frozenset[int]
     before: Array
@@ -186,7 +186,7 @@ def _labels(phones: tuple[Interval, ...]) -> list[str]:
 def _misfit(
     edit: Edit, phones: tuple[Interval, ...], anchors: _Anchors, animation: Animation, rig: Rig
 ) -> str:
-    """Why an edit cannot be done on this line, "" if it can."""
+    """Why an edit cannot be applied to this line, or "" if it can."""
     if edit.channel not in animation.channels or edit.channel not in rig.controls:
         return f"{rig.name} has no such channel"
     first, last = edit.start + edit.fade[0], edit.end - edit.fade[1]
@@ -214,9 +214,10 @@ def _applied(edit: Edit, anchors: _Anchors, curve: Array, times: Array) -> Array
 
 
 def _weight(edit: Edit, anchors: _Anchors, times: Array) -> Array:
-    """How much of an edit holds at each time, 0 to 1.
+    """The weight of an edit at each time, 0 to 1.
 
-    An edit that began with its line fades in before it, should the line now begin earlier; ends likewise.
+    If an edit began at the start of its line and the line now starts earlier, it fades in before its start.
+    The end is handled in the same way.
     """
     come, go = edit.fade
     start, full, less, end = anchors.moved((edit.start, edit.start + come, edit.end - go, edit.end))

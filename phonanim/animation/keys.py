@@ -1,7 +1,7 @@
-"""Few keys for a curve, within a stated error: straight spans between frames of the curve itself.
+"""Reduce a curve to few keys within a given error: linear spans between frames of the curve itself.
 
-Straight, because every program draws straight lines alike: Blender drops the tangents of glTF's cubic keys
-on import, and cubic spans with the curve's own slopes needed no fewer keys on a real capture.
+The spans are linear because every program interpolates them in the same way. Blender drops the tangents of
+glTF's cubic keys on import, and cubic spans with the curve's slopes needed no fewer keys on a real capture.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ FIRST_LOOK = 16  # frames; doubled until a key is found
 
 @dataclass(frozen=True)
 class Keys:
-    """Curves by keys: at `frames` (k,) they have `values` (k, curves), and run straight between.
+    """Curves as keys: at `frames` (k,) they have `values` (k, curves), and are linear between.
 
     `error` is the largest distance to the dense curves at their frames.
     """
@@ -29,12 +29,12 @@ class Keys:
     error: float
 
     def sample(self, frames: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The curves at frames, which may be fractions: (n,) -> (n, curves); the ends hold."""
+        """The curves at frames, which may be fractional: (n,) -> (n, curves); end values are held."""
         return np.stack([np.interp(frames, self.frames, curve) for curve in self.values.T], axis=1)
 
 
 def reduce_curves(curves: NDArray[np.floating], tolerance: float) -> Keys:
-    """Keys that all curves share, (frames, curves), such that each is met within `tolerance` at every frame.
+    """Keys shared by all curves, (frames, curves), with an error of at most `tolerance` at every frame.
 
     Each key is the last frame that a straight line from the one before can reach. Raises ValueError when
     there are no frames.
@@ -51,7 +51,7 @@ def reduce_curves(curves: NDArray[np.floating], tolerance: float) -> Keys:
 
 
 def reduce_channels(animation: Animation, tolerance: float) -> dict[str, Keys]:
-    """Keys of each channel on its own; one that stands still has one key."""
+    """Keys of each channel separately; a constant channel has one key."""
     return {name: reduce_curve(animation.channel(name), tolerance) for name in animation.channels}
 
 
@@ -67,7 +67,7 @@ def reduce_curve(curve: NDArray[np.floating], tolerance: float) -> Keys:
 
 
 def describe_keys(keys: dict[str, Keys], animation: Animation) -> str:
-    """Keys per second and the largest error of curves that have keys of their own, for people."""
+    """Keys per second and largest error of curves with separate keys, as text."""
     moving = [item for item in keys.values() if len(item.frames) > 1]
     count = sum(len(item.frames) for item in moving)
     rate = count / max(len(moving), 1) / (len(animation.values) / animation.fps)
@@ -78,7 +78,7 @@ def describe_keys(keys: dict[str, Keys], animation: Animation) -> str:
 
 
 def describe_shared_keys(keys: Keys, animation: Animation) -> str:
-    """The same of curves that share their keys."""
+    """The same for curves that share their keys."""
     count = len(keys.frames)
     rate = count / (len(animation.values) / animation.fps)
     return f"{count} keys that all curves share, {rate:.1f} per second, largest error {keys.error:.4f}"
@@ -91,8 +91,8 @@ def _largest(differences: NDArray[np.float64]) -> float:
 def _farthest(dense: NDArray[np.float64], first: int, tolerance: float) -> int:
     """The last frame to which straight lines from frame `first` stay within the tolerance of all curves.
 
-    Every frame on the way leaves a cone of slopes; a frame can be a key while its own slope lies within the
-    cones of all frames before it, and none can once they have nothing in common.
+    Every frame on the way allows a cone of slopes. A frame can be a key while its slope is within the cones
+    of all frames before it. The search ends when the cones have no common slope.
     """
     ahead = FIRST_LOOK
     while True:

@@ -1,4 +1,4 @@
-"""Options as people write them, on a command line or in a cell of a table."""
+"""Parse options from a command line or a table cell."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LAID = re.compile(r"(?P<source>.+?)(=(?P<gain>[\d.]+))?(@(?P<start>[\d.]+)-(?P<e
 
 
 def parse_gain(name: str, text: str) -> float:
-    """A gain from 0 to 4. Raises OptionError."""
+    """Parse a gain from 0 to 4. Raises OptionError."""
     value = _number(text)
     if not 0.0 <= value <= LARGEST:
         raise OptionError(f"{name} = {text!r}; give a number from 0 to {LARGEST:g}")
@@ -22,7 +22,7 @@ def parse_gain(name: str, text: str) -> float:
 
 
 def parse_gains(texts: Iterable[str]) -> dict[str, float]:
-    """Gains by control, from CONTROL=NUMBER each. Raises OptionError."""
+    """Parse gains by control, each CONTROL=NUMBER. Raises OptionError."""
     found: dict[str, float] = {}
     for text in texts:
         control, sign, number = text.strip().partition("=")
@@ -35,7 +35,7 @@ def parse_gains(texts: Iterable[str]) -> dict[str, float]:
 
 
 def parse_overlay(text: str) -> Overlay:
-    """An overlay from FILE, FILE=GAIN, FILE@START-END or FILE=GAIN@START-END. Raises OptionError."""
+    """Parse an overlay: FILE, FILE=GAIN, FILE@START-END or FILE=GAIN@START-END. Raises OptionError."""
     parts = LAID.fullmatch(text.strip())
     if parts is None:
         raise OptionError("an overlay names no file; write FILE=GAIN@START-END, such as smile=0.5@1.2-3")
@@ -46,7 +46,7 @@ def parse_overlay(text: str) -> Overlay:
 
 
 def parse_smoothing(text: str) -> float:
-    """Seconds of smoothing, from seconds or from the frequency in Hz that it halves the power of.
+    """Parse smoothing in seconds, given as seconds or as the frequency in Hz whose power it halves.
 
     Raises OptionError.
     """
@@ -63,7 +63,7 @@ def parse_smoothing(text: str) -> float:
 
 
 def _number(text: str) -> float:
-    """The number that a text is; NaN, which lies in no range, when it is none."""
+    """The number in a text, or NaN, which is outside every range, when it is not a number."""
     try:
         return float(text)
     except ValueError:

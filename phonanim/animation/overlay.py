@@ -1,7 +1,7 @@
-"""Overlays: expressions added to the speech, which keep away from what the lips say.
+"""Overlays: expressions added to the speech without disturbing the lips.
 
-Three things hold. While p b m f v sh zh ch jh are spoken, the mouth is that of the speech alone. While
-anything else is said, the mouth takes half of an overlay. Brows, eyes and cheeks take all of it.
+During p b m f v sh zh ch jh, the mouth follows the speech alone. During all other phones, the mouth takes
+half of an overlay. Brows, eyes and cheeks always take all of it.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 
-EASE = 0.25  # seconds in which an overlay comes and goes
-HOLD = 0.12  # seconds before and after a contact in which the mouth leaves its overlay and takes it up
-SHARE = 0.5  # of an overlay that the mouth takes while it speaks; set by eye
+EASE = 0.25  # seconds in which an overlay fades in and out
+HOLD = 0.12  # seconds before and after a contact in which the mouth's overlay fades out and in
+SHARE = 0.5  # share of an overlay that the mouth takes during speech; set by eye
 LARGEST = 1e9  # of a value of a pose
-MOVES = 1e-4  # of full weight; less is standing still
-# What moves the lips, besides what the speech of the line itself moves.
+MOVES = 1e-4  # of full weight; less counts as no motion
+# Controls that move the lips, besides those that the line's speech moves.
 MOUTH = re.compile(r"jaw|mouth|lip|tongue|cheek_?puff|nose_?sneer|viseme", re.IGNORECASE)
 
 
@@ -46,7 +46,7 @@ def apply_overlays(
     times: Array,
     load: Callable[[Path], Animation],
 ) -> tuple[NDArray[np.float32], tuple[str, ...]]:
-    """Add overlays to speech, (frames, controls) -> the same shape within limits, and remarks.
+    """Add overlays to speech, (frames, controls) -> the same shape within limits, and notes.
 
     Offsets from rest are added; `load` reads an overlay that is an animation. Raises OptionError when an
     overlay cannot be read or does not fit the rig, and what `load` raises.
@@ -63,7 +63,7 @@ def apply_overlays(
 
 
 def overlay_weight(track: PhoneTrack, times: Array) -> Array:
-    """How much of an overlay the mouth takes at instants, (frames,) seconds -> (frames,) 0 to 1."""
+    """The share of an overlay that the mouth takes at instants, (frames,) seconds -> (frames,) 0 to 1."""
     silent = INVENTORY.where(kind="silence")[track.codes]
     bound = np.isin(track.codes, INVENTORY.codes([p for contact in CONTACTS for p in contact.phones]))
     spoken = SHARE + (1 - SHARE) * _eased(track.distance_to(~silent, times) / EASE)
@@ -71,17 +71,17 @@ def overlay_weight(track: PhoneTrack, times: Array) -> Array:
 
 
 def hash_overlays(overlays: Sequence[Overlay]) -> list[str]:
-    """A hash of the contents of each overlay. Raises OptionError when one is not there."""
+    """A hash of the contents of each overlay. Raises OptionError when one does not exist."""
     return [content_hash(find_overlay(overlay.source)) for overlay in overlays]
 
 
 def is_pose(source: str) -> bool:
-    """Whether an overlay is a pose, shipped or on PHONANIM_PATH, by its name."""
+    """Whether an overlay is the name of a pose, shipped or on PHONANIM_PATH."""
     return source in find_tables("poses")
 
 
 def find_overlay(source: str) -> Path:
-    """The file of an overlay: a path, or the name of a pose. Raises OptionError with the nearest."""
+    """The file of an overlay: a path, or the name of a pose. Raises OptionError, suggesting the nearest."""
     poses = find_tables("poses")
     if source in poses:
         return poses[source]
@@ -93,7 +93,7 @@ def find_overlay(source: str) -> Path:
 
 
 def mouth_controls(values: NDArray[np.float32], rig: Rig) -> NDArray[np.bool_]:
-    """Which controls are the mouth's: by their names, or because the speech moves them."""
+    """Which controls belong to the mouth: by their names, or because the speech moves them."""
     named = np.array([MOUTH.search(name) is not None for name in rig.controls])
     return np.asarray(named | (np.ptp(values, axis=0) > MOVES))
 
@@ -101,7 +101,7 @@ def mouth_controls(values: NDArray[np.float32], rig: Rig) -> NDArray[np.bool_]:
 def _offsets(
     overlay: Overlay, rig: Rig, times: Array, load: Callable[[Path], Animation]
 ) -> tuple[Array, list[str]]:
-    """What an overlay adds at instants, (frames, controls), and what of it was left out."""
+    """What an overlay adds at instants, (frames, controls), and notes on what was left out."""
     path = find_overlay(overlay.source)
     pose = _read_pose(path)
     start, end = overlay.span or (-np.inf, np.inf)
@@ -136,7 +136,7 @@ def _read_pose(path: Path) -> dict[str, Any] | None:
 
 
 def _posed(pose: dict[str, Any], rig: Rig, path: Path) -> tuple[Rig, Array]:
-    """The rig that a pose is of, this one or the one behind it, and its offsets from rest (controls,)."""
+    """The rig of a pose, this one or the one that it goes through, and its offsets from rest (controls,)."""
     base = _base(pose, rig)
     offset = np.zeros(len(base.controls))
     for name, value in pose.items():
@@ -156,7 +156,7 @@ def _posed(pose: dict[str, Any], rig: Rig, path: Path) -> tuple[Rig, Array]:
 
 
 def _curves(animation: Animation, rig: Rig, path: Path, times: Array) -> tuple[Rig, Array, list[str]]:
-    """The rig that an animation is of, its offsets from rest at instants, and what that rig lacks."""
+    """The rig of an animation, its offsets from rest at instants, and the channels that the rig lacks."""
     base = _base(animation.channels, rig)
     known = [name for name in animation.channels if name in base.controls]
     moving = {name for name in animation.channels if np.abs(animation.channel(name)).max() > MOVES}
@@ -175,13 +175,13 @@ def _curves(animation: Animation, rig: Rig, path: Path, times: Array) -> tuple[R
 
 
 def _base(names: Sequence[str] | dict[str, Any], rig: Rig) -> Rig:
-    """The rig that names belong to: this one, or the one that it goes through."""
+    """The rig that has controls with these names: this one, or the one that it goes through."""
     behind = rig.through.rig if rig.through else rig
     return rig if any(name in rig.controls for name in names) else behind
 
 
 def own_table(rig: Rig) -> Array:
-    """How controls of the rig behind move this one's; shares of its motion are none of an overlay's."""
+    """How the other rig's controls move this one's. Overlays do not use shares of motion."""
     if rig.through is None:
         return np.eye(len(rig.controls))
     table = rig.through.table.copy()
@@ -190,7 +190,7 @@ def own_table(rig: Rig) -> Array:
 
 
 def _window(start: float, end: float, times: Array) -> Array:
-    """1 from start to end, coming and going within; no ease where the line itself begins or ends."""
+    """1 from start to end, with fades inside; no fade where the line itself begins or ends."""
     come = np.ones(len(times)) if start <= times[0] else _eased((times - start) / EASE)
     go = np.ones(len(times)) if end >= times[-1] else _eased((end - times) / EASE)
     return np.asarray(come * go)
@@ -203,7 +203,7 @@ def _eased(share: Array) -> Array:
 
 
 def limited(values: NDArray[np.float32], offsets: Array, rig: Rig) -> NDArray[np.float32]:
-    """Controls with offsets within the limits; what has no offset stays as it was, to the bit."""
+    """Controls with offsets within the limits; controls without an offset stay bit-identical."""
     moved = offsets.any(axis=0)
     result = values.copy()
     laid = np.clip(values[:, moved] + offsets[:, moved], rig.minimum[moved], rig.maximum[moved])

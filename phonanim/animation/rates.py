@@ -1,4 +1,4 @@
-"""Frame rates: exact NTSC rates, and which instants a line has frames at."""
+"""Frame rates: exact NTSC rates, and the instants of a line's frames."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from fractions import Fraction
 
 from phonanim.errors import OptionError
 
-# What people write for the NTSC rates, which are whole rates x 1000/1001.
+# Usual spellings of the NTSC rates, which are whole rates x 1000/1001.
 NTSC = {"23.976": 24, "23.98": 24, "29.97": 30, "47.952": 48, "47.95": 48, "59.94": 60, "119.88": 120}
 LOWEST, HIGHEST = 1, 1000  # hertz
-ROUNDING = 1e-6  # frames: an instant this little beyond the end is at the end
+ROUNDING = 1e-6  # frames: an instant closer than this beyond the end counts as the end
 
 
 def parse_rate(text: str) -> float:
@@ -25,11 +25,11 @@ def parse_rate(text: str) -> float:
 
 
 def check_rate(rate: float | Fraction, text: str) -> None:
-    """Raise OptionError, naming the rate as it was written, when nobody could mean it."""
+    """Raise OptionError, naming the rate as it was written, when it is out of range."""
     if not LOWEST <= rate <= HIGHEST:
         raise OptionError(f"{text} frames per second: the rate must lie from {LOWEST} to {HIGHEST}")
 
 
 def frame_count(duration: float, fps: float) -> int:
-    """How many of the instants n / fps, n = 0, 1, ..., lie from 0 to `duration` seconds, both included."""
+    """The number of instants n / fps, n = 0, 1, ..., from 0 to `duration` seconds, both included."""
     return math.floor(duration * fps + ROUNDING) + 1

@@ -1,4 +1,4 @@
-"""Smoothing in time that keeps closures: lips that meet, meet as firmly and at the same instants."""
+"""Smoothing in time that keeps closures: closed lips stay as closed, at the same instants."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from phonanim.speech.phones import PhoneTrack
 Array = NDArray[np.float64]
 
 LONGEST = 1.0  # seconds
-REACH = 3.0  # standard deviations at which the window ends
-SHORTEST = 0.1  # frames; a narrower window is the frame itself
-CLOSED = 0.6  # mm between the inner lips: closed, as a tracker sees it
-RAMP = 0.06  # seconds from a closure to the smooth_controls curve; as in phonanim.face.contacts
+REACH = 3.0  # standard deviations at which the window is cut off
+SHORTEST = 0.1  # frames; a narrower window changes nothing
+CLOSED = 0.6  # mm between the inner lips: up to this, tracked lips count as closed
+RAMP = 0.06  # seconds from a closure to full smoothing; as in phonanim.face.contacts
 PER_WIDTH = 1 / math.sqrt(8 * math.log(2))  # standard deviations in the full width at half height
 HALF_POWER = math.sqrt(math.log(2)) / (2 * math.pi)  # frequency times standard deviation
 
 
 def width_for_cutoff(hertz: float) -> float:
-    """The seconds of smoothing that halve the power at a frequency. Raises ZeroDivisionError for 0 Hz."""
+    """The smoothing in seconds that halves the power at a frequency. Raises ZeroDivisionError for 0 Hz."""
     return HALF_POWER / hertz / PER_WIDTH
 
 
 def smooth_controls(
     values: NDArray[np.float32], seconds: float, fps: float, firm: Array | None = None
 ) -> NDArray[np.float32]:
-    """Weighted means over a Gaussian window, (frames, controls) -> the same shape; the ends hold.
+    """Weighted means over a Gaussian window, (frames, controls) -> the same shape; end values are held.
 
     `seconds` is the window's width at half its height. `firm` (frames,) from 0 to 1 is how much of each frame
-    stays as it is. The window is symmetric, so nothing comes earlier or later, and its weights are
-    positive, so no limit is passed that was kept before.
+    stays unchanged. The window is symmetric, so that nothing moves in time. Its weights are positive, so that
+    values stay within limits that they kept before.
     """
     deviation = seconds * PER_WIDTH * fps
     reach = math.ceil(REACH * deviation)
@@ -61,8 +61,8 @@ def closure_mask(
 ) -> Array:
     """How much of each frame smoothing must leave alone, (frames,): 1 at closures, 0 a `RAMP` away.
 
-    A closure is a frame whose lips are closed, by the articulation or else on the reference face, or that
-    lies in the core of a phone that brings lips or teeth together.
+    A closure is a frame whose lips are closed, by the articulation or else on the reference face, or a frame
+    in the core of a phone with contact of lips or teeth.
     """
     if articulation is not None:
         closed = articulation.channel("lip_gap") <= 0

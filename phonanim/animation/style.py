@@ -34,8 +34,8 @@ def scale_controls(
     """Scale the distance of each control from rest, (frames, controls); 1 changes nothing, 0 holds still.
 
     `jaw` and `lips` scale the controls that are named after them, `intensity` all, `own` single ones; limits
-    are kept. Drawn mouths have no more or less, and a share of another control (MetaHuman's Lips Together)
-    has none but its own. Raises OptionError when the rig lacks a control of `own`.
+    are kept. Gains do not apply to stepped (2D) rigs. A share of another control (MetaHuman's Lips Together)
+    uses only its own gain. Raises OptionError when the rig lacks a control of `own`.
     """
     own = own or {}
     _check(own, rig)
@@ -55,12 +55,12 @@ def scale_controls(
 
 
 def is_stepped_rig(rig: Rig) -> bool:
-    """Whether a rig shows one mouth at a time, which has no more or less."""
+    """Whether a rig shows one mouth at a time, to which gains do not apply."""
     return rig.visemes is not None and rig.visemes.stepped
 
 
 def unused_option_warnings(options: Options, rig: Rig) -> tuple[str, ...]:
-    """A remark on the options that do nothing on a rig of drawn mouths, or none."""
+    """A note on the options that have no effect on a stepped rig, or none."""
     given = [name for name in BLENDING if getattr(options, name) != getattr(DEFAULTS, name)]
     if not given or not is_stepped_rig(rig):
         return ()
@@ -76,10 +76,10 @@ def _check(own: Mapping[str, float], rig: Rig) -> None:
 
 
 def _singles(own: Mapping[str, float], rig: Rig) -> NDArray[np.float64]:
-    """The gain of every control by its own name.
+    """The gain of every control, in the order of the rig.
 
-    What never exceeds another control, as mouthClose jawOpen, goes along with it unless it has its own:
-    else lips that were closed would part.
+    A control that may not exceed another (mouthClose and jawOpen) takes the other's gain unless it has its
+    own. Otherwise closed lips would part.
     """
     gains = np.array([own.get(name, 1.0) for name in rig.controls])
     for low, high in rig.at_most:

@@ -16,7 +16,7 @@ class Timecode:
     """A way to count frames: `nominal` per second of timecode.
 
     Drop-frame counting is for the NTSC rates, `nominal` · 1000/1001: it leaves out two labels per 30 at the
-    start of every minute but the tenth, so that the label keeps to the clock.
+    start of every minute but the tenth, so that labels stay close to real time.
     """
 
     nominal: int
@@ -33,7 +33,7 @@ class Timecode:
         return self.nominal // 30 * 2 if self.drop else 0
 
     def format(self, time: float) -> str:
-        """The label of a time in seconds, with thousandths of a frame; a day starts anew."""
+        """The label of a time in seconds, with thousandths of a frame; it restarts after a day."""
         frames, fraction = divmod(round(time * self.rate * 1000), 1000)
         seconds, frame = divmod(frames + self._skipped(frames), self.nominal)
         hours, minutes = divmod(seconds // 60, 60)
@@ -41,7 +41,7 @@ class Timecode:
         return f"{hours % DAY:02}:{minutes:02}:{seconds % 60:02}{mark}{frame:02}.{fraction:03}"
 
     def parse(self, text: str) -> float:
-        """The inverse of `format`, in seconds. Raises OptionError for what is no such label."""
+        """The inverse of `format`, in seconds. Raises OptionError for an invalid label."""
         found = TEXT.fullmatch(text.strip())
         if not found or (found[4] == ";") != self.drop:
             example = "01:00:00;02" if self.drop else "01:00:00:02"
@@ -67,5 +67,5 @@ class Timecode:
 
 
 def timecode_for_label(text: str, nominal: int) -> Timecode:
-    """The way a label counts: `;` before its frames says drop-frame."""
+    """Detect how a label counts: `;` before its frames means drop-frame."""
     return Timecode(nominal, drop=";" in text)
