@@ -1,4 +1,4 @@
-"""Rigs: the controls of a character, their limits, and how the reference face's modes move them."""
+"""Rigs: a character's controls, their limits, and their mapping from the reference face's modes."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""What landmarks cannot show: a lower lip that rolls under the teeth, lips that are pushed forward.
+"""Accents for what landmarks cannot show: a lower lip rolled under the teeth, and lip protrusion.
 
-A face tracker follows the rims of the lips. It does not see the teeth, sees little of how far lips
-stand out, and a network's answer is a mean, so f v and the rounded sounds reach a rig weaker than they
-are spoken. A rig may name a table of accents (phones, control, amount) that are added while such a
-phone lasts, rising and falling like the contacts (phonanim/face/contacts.py).
+A face tracker follows the rims of the lips. It cannot detect the teeth, measures little lip protrusion, and a
+network predicts a mean. The motion of f v and of rounded phones on a rig is therefore too weak. A rig may
+name a table of accents (phones, control, amount) that are added during such a phone. They rise and fall like
+the contacts (phonanim/face/contacts.py).
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from phonanim.errors import RigError
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.phones import PhoneTrack
 
-CORE = 0.3  # share of the phone that has the accent whole
+CORE = 0.3  # share of the phone that has the full accent
 RAMP = 0.08  # seconds before and after it
 
 
 @lru_cache(maxsize=64)
 def read_accents(path: Path, controls: tuple[str, ...]) -> NDArray[np.float32]:
-    """A table of accents as amounts (41, controls). Raises RigError naming the row that is amiss."""
+    """A table of accents as amounts (41, controls). Raises RigError naming the row that is wrong."""
     table = np.zeros((len(INVENTORY.phones), len(controls)), np.float32)
     try:
         with path.open(encoding="utf-8", newline="") as file:
@@ -48,7 +48,7 @@ def add_accents(
 ) -> NDArray[np.float32]:
     """Add accents to controls at `times` (frames,) seconds, in place, (frames, controls) -> the same.
 
-    Where two phones are near, each control takes the larger of their accents.
+    Where two phones are near, each control takes the larger accent.
     """
     added = np.zeros_like(values)
     for segment in np.flatnonzero(accents[track.codes].any(axis=1)):

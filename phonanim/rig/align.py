@@ -1,4 +1,4 @@
-"""Two heads brought together: by what their shapes move, or by their faces alone.
+"""Align two heads: by what their shapes move, or by their faces alone.
 
 Needs trimesh and scipy.
 """
@@ -23,25 +23,31 @@ from phonanim.rig.tables import VRM, read_viseme_shapes
 Array = NDArray[np.float64]
 
 INNER_PARTS = re.compile(r"eye|teeth|tooth|gum|tongue|socket|lash|hair|brow|tear|cornea", re.IGNORECASE)
-OPENINGS = ("jawopen", "aa", "visemeaa", "a", "mouthopen")  # what tells the lower lip from the upper
+OPENINGS = (
+    "jawopen",
+    "aa",
+    "visemeaa",
+    "a",
+    "mouthopen",
+)  # the shape that separates the lower lip from the upper
 FEWEST_NAMES = 4
-NORMAL_REACH = 0.010  # metres: a surface that faces the other way counts as this far
-OPENING_REACH = 0.020  # metres: as far counts a point of the other lip
+NORMAL_REACH = 0.010  # metres: distance added for a surface that faces the other way
+OPENING_REACH = 0.020  # metres: distance added for a point of the other lip
 ICP_STEPS = 60
-LOST = 0.015  # metres between faces that were not brought together
-FACE_MARGIN = 0.03  # metres around the landmarks that belong to the face
+LOST = 0.015  # metres between faces above which alignment has failed
+FACE_MARGIN = 0.03  # metres around the landmarks that count as face
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A skin to match: points, triangles, and features whose nearness tells what corresponds."""
+    """A skin to match: points, triangles, and features whose distances define correspondence."""
 
     points: Array
     triangles: NDArray[np.int64]
     opening: Array
 
     def features(self) -> Array:
-        """(points, 7): place, direction and how the point moves as the mouth opens, all in metres."""
+        """(points, 7): position, direction and motion as the mouth opens, all in metres."""
         return np.column_stack(
             [
                 self.points,
@@ -52,9 +58,9 @@ class Surface:
 
 
 def align_heads(model: Head, target: Head) -> Callable[[Array], Array]:
-    """A similarity that brings the target onto the model: a function of points, (n, 3) -> (n, 3) metres.
+    """A similarity from the target to the model, as a function of points, (n, 3) -> (n, 3) metres.
 
-    Shapes of the same name move the same part of the face, so the places that they move are matched
+    Shapes with the same name move the same part of the face, so the centres of their motion are matched
     (Umeyama 1991). Raises RigError when too few names are known.
     """
     ours, theirs = _anchors(add_viseme_shapes(model)), _anchors(target)
@@ -74,7 +80,7 @@ def align_heads(model: Head, target: Head) -> Callable[[Array], Array]:
 
 
 def add_viseme_shapes(model: Head) -> Head:
-    """The shipped head with visemes and VRM's expressions for shapes as well."""
+    """The shipped head with visemes and VRM's expressions as additional shapes."""
     names, mixtures = read_viseme_shapes(model.targets)
     blinks = np.array([[t == f"eyeBlink{side}" for t in model.targets] for side in ("Left", "Right")], float)
     known = {
@@ -87,7 +93,7 @@ def add_viseme_shapes(model: Head) -> Head:
 
 
 def _anchors(head: Head) -> dict[str, Array]:
-    """Where each shape moves the skin, on average, by its plain name."""
+    """The centre of each shape's motion on the skin, by plain name."""
     skin = skin_rows(head)
     found = {}
     for name, delta in zip(head.targets, head.deltas, strict=True):
@@ -100,8 +106,8 @@ def _anchors(head: Head) -> dict[str, Array]:
 def align_bare_head(model: Head, spots: MeshLandmarks, target: Head) -> Callable[[Array], Array]:
     """As `align`, for a head without shapes that looks along z with y up.
 
-    Noses and skulls are laid on each other first, then the faces (iterative closest points, the worst
-    fifth left out). Raises RigError when they do not come together.
+    Noses and skulls are aligned first, then the faces (iterative closest points without the worst fifth).
+    Raises RigError when the alignment fails.
     """
     _, _, tree = scipy_parts()
     mine, theirs, rows = surface_of(model), surface_of(target), face_rows(model, spots)
@@ -122,10 +128,10 @@ def align_bare_head(model: Head, spots: MeshLandmarks, target: Head) -> Callable
 
 
 def _skull(head: Head) -> tuple[float, Array]:
-    """The breadth of the skull above the ears, and the tip of the nose."""
+    """The width of the skull above the ears, and the tip of the nose."""
     points = head.vertices[skin_rows(head)]
     top, breadth = points[:, 1].max(), float(np.ptp(points[:, 0]))
-    for _ in range(50):  # the widest part lies half a breadth below the crown
+    for _ in range(50):  # the widest part is half a width below the crown
         band = points[np.abs(top - points[:, 1] - 0.5 * breadth) < 0.15 * breadth]
         if len(band) == 0:
             break
@@ -135,9 +141,9 @@ def _skull(head: Head) -> tuple[float, Array]:
 
 
 def _similarity(points: Array, goal: Array) -> tuple[float, Array, Array]:
-    """Scale, turn and shift that bring points onto a goal; the scale is the ratio of their sizes.
+    """Scale, rotation and translation of points onto a goal; the scale is the ratio of their sizes.
 
-    The least-squares scale shrinks with every wrong neighbour, so that closest points would collapse.
+    The least-squares scale shrinks with every wrong neighbour, so iterative closest points would collapse.
     """
     centre, middle = points.mean(axis=0), goal.mean(axis=0)
     left, _, right = np.linalg.svd((points - centre).T @ (goal - middle))
@@ -163,7 +169,7 @@ def skin_rows(head: Head) -> NDArray[np.int64]:
 
 
 def surface_of(head: Head) -> Surface:
-    """The skin of a head, with what it does as the mouth opens."""
+    """The skin of a head, with its motion as the mouth opens."""
     skin = np.isin(head.triangles, skin_rows(head)).all(axis=1)
     known = [i for i, name in enumerate(head.targets) if plain_name(name) in OPENINGS]
     opening = np.zeros(len(head.vertices))
@@ -174,7 +180,7 @@ def surface_of(head: Head) -> Surface:
 
 
 def scipy_parts() -> tuple[Any, Any, Any]:
-    """What is needed of scipy: sparse matrices, their factorization, nearest neighbours."""
+    """Import from scipy: sparse matrices, their factorization, nearest neighbours."""
     try:
         from scipy import sparse
         from scipy.sparse.linalg import factorized

@@ -1,4 +1,4 @@
-"""A character's file as a head: every mesh that has morph targets."""
+"""Read a character's file as a head: all meshes that have morph targets."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from phonanim.rig.morphs import Morphs, find_morphs
 
 Array = NDArray[np.float64]
 
-GREY = 0.3  # what the parts of a character reflect in pictures, where the file itself does not tell
+GREY = 0.3  # reflectance of a character's parts in pictures, where the file does not define it
 
 
 def load_character(path: Path) -> Head:
-    """Read a GLB or VRM file: all meshes with morph targets end to end, targets of one name as one.
+    """Read a GLB or VRM file: all meshes with morph targets joined, targets with the same name merged.
 
-    VRM expressions stand in place of the targets that they group. Raises RigError.
+    VRM expressions replace the targets that they group. Raises RigError.
     """
     glb = read_glb(path)
     return _joined([piece for morphs in find_morphs(glb) for piece in _pieces(glb, morphs)], path)
 
 
 def load_bare_character(path: Path) -> Head:
-    """Read all meshes of a GLB file, end to end, without their shapes. Raises RigError."""
+    """Read all meshes of a GLB file, joined, without their shapes. Raises RigError."""
     glb = read_glb(path)
     nodes = [number for number, node in enumerate(glb.tree.get("nodes", [])) if "mesh" in node]
     if not nodes:
@@ -41,7 +41,7 @@ def load_bare_character(path: Path) -> Head:
 
 
 def _joined(pieces: list[Piece], path: Path) -> Head:
-    """Pieces end to end as one head."""
+    """Join pieces into one head."""
     names = tuple(dict.fromkeys(name for piece in pieces for name in piece.controls))
     bounds = np.cumsum([0, *(len(piece.points) for piece in pieces)]).tolist()
     spans = [slice(*span) for span in pairwise(bounds)]
@@ -71,8 +71,8 @@ def _joined(pieces: list[Piece], path: Path) -> Head:
 class Piece:
     """One primitive in the world's axes: points (n, 3), faces (t, 3), moves of its targets (targets, n, 3).
 
-    `controls` are the weights of the targets (targets,) by the name that moves them; `colors` (n, 3) are what
-    it reflects.
+    `controls` maps each control name to its weights of the targets (targets,); `colors` (n, 3) are its
+    reflectance.
     """
 
     name: str
@@ -84,7 +84,7 @@ class Piece:
 
 
 def _controls(morphs: Morphs) -> dict[str, Array]:
-    """What moves a node's targets, by name: weights of each (targets,)."""
+    """The controls of a node's targets: weights (targets,) by name."""
     unit = np.eye(len(morphs.names))
     mixed = {
         name: np.sum([unit[target] * weight for target, weight in pairs], axis=0)
@@ -115,7 +115,7 @@ def _pieces(glb: Glb, morphs: Morphs) -> list[Piece]:
 
 
 def _tells_colour(material: dict[str, Any], primitive: dict[str, Any]) -> bool:
-    """Whether colours stand in the file itself: not in a picture, and not left to the viewer."""
+    """Whether the file itself holds colours, not a texture image or the viewer's default."""
     surface = material.get("pbrMetallicRoughness", {})
     return "baseColorTexture" not in surface and (
         "baseColorFactor" in surface or "COLOR_0" in primitive["attributes"]

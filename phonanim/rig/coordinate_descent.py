@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-SETTLED = 1e-4  # no more sweeps when no value moves farther
-PIVOT = 1e-9  # keeps an unknown that moves nothing where it is
+SETTLED = 1e-4  # stop when no value changes more than this
+PIVOT = 1e-9  # keeps an unknown without effect at its value
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Problem:
     """min over v of Σ_t ½ v_t·gram·v_t − pull_t·v_t + ½ sparse |v_t| + ½ smooth |v_t − v_t−1|², bounded.
 
     `gram` (n, n), `pull` (frames, n), `minimum` and `maximum` (n,) or (frames, n), `sparse` (n,); `ends` are
-    the frames before which a chain of tied frames ends.
+    the frames at which a chain of tied frames ends (exclusive).
     """
 
     gram: Array
@@ -33,7 +33,7 @@ class Problem:
 def descend(problem: Problem, start: Array, sweeps: int = 200) -> Array:
     """Coordinate descent, (frames, n) -> (frames, n): even frames with the odd ones held, then odd ones.
 
-    Each step gives one unknown of every other frame its best value in closed form, so the energy never
+    Each step sets one unknown of every second frame to its optimum in closed form, so the energy never
     rises and the bounds always hold.
     """
     frames = np.arange(len(start))
@@ -58,7 +58,7 @@ def descend(problem: Problem, start: Array, sweeps: int = 200) -> Array:
 
 
 def _sweep(problem: Problem, values: Array, pull: Array, ties: Array, low: Array, high: Array) -> Array:
-    """Give each unknown its best value in turn, (frames, n) -> (frames, n)."""
+    """Set each unknown to its optimum in turn, (frames, n) -> (frames, n)."""
     values, gram = values.copy(), problem.gram
     for j in range(len(gram)):
         slope = pull[:, j] - values @ gram[:, j] + gram[j, j] * values[:, j]

@@ -1,11 +1,11 @@
 """How a skin follows the model's triangles: deformation transfer (Sumner and Popović 2004).
 
-A shape turns and stretches each triangle of the model; a skin's triangles are asked to do as the triangle
-does that they correspond to, and the vertices that come nearest to that are found. In the gradient form of
-Botsch, Sumner, Pauly and Gross 2006 ("Deformation transfer for detail-preserving surface editing") that is
-one Poisson system, the same for all shapes: factorized once. Turns alone drift: what a few triangles at a
-rim lose, the whole chin loses; so each vertex is also pulled, weakly, to where the model's motion carries
-it, and facing points of the lips part as the model's do, or lips that close would not stay closed.
+A shape rotates and stretches each triangle of the model. Each triangle of a skin should deform like its
+corresponding model triangle, and the solver finds the vertices that fit this best. In the gradient form of
+Botsch, Sumner, Pauly and Gross 2006 ("Deformation transfer for detail-preserving surface editing") this is
+one Poisson system for all shapes, factorized once. Gradients alone drift: an error in a few triangles at a
+rim moves the whole chin. So each vertex is also weakly pulled to the position given by the model's motion,
+and facing points of the lips part as the model's do; otherwise closed lips would not stay closed.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from phonanim.rig.rims import LOWER_INNER, UPPER_INNER
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
-FAR = 0.008  # metres: what is farther than this from the warped model corresponds to nothing
-TURNED = 0.3  # cosine: nor what faces away from it
-STILL = 5e-5  # metres: what the model moves less is held in place
-HOLD, DRIFT = 1e-3, 1e-7  # how much rest counts against turns, where the model rests and where it moves
-LOOSE = 0.1  # how much a triangle counts that corresponds to none: it should not stiffen its neighbours
-REACH = 0.018  # metres: beyond this, where the model's motion carries a vertex counts more than turns
-PARTING = 10.0  # how much the lips' parting counts against turns
+FAR = 0.008  # metres: beyond this distance from the warped model there is no correspondence
+TURNED = 0.3  # cosine of normals: below this there is no correspondence
+STILL = 5e-5  # metres: points that the model moves less are held in place
+HOLD, DRIFT = 1e-3, 1e-7  # weight of rest against gradients, where the model rests and where it moves
+LOOSE = 0.1  # weight of a triangle without correspondence: it should not stiffen its neighbours
+REACH = 0.018  # metres: beyond this, the position from the model's motion counts more than gradients
+PARTING = 10.0  # weight of the lips' distance against gradients
 
 
 class Deformation:
-    """The Poisson system of a skin: from what a shape does to the model's triangles to its own vertices."""
+    """The Poisson system of a skin: from a shape's effect on the model's triangles to the skin's vertices."""
 
     def __init__(
         self, model: Head, spots: MeshLandmarks, warped: Surface, theirs: Surface, found: MeshLandmarks
@@ -69,7 +69,7 @@ class Deformation:
         return float(self.matched.mean())
 
     def _holds(self) -> Array:
-        """How much each vertex is held: where the model moves in no shape, it stays."""
+        """How firmly each vertex is held: vertices that the model moves in no shape stay."""
         moved = np.linalg.norm(self.model.deltas, axis=2).max(axis=0)[self.triangles].max(axis=1)
         own = np.where(self.matched, moved[self.owner], 0.0)
         most = np.zeros(len(self.welded))
@@ -77,7 +77,7 @@ class Deformation:
         return np.where(most < STILL, HOLD, DRIFT)
 
     def _shares(self, areas: Array) -> Array:
-        """The area that belongs to each vertex, square metres."""
+        """The area of each vertex, in square metres."""
         corners = self.place[self.theirs.triangles]
         shares = np.bincount(corners.ravel(), np.repeat(areas / 3, 3), minlength=len(self.welded))
         return np.asarray(shares, np.float64)
@@ -101,10 +101,10 @@ class Deformation:
 
 
 class Finder:
-    """What of a warped model lies nearest, by place and direction."""
+    """Find the nearest point of a warped model, by position and direction."""
 
     def __init__(self, warped: Surface) -> None:
-        """Spread samples over the surface."""
+        """Place samples on the surface."""
         _, _, tree = scipy_parts()
         self.points, _, self.owners = sample_surface(warped)
         self.facing = face_normals(warped.points, warped.triangles)[self.owners]
@@ -127,7 +127,7 @@ def _frames(points: Array, triangles: Rows) -> Array:
 
 
 def _parting(landmarks: MeshLandmarks, place: Rows, count: int, sparse: Any) -> Any:
-    """The upper lip's points less the lower's that face them, (pairs, count)."""
+    """The upper lip's points minus the lower lip's facing points, (pairs, count)."""
     upper, lower = landmarks.take(UPPER_INNER), landmarks.take(LOWER_INNER)
     columns = place[np.concatenate([upper.corners, lower.corners], axis=1)]
     entries = np.concatenate([upper.weights, -lower.weights], axis=1)
@@ -136,7 +136,7 @@ def _parting(landmarks: MeshLandmarks, place: Rows, count: int, sparse: Any) -> 
 
 
 def _gradient(surface: Surface, place: Rows, count: int, sparse: Any) -> tuple[Any, Array, Array]:
-    """The gradient of a function of the vertices on each triangle (3t, count), normals and areas."""
+    """The gradient operator on triangles (3t, count), normals and areas."""
     a, b, c = (surface.points[surface.triangles[:, k]] for k in range(3))
     double = np.linalg.norm(np.cross(b - a, c - a), axis=1).clip(1e-14)
     normal = face_normals(surface.points, surface.triangles)

@@ -17,13 +17,13 @@ from phonanim.rig.solve import Unknowns, solve
 
 Array = NDArray[np.float64]
 
-ENERGY = Energy(smooth=0.0)  # the frames to fit are a sample, not a film
-POSE_PRIOR = 20.0  # L1 per unit of control: an artist reads and edits the poses
+ENERGY = Energy(smooth=0.0)  # the frames to fit are a sample, not a sequence
+POSE_PRIOR = 20.0  # L1 per unit of control: keeps poses sparse, because an artist reads and edits them
 STILLS = 0.005  # weight of each posed still, as a share of all frames
-AGREEING = 1000.0  # how strongly solutions are drawn to what the map can say, per round
+AGREEING = 1000.0  # how strongly solutions are pulled to the map's output, per round
 ROUNDS = 4
-KNOTS = (0.2, 1.0, 3.0, 6.0)  # mm of lip gap where a control may change its course
-GAP_UNIT = 3.0  # mm: brings the hinges of gaps to the size of the others
+KNOTS = (0.2, 1.0, 3.0, 6.0)  # mm of lip gap at which a control may change its slope
+GAP_UNIT = 3.0  # mm: scales the hinges of gaps to the size of the others
 RIDGE = 1e-3
 
 
@@ -43,8 +43,8 @@ def fit_poses(
 ) -> tuple[Array, Array]:
     """Controls r_0 at the mean and R at the eight poses, (controls,) and (8, controls).
 
-    Bounded least squares of the motion that equations 2 and 3 of Taylor 2017 make of them, over frames
-    of speech and the posed stills themselves; r_0 and R enter linearly, so it is one problem.
+    Bounded least squares of the motion that equations 2 and 3 of Taylor 2017 compute from them, over frames
+    of speech and the posed stills. r_0 and R are linear in it, so it is one problem.
     """
     unknowns = Unknowns.of(landmark_rig, rig)
     frames = np.concatenate([modes, pose_modes(face)])
@@ -84,10 +84,10 @@ def pose_weights(modes: Array, face: FaceModel, rig: Rig) -> Array:
 
 
 def fit_direct(rig: Rig, landmark_rig: LandmarkRig, face: FaceModel, modes: Array, closed: Array) -> HingeMap:
-    """The hinge map that comes nearest to frame-by-frame solutions.
+    """The hinge map closest to frame-by-frame solutions.
 
-    Where several controls can make the same mouth, the frames are solved again, drawn to what the map
-    said, and the map is fitted again: after a few rounds both agree on one way.
+    Several combinations of controls can make the same mouth. So the frames are solved again, pulled to the
+    map's output, and the map is fitted again; after a few rounds both agree.
     """
     shapes, standardized = face.instance(modes), modes / face.std
     solved = solve(shapes, face, landmark_rig, rig, closed, ENERGY)
@@ -101,8 +101,8 @@ def fit_direct(rig: Rig, landmark_rig: LandmarkRig, face: FaceModel, modes: Arra
 def fit_hinges(standardized: Array, solved: Array, rig: Rig, face: FaceModel) -> HingeMap:
     """Ridge regression of controls on hinges, (frames, modes), (frames, controls) -> map.
 
-    Limits cut the map's output off, so a value at its limit asks only that the map says that much or
-    more: its residual is taken as zero beyond, and the regression repeated.
+    Limits clip the map's output, so for a value at its limit any output beyond is right: its residual is
+    zero there, and the regression is repeated.
     """
     names, loads, offsets = make_hinges(face)
     moving = np.any(solved != rig.rest, axis=0)
@@ -121,7 +121,7 @@ def fit_hinges(standardized: Array, solved: Array, rig: Rig, face: FaceModel) ->
 
 
 def make_hinges(face: FaceModel) -> tuple[tuple[str, ...], Array, Array]:
-    """What a direct map may look at: each mode's two halves, and lip gaps beyond some openings.
+    """The hinges of a direct map: each mode's two halves, and lip gaps beyond some openings.
 
     Returns names, loads (hinges, modes) on modes in standard deviations, and offsets (hinges,).
     """

@@ -1,4 +1,4 @@
-"""Fit a rig to a character: which of its shapes are speech, and how well the result follows the face."""
+"""Fit a rig to a character: find its speech shapes, and measure how well the result follows the face."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ from phonanim.rig.register import suggest_landmarks
 from phonanim.rig.retarget import retarget
 from phonanim.rig.rig import Rig
 
-# Shapes that move the lips but say nothing.
+# Shapes that move the lips but are not speech.
 MOODS = frozenset({"happy", "angry", "sad", "relaxed", "surprised", "joy", "sorrow", "fun", "cheekpuff"})
-LEAST_MOTION = 1.0  # mm of some lip point: less is no shape of speech
-CANCELLING = 0.5  # of the two sides' motion: less is left where they pull against each other
-ENOUGH_STEMS = 6  # of the controls that the preset's mouth is made of
-EFFORT = 3.0  # mm² of any other shape at full weight
+LEAST_MOTION = 1.0  # mm of some lip point: a shape that moves less is not a speech shape
+CANCELLING = 0.5  # of the two sides' motion: less remains where the sides cancel each other
+ENOUGH_STEMS = 6  # share of the controls of the preset's mouth
+EFFORT = 3.0  # mm², effort of any other shape at full weight
 SIDE = re.compile(r"(left|right)$")
-ENOUGH_ARKIT = 10  # speech controls with ARKit's names: then these are the character's
+ENOUGH_ARKIT = 10  # number of speech controls with ARKit's names from which only these are used
 
 
 def fit_character(
     head: Head, face: FaceModel, name: str, spots: MeshLandmarks | None = None
 ) -> tuple[Rig, MeshLandmarks]:
-    """A rig for a head with blendshapes, and where the landmarks lie on it (suggested when not given).
+    """A rig for a head with blendshapes, and its landmarks (suggested when not given).
 
     Raises RigError when the face cannot be found or no shape moves the lips.
     """
@@ -49,7 +49,7 @@ def fit_character(
 
 
 def speech_uses(speech: tuple[str, ...]) -> dict[str, tuple[str, float]]:
-    """When each control takes part and what it costs: ARKit's as the preset has it, others always."""
+    """When each control is used and its effort: ARKit's as in the preset, others always."""
     stems = dict.fromkeys(SIDE.sub("", plain_name(name)) for name in speech)
     known = {plain_name(name): uses for name, uses in ARKIT.items()}
     arkit = sum(stem in known for stem in stems) >= ENOUGH_STEMS
@@ -69,10 +69,10 @@ def unfitted_rig(head: Head, name: str, speech: tuple[str, ...]) -> Rig:
 
 
 def speech_controls(landmark_rig: LandmarkRig, face: FaceModel, arkit: Rig) -> tuple[str, ...]:
-    """The controls that speech moves: ARKit's by name, else all that move the lips and are no mood.
+    """The speech controls: ARKit's by name, else all that move the lips except for expressions.
 
-    Pairs that pull the mouth to either side cancel each other and are left out. Raises RigError when
-    nothing is left.
+    Pairs that pull the mouth to either side cancel each other and are left out. Raises RigError when no
+    control is left.
     """
     known = {plain_name(name) for name in arkit.speech}
     named = tuple(name for name in landmark_rig.controls if plain_name(name) in known)

@@ -1,4 +1,4 @@
-"""Questions about triangle meshes that trimesh answers: directions, adjacency, vertices that are one.
+"""Triangle-mesh queries by trimesh: normals, adjacency, coincident vertices.
 
 Needs trimesh and scipy (extra `rig`).
 """
@@ -15,11 +15,11 @@ from phonanim.errors import MissingExtraError
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
-SAME = 1e-6  # of a head's size: vertices nearer than this are one, split for textures
+SAME = 1e-6  # of a head's size: vertices nearer than this are one vertex, split for textures
 
 
 def import_trimesh() -> Any:
-    """trimesh, imported where it is needed. Raises MissingExtraError naming the extra."""
+    """Import trimesh where it is needed. Raises MissingExtraError naming the extra."""
     try:
         import trimesh
     except ImportError as error:
@@ -28,20 +28,20 @@ def import_trimesh() -> Any:
 
 
 def face_normals(points: Array, triangles: Rows) -> Array:
-    """Directions of length one in which triangles face, (triangles, 3); noughts where one has no area."""
+    """Unit normals of triangles, (triangles, 3); zero for a triangle without area."""
     trimesh = import_trimesh()
     return np.asarray(trimesh.unitize(trimesh.triangles.cross(points[triangles])))
 
 
 def vertex_normals(points: Array, triangles: Rows) -> Array:
-    """Outward directions of length one at the vertices, weighted by area, (vertices, 3)."""
+    """Unit normals at the vertices, weighted by area, (vertices, 3)."""
     trimesh = import_trimesh()
     areas = trimesh.triangles.cross(points[triangles])
     return np.asarray(trimesh.geometry.mean_vertex_normals(len(points), triangles, areas))
 
 
 def weld(points: Array, triangles: Rows) -> tuple[Rows, Rows]:
-    """Rows of distinct vertices of the triangles, and each vertex's place among them, -1 when unused."""
+    """Rows of the distinct vertices of the triangles, and each vertex's index among them, -1 if unused."""
     used = np.unique(triangles)
     grain = SAME * float(np.ptp(points, axis=0).max())
     first, inverse = import_trimesh().grouping.unique_rows(points[used] / grain, digits=0, keep_order=True)
@@ -51,14 +51,14 @@ def weld(points: Array, triangles: Rows) -> tuple[Rows, Rows]:
 
 
 def connected_labels(triangles: Rows, count: int) -> Rows:
-    """A number for each of `count` vertices, the same for those that triangles join."""
+    """A component number for each of `count` vertices, the same for vertices that triangles connect."""
     trimesh = import_trimesh()
     edges = trimesh.geometry.faces_to_edges(triangles)
     return np.asarray(trimesh.graph.connected_component_labels(edges, count))
 
 
 def uniform_laplacian(edges: Rows, count: int) -> Any:
-    """How far each vertex's value lies from the mean of its neighbours', sparse (count, count).
+    """Difference of each vertex's value from the mean of its neighbours, sparse (count, count).
 
     `edges` (n, 2) may name an edge more than once and in either direction.
     """

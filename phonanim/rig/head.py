@@ -1,4 +1,4 @@
-"""The head: a mesh in six parts with morph targets, as the shipped `head.glb` holds it."""
+"""The head: a mesh in six parts with morph targets, as in the shipped `head.glb`."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from phonanim.rig.neck import Neck, find_bone
 
 SHIPPED = LEXICON / "rigs" / "head.glb"
 PARTS = ("skin", "tongue", "teeth_u", "teeth_l", "eye_l", "eye_r")
-# Shapes of the shipped head that ARKit has not; they move nothing but its tongue, so no landmark sees them.
+# Shapes of the shipped head that ARKit lacks. They move only its tongue, so no landmark shows them.
 TONGUE = ("tongueBackUp", "tongueFrontUp", "tongueTipForward", "tongueTipUp")
 
 
 @dataclass(frozen=True)
 class Head:
-    """A head at rest and what each control at full weight moves.
+    """A head at rest and the motion of each control at full weight.
 
     `vertices` is (n, 3) metres, x to the character's left, y up, z forward; `triangles` (t, 3) indices;
     `parts` the rows of each part; `targets` the control names; `deltas` (targets, n, 3) metres;
-    `colors` (n, 3) linear light reflected, 0 to 1; `neck` is where it turns, if that is known.
+    `colors` (n, 3) linear light reflected, 0 to 1; `neck` is where it turns, if known.
     """
 
     vertices: NDArray[np.float64]
@@ -56,8 +56,8 @@ class Head:
     def weights(self, values: NDArray[Any], channels: tuple[str, ...]) -> NDArray[np.float64]:
         """Curves by channel name as weights by target, (frames, channels) -> (frames, targets).
 
-        Names match exactly, or as they read. Channels that the head lacks are left out; raises RigError when
-        it has none of them.
+        Names match exactly, or in their plain form. Channels that the head lacks are left out; raises
+        RigError when it has none of them.
         """
         alike = {plain_name(name): number for number, name in reversed(list(enumerate(self.targets)))}
         exact = {name: number for number, name in enumerate(self.targets)}
@@ -74,7 +74,7 @@ class Head:
 
 
 def load_head(path: Path | None = None) -> Head:
-    """Read a head: the shipped one, or a GLB made like it. Raises RigError."""
+    """Read a head: the shipped one, or a GLB with the same structure. Raises RigError."""
     return _shipped() if path is None else _head(read_glb(path))
 
 
@@ -84,7 +84,7 @@ def _shipped() -> Head:
 
 
 def _head(glb: Glb) -> Head:
-    """The first mesh that has morph targets, its primitives end to end."""
+    """The first mesh that has morph targets, its primitives joined."""
     meshes = [mesh for mesh in glb.tree.get("meshes", []) if has_targets(mesh)]
     if not meshes:
         raise RigError(f"{glb.source}: has no morph targets; export the character with its shape keys")
@@ -105,7 +105,7 @@ def _head(glb: Glb) -> Head:
 
 
 def _neck(glb: Glb, primitives: list[dict[str, Any]]) -> Neck | None:
-    """Where the head turns, from the one skin of a file that is made like the shipped head."""
+    """Where the head turns, from the only skin of a file with the shipped head's structure."""
     bone = find_bone(glb)
     if bone is None or not all("WEIGHTS_0" in primitive["attributes"] for primitive in primitives):
         return None

@@ -1,4 +1,4 @@
-"""What lies inside the face and moves with a transfer: teeth and eyes as rigid bodies, gums between them.
+"""Transfer the parts inside the face: teeth and eyes as rigid bodies, gums between them.
 
 Needs scipy.
 """
@@ -21,11 +21,11 @@ Rows = NDArray[np.int64]
 HARD = re.compile(r"eye(?!_?socket|_?lash|_?brow)|teeth|tooth|cornea", re.IGNORECASE)
 SOFT = re.compile(r"gum|tongue", re.IGNORECASE)
 JAWS = ("teeth_u", "teeth_l")  # of the model
-PARTED = 8  # power of distances: gums go with one jaw but for a narrow seam
+PARTED = 8  # power of distances: gums follow one jaw except in a narrow seam
 
 
 def outer_rows(head: Head) -> Rows:
-    """The skin, and the sockets and linings that are joined to it: what deforms as one surface."""
+    """The skin with the sockets and linings connected to it, which deform as one surface."""
     skin = skin_rows(head)
     labels = _joined(head)
     with_it = np.isin(labels, labels[skin])
@@ -37,10 +37,10 @@ def outer_rows(head: Head) -> Rows:
 
 
 def carry_parts(model: Head, target: Head, points: Array, moved: Array) -> dict[str, str]:
-    """Move what lies inside the face, in place; returns what each part follows, by name.
+    """Move the parts inside the face, in place; returns what each part follows, by name.
 
-    A hard piece (a tooth, an eye) follows the model's nearest one as a rigid body; gums and tongue lie
-    between upper and lower teeth and share their motions; the rest (lashes) follows the skin.
+    A hard piece (a tooth, an eye) follows the model's nearest one as a rigid body. Gums and tongue are
+    between upper and lower teeth and blend their motions. The rest (lashes) follows the skin.
     """
     _, _, tree = scipy_parts()
     outer = outer_rows(target)
@@ -68,7 +68,7 @@ def carry_parts(model: Head, target: Head, points: Array, moved: Array) -> dict[
 
 
 def _mixed(model: Head, shares: dict[str, Array], points: Array) -> Array:
-    """Points that take part in the motions of some of the model's parts, (shapes, n, 3)."""
+    """Motion of points that follow some of the model's parts, (shapes, n, 3)."""
     moved = np.zeros((len(model.deltas), *points.shape))
     for part, share in shares.items():
         rows = model.parts[part]
@@ -78,7 +78,7 @@ def _mixed(model: Head, shares: dict[str, Array], points: Array) -> Array:
 
 
 def _shares(points: Array, upper: Array, lower: Array, model: Head) -> dict[str, Array]:
-    """How much each point moves with the upper and with the lower teeth; the tongue goes with these."""
+    """How much each point moves with the upper and the lower teeth; the tongue follows the lower."""
     _, _, tree = scipy_parts()
     rise, fall = (tree(teeth).query(points)[0] for teeth in (upper, lower))
     if "tongue" in model.parts:
@@ -88,7 +88,7 @@ def _shares(points: Array, upper: Array, lower: Array, model: Head) -> dict[str,
 
 
 def _pieces(head: Head, outer: Rows) -> list[tuple[str, Rows]]:
-    """The connected pieces that are not of the outer surface, with the names of their parts."""
+    """The connected pieces outside the outer surface, with the names of their parts."""
     labels = _joined(head)
     inner = np.setdiff1d(np.arange(len(head.vertices)), outer)
     pieces = []
@@ -99,14 +99,14 @@ def _pieces(head: Head, outer: Rows) -> list[tuple[str, Rows]]:
 
 
 def _joined(head: Head) -> Rows:
-    """A number for each vertex, the same for those that triangles join, (vertices,)."""
+    """A component number for each vertex, the same for vertices that triangles connect, (vertices,)."""
     rows, place = weld(head.vertices, head.triangles)
     labels = connected_labels(place[head.triangles], len(rows))
     return np.where(place >= 0, labels[place], -1)
 
 
 def _rigid(points: Array, delta: Array, others: Array) -> Array:
-    """How other points move with the rigid body that moves points by delta, at best (Kabsch 1976)."""
+    """Motion of other points with the rigid body that best fits points moved by delta (Kabsch 1976)."""
     if np.abs(delta).max() < STILL:
         return np.zeros_like(others)
     centre, middle = points.mean(axis=0), (points + delta).mean(axis=0)
