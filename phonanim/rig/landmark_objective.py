@@ -1,4 +1,4 @@
-"""What counts when two mouths are compared: landmarks, and the distances that the eye reads."""
+"""The objective for comparing two mouths: landmarks, and the distances that viewers notice."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 CORNERS = ((61, 291), (78, 308))
 FRONTS = (0, 17)  # the middles of the outer lips
-CLOSED_GAP = 0.2  # mm: tracked lips that touch lie this far apart or less
+CLOSED_GAP = 0.2  # mm: tracked lips that touch are this far apart or less
 CHIN_WIDTH = 25.0  # mm to either side
 
 
@@ -23,7 +23,7 @@ class Energy:
     """Weights of displacements in mm and of control values.
 
     `lips`, `chin`, `skin` weigh each landmark on the lips' rims, the chin, and the rest below the nose,
-    `depth` its z, which a camera sees worst; `gap`, `width`, `protrusion` the distances between lip points.
+    `depth` its z, which cameras measure worst; `gap`, `width`, `protrusion` the distances between lip points.
     `sparse` is the L1 prior per unit of control, `smooth` ties a frame to the next, `near` to a proposal.
     """
 
@@ -40,7 +40,7 @@ class Energy:
 
 
 def observe_displacements(moved: Array, face: FaceModel, energy: Energy) -> Array:
-    """What counts in displacements, weighted, (n, landmarks, 3) mm -> (n, observations), gaps first."""
+    """Weighted observations from displacements, (n, landmarks, 3) mm -> (n, observations), gaps first."""
     weights = _landmark_weights(face, energy)
     points = (moved * weights[:, None] * (1.0, 1.0, energy.depth))[:, weights > 0]
     corners = face.rows(number for pair in CORNERS for number in pair).reshape(-1, 2)
@@ -57,10 +57,10 @@ def observe_displacements(moved: Array, face: FaceModel, energy: Energy) -> Arra
 def target_observations(
     shapes: Array, closed: Array, face: FaceModel, landmark_rig: LandmarkRig, energy: Energy
 ) -> Array:
-    """What a landmark_rig should show where the face shows `shapes`, (n, landmarks, 3) -> (n, observations).
+    """Target observations of a landmark_rig for the face's `shapes`, (n, landmarks, 3) -> (n, observations).
 
-    Displacements from `closed`, both sides averaged; but gaps as such, for lips that touch on the face
-    must touch on a landmark_rig whose lips rest a little apart.
+    Displacements from `closed`, both sides averaged. Gaps are absolute, because lips that touch on the face
+    must touch on a landmark_rig whose lips are a little apart at rest.
     """
     moved = shapes - closed
     moved = (moved + mirror_faces(moved, landmark_partners(landmark_rig.rest))) / 2
@@ -71,13 +71,13 @@ def target_observations(
 
 
 def lip_gaps(shapes: Array, face: FaceModel) -> Array:
-    """How far facing points of the inner lips lie apart, (n, landmarks, 3) -> (n, pairs) mm."""
+    """Distances between facing points of the inner lips, (n, landmarks, 3) -> (n, pairs) mm."""
     pairs = face.rows(number for pair in INNER_LIP_PAIRS for number in pair).reshape(-1, 2)
     return np.asarray(shapes[:, pairs[:, 0], 1] - shapes[:, pairs[:, 1], 1])
 
 
 def _landmark_weights(face: FaceModel, energy: Energy) -> Array:
-    """How much each landmark counts, (landmarks,)."""
+    """The weight of each landmark, (landmarks,)."""
     across, height = np.abs(face.mean[:, 0]), face.mean[:, 1]
     rims = face.rows((*INNER_LIPS, *OUTER_LIPS))
     below = height < height[rims].min() - 3

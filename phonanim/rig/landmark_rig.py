@@ -1,4 +1,4 @@
-"""A rig as the solver sees it: where its landmarks rest and what each control moves, in the face's axes."""
+"""A rig for the solver: its landmarks at rest and the motion of each control, in the face's axes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from phonanim.rig.neck import TURNS
 
 Array = NDArray[np.float64]
 EYES = ((33, 133), (362, 263))  # the corners of the right and of the left eye
-SLANT = 35.0  # degrees that a head may lean: faces differ in how they look ahead
+SLANT = 35.0  # degrees that a head may lean: faces differ in what they take as straight ahead
 ALIKE = 0.5  # two controls are partners when their mirrored motions differ by less than this fraction
 
 
@@ -37,16 +37,16 @@ class LandmarkRig:
         return self.rest + flat.reshape(-1, *self.rest.shape)
 
     def take(self, controls: tuple[str, ...]) -> LandmarkRig:
-        """These controls alone; turns of the head predict_controls nothing of a face that is held still."""
+        """Only these controls. Turns of the head explain nothing in a face whose head is held still."""
         rows = [-1 if control in TURNS else self.controls.index(control) for control in controls]
         still = np.append(self.shapes, np.zeros_like(self.shapes[:1]), axis=0)
         return replace(self, controls=controls, shapes=still[rows])
 
 
 def make_landmark_rig(head: Head, landmarks: MeshLandmarks, face: FaceModel) -> LandmarkRig:
-    """The landmarks of a head, brought into the reference face's axes and size. Raises RigError.
+    """The landmarks of a head, converted to the reference face's axes and size. Raises RigError.
 
-    The shipped head's tongue, which shows in none, is left out.
+    The shipped head's tongue is left out, because no landmark shows it.
     """
     spots = landmarks.take(face.indices.tolist())
     head = to_face_axes(head.without(TONGUE), landmarks, face)
@@ -56,7 +56,7 @@ def make_landmark_rig(head: Head, landmarks: MeshLandmarks, face: FaceModel) -> 
 def to_face_axes(head: Head, landmarks: MeshLandmarks, face: FaceModel) -> Head:
     """A head in the reference face's axes and size, in millimetres, the middle of its eyes at the origin.
 
-    Heads are modelled along the axes, so the turn is the signed permutation of axes nearest to the best
+    Heads are modelled along the axes, so the rotation is the signed permutation of axes nearest to the best
     rotation (Umeyama 1991). Raises RigError when the landmarks do not resemble a face.
     """
     spots = landmarks.take(face.indices.tolist())
@@ -77,7 +77,7 @@ def eye_centres(points: Array, face: FaceModel) -> Array:
 
 
 def _rotation(points: Array, target: Array) -> Array:
-    """Least-squares rotation of points onto a target, to be multiplied from the right."""
+    """Least-squares rotation of points onto a target, to multiply from the right."""
     left, _, right = np.linalg.svd((points - points.mean(axis=0)).T @ (target - target.mean(axis=0)))
     left[:, 2] *= np.sign(np.linalg.det(left @ right))
     return np.asarray(left @ right)
@@ -91,7 +91,7 @@ def _snap(rotation: Array) -> Array:
 
 
 def mirror_faces(shapes: Array, partner: NDArray[np.int64]) -> Array:
-    """Faces seen in a mirror, (..., landmarks, 3) -> the same shape."""
+    """Mirrored faces, (..., landmarks, 3) -> the same shape."""
     return np.asarray(shapes[..., partner, :] * (-1.0, 1.0, 1.0))
 
 

@@ -1,4 +1,4 @@
-"""Landmarks of the reference face as points on a mesh: a triangle's corners and where between them."""
+"""Landmarks of the reference face as points on a mesh: a triangle's corners and barycentric weights."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HEADER = ("landmark", "vertex_a", "vertex_b", "vertex_c", "weight_a", "weight_b"
 
 @dataclass(frozen=True)
 class MeshLandmarks:
-    """Where each landmark of the face lies on a mesh.
+    """The position of each landmark of the face on a mesh.
 
     `numbers` (landmarks,) are MediaPipe face-mesh numbers, `corners` (landmarks, 3) vertex rows and
     `weights` (landmarks, 3) barycentric weights that sum to one.
@@ -37,7 +37,7 @@ class MeshLandmarks:
         return np.asarray((corners * self.weights[:, :, None]).sum(axis=-2), np.float64)
 
     def take(self, numbers: Iterable[int]) -> MeshLandmarks:
-        """These landmarks alone, in this order. Raises RigError naming one that is not there."""
+        """Only these landmarks, in this order. Raises RigError naming one that is missing."""
         place = {int(number): row for row, number in enumerate(self.numbers)}
         wanted = list(numbers)
         missing = [number for number in wanted if number not in place]
@@ -77,7 +77,7 @@ def _parse(path: Path, line: int, row: list[str]) -> list[float]:
 
 
 def write_landmarks(path: Path, landmarks: MeshLandmarks) -> None:
-    """Write a landmark table, whole or not at all."""
+    """Write a landmark table atomically."""
     columns = zip(landmarks.numbers, landmarks.corners, landmarks.weights, strict=True)
     lines = [",".join(HEADER)]
     for number, corners, weights in columns:
@@ -87,7 +87,7 @@ def write_landmarks(path: Path, landmarks: MeshLandmarks) -> None:
 
 
 def _rounded(weights: Array) -> Array:
-    """Weights at four digits that still sum to one exactly."""
+    """Weights rounded to four digits that still sum to exactly one."""
     kept = np.round(weights, 4)
     kept[np.argmax(kept)] += 1.0 - kept.sum()
     return kept

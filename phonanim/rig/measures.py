@@ -1,8 +1,8 @@
-"""What each control of a rig does to the measures of a mouth, in millimetres of the reference face.
+"""The effect of each rig control on the measures of a mouth, in millimetres of the reference face.
 
-Blendshapes add up linearly, so this table says all that a solver needs of a mesh: how far the jaw drops, how
-far the lips part at four places from the middle to the corner, how wide and how far forward they are. It is
-measured on the head once and kept beside the rig as a CSV.
+Blendshapes add up linearly, so this table holds all that a solver needs from a mesh: jaw drop, lip gap at
+four places from the middle to the corner, width and protrusion. It is measured on the head once and stored
+beside the rig as a CSV.
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ MEASURES = (
 )
 """Drop of the lower incisors; distance of the inner lips in the middle and at three places towards the
 corner; distance of the corners; upper lip forward and up; lower lip up and forward. At rest, the last two are
-counted from the edge of the upper incisors, the gaps from contact, the others from rest."""
+measured from the edge of the upper incisors, the gaps from contact, the others from rest."""
 REST = "rest"
 USES = ("free", "closed", "tucked", "pressed")
-"""When a control takes part: in lips that are free, that touch, in a lower lip that meets the teeth, or only
-to press lips on each other that touch already."""
+"""When a control is used: for free lips, for closed lips, for a lower lip on the teeth, or only to press lips
+that already touch."""
 
 
 @dataclass(frozen=True)
 class MouthMeasures:
     """`names` (unknowns) of controls that move as one; `moved` (unknowns, measures) mm at full weight.
 
-    `rest` (measures,) mm is the mouth at rest; `effort` (unknowns,) what full weight costs, in mm²; `uses`
-    (unknowns, USES) when each takes part.
+    `rest` (measures,) mm is the mouth at rest; `effort` (unknowns,) is the cost of full weight, in mm²;
+    `uses` (unknowns, USES) is when each is used.
     """
 
     names: tuple[tuple[str, ...], ...]
@@ -56,7 +56,7 @@ class MouthMeasures:
 
 
 def read_measures(path: Path, controls: tuple[str, ...]) -> MouthMeasures:
-    """Read a table of measures. Raises RigError naming the row that is amiss."""
+    """Read a table of measures. Raises RigError naming the row that is wrong."""
     try:
         with path.open(encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
@@ -84,7 +84,7 @@ def read_measures(path: Path, controls: tuple[str, ...]) -> MouthMeasures:
 
 
 def write_measures(path: Path, measures: MouthMeasures) -> None:
-    """Write a table of measures, whole or not at all."""
+    """Write a table of measures atomically."""
     lines = [",".join(("controls", "uses", "effort", *MEASURES))]
     lines.append(_line(REST, "", 0.0, measures.rest))
     for row, names in enumerate(measures.names):

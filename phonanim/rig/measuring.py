@@ -1,4 +1,4 @@
-"""Measure a head: what each of its controls does to the mouth (phonanim/rig/measures.py)."""
+"""Measure a head: the effect of each of its controls on the mouth (phonanim/rig/measures.py)."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ TEETH = ("teeth_u", "teeth_l")
 TEETH_BEHIND = (
     2.4,
     4.1,
-)  # mm of the lower lip above and before the upper incisors' edge, as on the shipped head
+)  # mm of the lower lip above and in front of the upper incisors' edge, as on the shipped head
 INCISORS = 3.0  # mm to either side of the middle
 SIDES = ("", "Left", "Right")
 ALWAYS = "free closed tucked"
@@ -47,7 +47,7 @@ ARKIT = {
     "mouthShrugLower": ("closed tucked", 3.0),
     "mouthPress": ("pressed", 3.0),
 }
-"""When each control of ARKit takes part in speech, and what full weight of it costs in mm²: set by eye."""
+"""When each ARKit control is used in speech, and the cost of its full weight in mm²: set by eye."""
 
 
 def measure(
@@ -55,9 +55,9 @@ def measure(
 ) -> MouthMeasures:
     """The measures of a head, in the size of the reference face.
 
-    `controls` says when each takes part and what it costs; names of both sides stand without them, as ARKit
-    spells them. Controls that the head has not are left out. Where the head has no parts that are known as
-    teeth, the jaw is where the chin is.
+    `controls` gives the uses and the effort of each. A name without a side, in ARKit's spelling, means both
+    sides. Controls that the head lacks are left out. Where no parts are detected as teeth, the chin is
+    measured in place of the jaw.
     """
     head = to_face_axes(head, landmarks, face)
     plainly = {plain_name(target): target for target in head.targets}
@@ -79,7 +79,7 @@ def measure(
 
 
 def incisors(head: Head) -> tuple[int, int] | None:
-    """The vertices at the edges of upper and lower incisors; none where the teeth are not known."""
+    """The vertices at the edges of upper and lower incisors; none where no teeth are detected."""
     if not set(TEETH) <= set(head.parts):
         return None
     found = []

@@ -1,6 +1,6 @@
-"""A head without shapes, from a file: OBJ, PLY, STL and OFF by trimesh.
+"""Read a head without shapes from a file: OBJ, PLY, STL and OFF by trimesh.
 
-A GLB goes through the reader of characters, which keeps the shapes that trimesh drops: one reader a format.
+A GLB is read by `character`, which keeps the shapes that trimesh drops. Each format has one reader.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 MAX_BYTES = 1 << 28
 MESHES = (".obj", ".ply", ".stl", ".off")
-# trimesh reads as the file stands: nothing merged, sorted or fetched from beside it.
+# trimesh reads the file unchanged: nothing is merged, sorted or loaded from other files.
 IN_ORDER = {
     "process": False,
     "maintain_order": True,
@@ -37,7 +37,7 @@ IN_ORDER = {
 def load_mesh(path: Path) -> Head:
     """Read a head without shapes: an OBJ, PLY, STL or OFF file, or all meshes of a GLB file.
 
-    Raises RigError, and MissingExtraError where trimesh is needed and absent.
+    Raises RigError, and MissingExtraError where trimesh is needed and not installed.
     """
     if path.suffix.lower() not in MESHES:
         return load_bare_character(path)
@@ -59,7 +59,7 @@ def read_mesh(path: Path) -> tuple[Array, NDArray[np.int64], dict[str, slice]]:
         scene = load_scene(BytesIO(_plain_obj(data) if kind == "obj" else data), kind, **IN_ORDER)
     except OSError as error:
         raise RigError(f"{path}: cannot be read: {error.strerror}") from error
-    except Exception as error:  # whatever a parser trips over in damaged data
+    except Exception as error:  # any error of a parser in damaged data
         reason = " ".join(str(error).split())
         raise RigError(f"{path}: is damaged or no {kind.upper()} file ({reason}); export it again") from error
     meshes = {name: mesh for name, mesh in scene.geometry.items() if len(getattr(mesh, "faces", ()))}
@@ -77,7 +77,7 @@ def read_mesh(path: Path) -> tuple[Array, NDArray[np.int64], dict[str, slice]]:
 
 
 def _plain_obj(data: bytes) -> bytes:
-    """An OBJ file without texture coordinates and normals, by which trimesh would split vertices."""
+    """An OBJ file without texture coordinates and normals, at which trimesh would split vertices."""
     return re.sub(rb"(?m)^f[ \t].*$", lambda line: re.sub(rb"/\S*", b"", line[0]), data)
 
 

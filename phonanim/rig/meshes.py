@@ -1,4 +1,4 @@
-"""Meshes written: OBJ, and heads with morph targets as GLB."""
+"""Write meshes: OBJ, and heads with morph targets as GLB."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ STILL = 1e-7  # metres: a vertex that moves less in a shape is not stored with i
 
 
 def write_obj(path: Path, vertices: Array, triangles: NDArray[np.int64]) -> None:
-    """Write an OBJ file, whole or not at all."""
+    """Write an OBJ file atomically."""
     lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices]
     lines += [f"f {a} {b} {c}" for a, b, c in triangles + 1]
     write_text(path, "\n".join(lines) + "\n")
 
 
 def write_head(path: Path, head: Head) -> None:
-    """Write a head as a GLB with its shapes as named morph targets, whole or not at all."""
+    """Write a head as a GLB with its shapes as named morph targets, atomically."""
     with atomic_path(path) as partial:
         partial.write_bytes(head_bytes(head))
 
@@ -51,7 +51,7 @@ def head_bytes(head: Head) -> bytes:
 
 
 class Chunk:
-    """The binary chunk of a GLB as it grows, with its accessors and views."""
+    """The binary chunk of a GLB under construction, with its accessors and views."""
 
     def __init__(self) -> None:
         self.data = bytearray()
@@ -59,13 +59,13 @@ class Chunk:
         self.accessors: list[dict[str, Any]] = []
 
     def view(self, values: NDArray[Any]) -> int:
-        """Append an array; the number of its view."""
+        """Append an array; return the number of its view."""
         self.views.append({"buffer": 0, "byteOffset": len(self.data), "byteLength": values.nbytes})
         self.data += values.tobytes()
         return len(self.views) - 1
 
     def accessor(self, **spec: Any) -> int:
-        """Add an accessor; its number."""
+        """Add an accessor; return its number."""
         self.accessors.append(spec)
         return len(self.accessors) - 1
 
@@ -84,7 +84,7 @@ class Chunk:
         return {"attributes": {"POSITION": place}, "indices": index, "material": material, "targets": targets}
 
     def target(self, delta: NDArray[np.float32], kind: dict[str, Any]) -> int:
-        """What a shape moves, stored for the vertices that it moves alone."""
+        """The motion of a shape, stored only for the vertices that it moves."""
         moved = np.flatnonzero(np.abs(delta).max(axis=1) > STILL).astype("<u4")
         if len(moved) == 0:
             return self.accessor(**kind, min=[0.0] * 3, max=[0.0] * 3)

@@ -1,4 +1,4 @@
-"""Which morph targets of a character's file a channel moves, by their names or by VRM expressions."""
+"""Match channels to morph targets of a character's file, by their names or by VRM expressions."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Morphs:
     def moved(self, channels: tuple[str, ...]) -> list[tuple[int, int, float]]:
         """(channel, target, weight) for every target that some channel moves.
 
-        Raises RigError when a channel could mean two targets.
+        Raises RigError when a channel matches two targets.
         """
         return [
             (column, target, weight)
@@ -64,7 +64,7 @@ class Morphs:
         return places
 
     def _named(self, channel: str) -> list[tuple[int, float]]:
-        """The target of a channel's own name, or of one that reads the same."""
+        """The target with a channel's exact name, or with the same plain name."""
         alike = self._by_name.get(plain_name(channel), [])
         exact = [i for i in alike if self.names[i] == channel]
         found = exact or alike
@@ -77,9 +77,9 @@ class Morphs:
 
 
 def plain_name(name: str) -> str:
-    """A name without what programs add to it: `head.jawOpen`, `JawOpen` and `jaw_open` are one.
+    """The plain form of a name, without what programs add: `head.jawOpen`, `JawOpen` and `jaw_open` match.
 
-    A side at the end is spelt out, so that `eyeBlink_L` is `eyeBlinkLeft`.
+    A side at the end is written in full, so that `eyeBlink_L` is `eyeBlinkLeft`.
     """
     last = name.rsplit(".", 1)[-1]
     side = re.fullmatch(r"(.+[a-z])_?([LR])|(.+)_([lr])", last)
@@ -113,7 +113,7 @@ def has_targets(mesh: dict[str, Any]) -> bool:
 
 
 def target_names(mesh: dict[str, Any]) -> tuple[str, ...]:
-    """The names of a mesh's targets, "" for those that have none."""
+    """The names of a mesh's targets, "" for unnamed ones."""
     first = mesh["primitives"][0]
     extras = [part["extras"] for part in (mesh, first) if isinstance(part.get("extras"), dict)]
     listed: list[Any] = next((e["targetNames"] for e in extras if isinstance(e.get("targetNames"), list)), [])
@@ -121,7 +121,7 @@ def target_names(mesh: dict[str, Any]) -> tuple[str, ...]:
 
 
 def moving_morphs(glb: Glb, channels: tuple[str, ...]) -> list[Morphs]:
-    """Those that some channel moves. Raises RigError when there are none."""
+    """The targets that some channel moves. Raises RigError when there are none."""
     found = [morphs for morphs in find_morphs(glb) if morphs.moved(channels)]
     if not found:
         shown = ", ".join(channels[:3])
@@ -133,7 +133,7 @@ def moving_morphs(glb: Glb, channels: tuple[str, ...]) -> list[Morphs]:
 
 
 def _expressions(tree: dict[str, Any]) -> dict[int, dict[str, list[tuple[int, float]]]]:
-    """VRM expressions by node: which targets each moves, and how far at full weight."""
+    """VRM expressions by node: the targets of each, and their weights at full expression."""
     found: dict[int, dict[str, list[tuple[int, float]]]] = {}
     extensions = tree.get("extensions", {})
     for name, expression in _vrm1(extensions.get("VRMC_vrm", {})):

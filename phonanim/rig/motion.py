@@ -1,4 +1,4 @@
-"""A sample of the reference face's motion: what a rig is fitted to where no recordings are at hand."""
+"""A sample of the reference face's motion, to fit rigs without recordings."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Motion:
     standardized: Array
 
     def modes(self, face: FaceModel) -> Array:
-        """Shape parameters, (frames, modes) mm. Raises RigError when they are of another face."""
+        """Shape parameters, (frames, modes) mm. Raises RigError when they belong to another face."""
         if self.face != face.id:
             raise RigError(
                 f"the motion sample is of the reference face {self.face}, the model's face is {face.id}; "
@@ -58,7 +58,7 @@ def read_motion(path: Path = SHIPPED) -> Motion:
 
 
 def write_motion(path: Path, motion: Motion) -> None:
-    """Write a motion sample, whole or not at all."""
+    """Write a motion sample atomically."""
     modes = [f"mode{k + 1}" for k in range(motion.standardized.shape[1])]
     lines = [",".join([f"face {motion.face}", *modes])]
     lines += [
@@ -68,10 +68,10 @@ def write_motion(path: Path, motion: Motion) -> None:
     write_text(path, "\n".join(lines) + "\n")
 
 
-CLOSED_APERTURE = 0.6  # mm: lips that touch are tracked as this far apart or less
+CLOSED_APERTURE = 0.6  # mm: tracked lips that touch are this far apart or less
 
 
 def closed_face(face: FaceModel, modes: Array) -> Array:
-    """The mean face of the frames whose lips are shut, (frames, m) -> (landmarks, 3) mm."""
+    """The mean face of the frames with closed lips, (frames, m) -> (landmarks, 3) mm."""
     shut = lip_aperture(face.instance(modes), face) < CLOSED_APERTURE
     return np.asarray(face.instance(modes[shut].mean(axis=0, keepdims=True))[0])

@@ -1,4 +1,4 @@
-"""The turn of a head: by the bone of a character's file, or by shares of vertices.
+"""Turn a head: by a bone of the character's file, or by a share for each vertex.
 
 Turns are degrees, (frames, 3): pitch down, yaw to the character's left, roll to its right shoulder, about x
 (left), y (up) and z (ahead) of glTF; roll is done first and yaw last.
@@ -24,12 +24,12 @@ TURNS = ("headPitch", "headYaw", "headRoll")
 
 BONE = re.compile(r"(^|[:_.\s])head$", re.IGNORECASE)
 STILL = 1e-9  # degrees
-FLAT = 1e-12  # of a scale: less turns nothing
+FLAT = 1e-12  # of a scale: a smaller one is treated as zero
 
 
 @dataclass(frozen=True)
 class Neck:
-    """Where a head turns: about `pivot` (3,) metres, and `share` (n,) of the turn that each vertex takes."""
+    """How a head turns: about `pivot` (3,) metres, with the `share` (n,) of the turn for each vertex."""
 
     pivot: Array
     share: Array
@@ -56,7 +56,7 @@ class Bone:
 
 
 def turns_of(values: NDArray[Any], channels: tuple[str, ...]) -> Array | None:
-    """The turns among curves, (frames, channels) -> (frames, 3) degrees; None where the head keeps still."""
+    """The turns in curves, (frames, channels) -> (frames, 3) degrees; None where the head does not turn."""
     names = [plain_name(name) for name in channels]
     turns = np.zeros((len(values), len(TURNS)))
     for column, name in enumerate(TURNS):
@@ -66,7 +66,7 @@ def turns_of(values: NDArray[Any], channels: tuple[str, ...]) -> Array | None:
 
 
 def turned(vertices: Array, neck: Neck | None, turn: Array | None) -> Array:
-    """Vertices of a head that turns, (n, 3) metres, by one turn (3,) degrees; as they are without either."""
+    """Turn vertices, (n, 3) metres, by (3,) degrees; unchanged without a neck or a turn."""
     if neck is None or turn is None:
         return vertices
     moved = (vertices - neck.pivot) @ matrix(turn).T + neck.pivot
@@ -125,7 +125,7 @@ def find_bone(glb: Glb) -> Bone | None:
     above = glb.parents.get(node)
     rotation = np.eye(3) if above is None else world_transform(glb, above)[:3, :3]
     if "VRM" in tree.get("extensions", {}):
-        rotation = np.diag([-1.0, 1.0, -1.0]) @ rotation  # characters of VRM 0.x look backwards
+        rotation = np.diag([-1.0, 1.0, -1.0]) @ rotation  # VRM 0.x characters face backwards
     rest = np.array(tree["nodes"][node].get("rotation", (0.0, 0.0, 0.0, 1.0)))
     if not (np.linalg.norm(rotation, axis=0) > FLAT).all() or not np.linalg.norm(rest) > FLAT:
         raise RigError(f"{glb.source}: its head bone is scaled to nothing; export it again")

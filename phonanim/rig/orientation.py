@@ -1,4 +1,4 @@
-"""How a head stands: its size and the way it looks, told by what its shapes move."""
+"""Check a head's size and direction, measured from what its shapes move."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ EYES = ("eyeblinkleft", "eyeblinkright", "eyeblink", "blinkleft", "blinkright", 
 MOUTHS = ("jawopen", "mouthopen", "visemeaa", "aa")
 TALLEST, SMALLEST = 10.0, 0.05  # metres, of anybody who speaks
 CENTIMETRE, MILLIMETRE = 0.01, 0.001
-LEANING = 0.5  # of its height: a face this far in front of its middle looks that way
+LEANING = 0.5  # of its height: a face this far in front of the head's middle faces that way
 
 
 def orientation_warnings(head: Head) -> tuple[str, ...]:
-    """What is odd about a head's size and direction, each with its mend; nothing where all is well.
+    """Problems of a head's size and direction, each with its fix; empty where there are none.
 
-    glTF counts metres, y up, and faces look along z. Directions are told by shapes that move eyes and mouth,
-    if there are any by these names.
+    glTF uses metres, y up, and faces look along z. Directions are measured from shapes that move eyes and
+    mouth, if shapes with these names exist.
     """
     return tuple(filter(None, (_size(head), _direction(head))))
 
@@ -53,7 +53,7 @@ def _direction(head: Head) -> str:
 
 
 def _look(head: Head, face: Array, tall: float) -> str:
-    """Whether the face is on the side that it should be on: far in front of the middle of its head."""
+    """Check that the face is on the right side: far in front of the middle of its head."""
     near = np.abs(head.vertices[:, 1] - face[1]) < tall
     middle = (head.vertices[near].min(axis=0) + head.vertices[near].max(axis=0)) / 2
     ahead = face - middle
@@ -63,7 +63,7 @@ def _look(head: Head, face: Array, tall: float) -> str:
 
 
 def moved_centre(head: Head, names: tuple[str, ...]) -> Array | None:
-    """The middle of what the shapes of these plain names move, (3,), None when the head has none of them."""
+    """The centre of what the shapes with these plain names move, (3,), or None without such shapes."""
     rows = [number for number, name in enumerate(head.targets) if plain_name(name) in names]
     weight = np.linalg.norm(head.deltas[rows], axis=2).sum(axis=0) if rows else np.zeros(1)
     return np.asarray(weight @ head.vertices / weight.sum()) if weight.sum() > 0 else None

@@ -1,4 +1,4 @@
-"""A picture of a character in its poses, to look at and to copy."""
+"""Draw a character in its poses, to check and to copy."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from phonanim.rig.rig import MEAN, POSES, Rig
 SIZE, MARGIN, CAPTION, COLUMNS = 240, 16, 44, 3  # pixels, pictures
 PAPER, INK, FAINT = (24, 26, 31), (236, 238, 242), (142, 150, 163)
 YAWS = (0.0, 40.0)  # degrees: from the front, and half from the side
-CLOSE = 1.7  # of the distance from eyes to mouth: what a picture shows from top to bottom
+CLOSE = 1.7  # height of a picture, in distances from eyes to mouth
 
 
 def draw_poses(path: Path, rig: Rig, head: Head, landmarks: MeshLandmarks, face: FaceModel) -> None:

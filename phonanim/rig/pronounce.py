@@ -1,9 +1,9 @@
 """Articulation in millimetres -> a rig's controls: the jaw first, then the lips given the jaw.
 
 Bounded least squares of the mouth's measures (phonanim/rig/measures.py), frame by frame, so that no frame
-depends on another. Three solutions are blended: lips that are free, lips that touch along their whole length
-(p b m), and a lower lip that meets the upper teeth (f v). Since controls add up linearly, what two of them
-keep, their blend keeps.
+depends on another. Three solutions are blended: free lips, lips that touch along their whole length (p b m),
+and a lower lip on the upper teeth (f v). Since controls add up linearly, a blend keeps the constraints that
+its solutions keep.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from phonanim.rig.rig import Rig
 
 Array = NDArray[np.float64]
 
-ROUNDS, FIRMNESS, RELAXED = 30, 0.1, 1.6  # of the alternating directions
-BLOCK = 4096  # frames at a time, so that what they need stays in the cache
-TOUCHING = 1.2  # mm of lip gap below which the lips begin to be solved as lips that touch
-TUCKING = 1.5  # mm from lower lip to teeth below which it begins to be solved as a lip that meets them
-SHARED = 4.0  # mm² of a control's square: controls that can do the same share it
-DRAWN = 0.3  # how firmly a control with a ceiling is drawn to it, as a share of how firmly the mouth asks
-PRESSED = 0.25  # of the controls that press lips together, where they press by PRESSING
+ROUNDS, FIRMNESS, RELAXED = 30, 0.1, 1.6  # rounds of the alternating directions
+BLOCK = 4096  # frames per block, so that their data fit in the cache
+TOUCHING = 1.2  # mm of lip gap below which the solution for closed lips begins to blend in
+TUCKING = 1.5  # mm from lower lip to teeth below which the solution for contact blends in
+SHARED = 4.0  # mm² of a control's square: controls with the same effect share the motion
+DRAWN = 0.3  # pull of a control to its ceiling, as a share of the pull of the mouth's measures
+PRESSED = 0.25  # value of the controls that press lips together, where they press by PRESSING
 PRESSING = 0.8  # mm of lip gap below contact
-# Of the middle's gap, at the four gaps: as the jaw parts lips, and in a mouth that is NARROW.
+# Share of the middle's gap at the four gaps: when the jaw parts the lips, and in a NARROW mouth.
 PROFILE, ROUND = np.array([1.0, 0.87, 0.67, 0.43]), np.array([1.0, 0.75, 0.35, 0.0])
 NARROW = -6.0  # mm
 CONTACT = 0.3  # mm from lower lip to teeth at which they meet
 GAPS = ("gap", "gap_inner", "gap_outer", "gap_corner")
 CHANNEL_OF = {"jaw": "jaw", "width": "lip_width", "protrusion": "protrusion", "upper_lip": "upper_lip"}
-# How much a millimetre of each measure counts, in the order of MEASURES.
+# Weight of a millimetre of each measure, in the order of MEASURES.
 WEIGHTS = {
     "free": (4.0, 3.0, 1.0, 1.0, 1.0, 1.0, 1.5, 0.8, 0.0, 0.0),
     "closed": (4.0, 12.0, 12.0, 12.0, 12.0, 1.0, 1.0, 0.5, 0.0, 0.0),
@@ -45,9 +45,9 @@ LIP_ON_TEETH = (0.3, 0.6)  # mm up and forward from the incisors' edge, of the l
 def pronounce(
     articulation: Articulation, rig: Rig, measures: MouthMeasures, near: Array | None = None
 ) -> NDArray[np.float32]:
-    """Controls that make a mouth of these measures, (frames, channels) mm -> (frames, controls).
+    """Controls that produce this articulation, (frames, channels) mm -> (frames, controls).
 
-    `near` (frames, controls) bounds controls that may show only so far, and draws them there; inf where free.
+    `near` (frames, controls) is an upper limit of controls, and pulls them to it; inf where free.
     """
     values = np.empty((len(articulation.values), len(rig.controls)), np.float32)
     mouth = _Mouth.of(rig, measures)
@@ -61,11 +61,11 @@ def pronounce(
 
 @dataclass(frozen=True)
 class _Mouth:
-    """What is solved for: `spread` (unknowns, controls) makes controls of unknowns, `lead` (unknowns,) is the
-    control that stands first in each.
+    """The unknowns: `spread` (unknowns, controls) converts them to controls, `lead` (unknowns,) is the first
+    control of each.
 
-    `under` are pairs (a, b) of unknowns, a at most b: lips that may close only as far as the jaw opens them;
-    `jaw` is that jaw, which is set first, or none, where the jaw is one measure among others.
+    `under` are pairs (a, b) of unknowns with a at most b: lips may close only as far as the jaw opens them.
+    `jaw` is that jaw, which is set first; None where the jaw is one measure among others.
     """
 
     measures: MouthMeasures
@@ -142,8 +142,8 @@ def _solved(articulation: Articulation, mouth: _Mouth, ceiling: Array, use: str)
 def _minimize(gram: Array, pull: Array, effort: Array, low: Array, high: Array) -> Array:
     """Min over v of v·gram·v - 2 v·pull + effort·|v| within bounds, (unknowns, frames) -> the same.
 
-    Alternating directions (Boyd et al. 2011, section 6.4) with a fixed number of rounds, so that a frame
-    comes out the same in any company; controls are then within a hundredth of the minimum.
+    Alternating directions (Boyd et al. 2011, section 6.4) with a fixed number of rounds, so that a frame's
+    result does not depend on the other frames. Controls are then within a hundredth of the minimum.
     """
     firmness = FIRMNESS * np.diag(gram)[:, None]
     inverse = np.linalg.inv(gram + np.diag(firmness[:, 0]))

@@ -1,4 +1,4 @@
-"""Rig files: TOML that an artist can write, read and checked."""
+"""Read and check rig files: TOML that an artist can write."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ KEYS = (
 
 
 def rig_names() -> tuple[str, ...]:
-    """The rigs that are shipped, then those on PHONANIM_PATH."""
+    """The shipped rigs, then those on PHONANIM_PATH."""
     return tuple(find_tables("rigs"))
 
 
@@ -36,7 +36,7 @@ def load_rig(name: str | Path) -> Rig:
     """Read a rig: a shipped one or one on PHONANIM_PATH by its name, any other by the path of its TOML file.
 
     Raises:
-        RigError: There is no such rig, or its file is wrong; the text names the place and the mend.
+        RigError: There is no such rig, or its file is wrong; the message states location and fix.
 
     Examples:
         >>> import phonanim
@@ -47,7 +47,7 @@ def load_rig(name: str | Path) -> Rig:
 
 
 def _load(name: str, before: tuple[Path, ...]) -> Rig:
-    """A rig that other ones, from the first to the last, go through."""
+    """Read a rig that the other rigs, from the first to the last, go through."""
     path = find_rig(name)
     if path.resolve() in before:
         raise RigError(f"{path}: goes through itself; name another rig")
@@ -60,7 +60,7 @@ def _load(name: str, before: tuple[Path, ...]) -> Rig:
 
 
 def find_rig(name: str) -> Path:
-    """The TOML file of a rig. Raises RigError, with the nearest name."""
+    """The TOML file of a rig. Raises RigError, suggesting the nearest name."""
     known = find_tables("rigs")
     if name in known:
         return known[name]
@@ -83,7 +83,7 @@ def read_document(path: Path) -> dict[str, Any]:
 
 
 def rig_problems(document: dict[str, Any]) -> list[str]:
-    """Everything that is wrong with a rig document, each in one line with its mend; empty when good."""
+    """All errors of a rig document, each in one line with its fix; empty when it is valid."""
     unknown = [f"unknown key {key!r}{_hint(key, KEYS)}" for key in document if key not in KEYS]
     wrong = [line for key in document if (line := _type_problem(key, document[key]))]
     if wrong:
@@ -98,7 +98,7 @@ def rig_problems(document: dict[str, Any]) -> list[str]:
 
 
 def rig_warnings(rig: Rig) -> list[str]:
-    """What is allowed but looks forgotten: poses like another, controls that no pose moves."""
+    """Warnings about what is valid but looks unfinished: identical poses, controls that no pose moves."""
     table = {MEAN: rig.mean, **dict(zip(POSES, rig.poses, strict=False))}
     seen: dict[bytes, str] = {}
     found = []
@@ -118,7 +118,7 @@ def _moves(rig: Rig, name: str) -> bool:
 
 
 def _type_problem(key: str, value: Any) -> str:
-    """What is wrong with the type of a key that is no table of numbers."""
+    """Type errors of the keys that are not tables of numbers."""
     if key in TEXTS and not isinstance(value, str):
         return f"{key} must be a text in quotes, not {type(value).__name__}"
     if key in FILES and (Path(value).is_absolute() or "\0" in value):
@@ -152,7 +152,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _reference_problems(document: dict[str, Any], controls: dict[str, Any]) -> list[str]:
-    """Controls that other tables name but that do not exist."""
+    """Controls that other tables name but that are not defined."""
     pairs = document.get("at_most", {})
     named = [("at_most", name) for name in (*pairs, *pairs.values())]
     named += [("shares", name) for name in document.get("shares", {})]
@@ -225,7 +225,7 @@ def _build(document: dict[str, Any], path: Path, chain: tuple[Path, ...]) -> Rig
 
 
 def _poses(document: dict[str, Any], controls: tuple[str, ...], rest: Array) -> tuple[Array, Array]:
-    """The mean pose and the eight, (controls,) and (8, controls); what a pose does not name rests."""
+    """The mean pose and the eight, (controls,) and (8, controls); controls that a pose omits are at rest."""
     written = document.get("poses", {})
     if not written:
         return rest, np.zeros((0, len(controls)))

@@ -1,4 +1,4 @@
-"""Where the shipped head's points lie on another head: alignment, then a smooth warp onto its surface.
+"""Find the shipped head's points on another head: alignment, then a smooth warp onto its surface.
 
 The warp is that of Amberg, Romdhani and Vetter 2007 ("Optimal step nonrigid ICP algorithms for surface
 registration"), with a displacement per vertex held smooth by the graph Laplacian, and its stiffness
@@ -23,15 +23,15 @@ Array = NDArray[np.float64]
 
 STIFFNESS = (50.0, 20.0, 8.0, 3.0, 1.0, 0.4)
 STEPS = 4  # per stiffness
-PIN = 20.0  # how much a pinned point counts against a surface point
-# Places on a triangle that are tried: corners, middles of edges, the centre, halfway to each corner.
+PIN = 20.0  # weight of a pinned point relative to a surface point
+# Sample positions on a triangle: corners, middles of edges, the centre, halfway to each corner.
 SAMPLES = np.concatenate([np.eye(3), 1 - np.eye(3), np.ones((1, 3)), np.ones((3, 3)) + 3 * np.eye(3)])
 SAMPLE_WEIGHTS = SAMPLES / SAMPLES.sum(axis=1, keepdims=True)
 
 
 @dataclass(frozen=True)
 class Pins:
-    """Points of a surface that must come to lie at known places, (pins, 3) metres."""
+    """Points of a surface that must reach known positions, (pins, 3) metres."""
 
     spots: MeshLandmarks
     goals: Array
@@ -40,7 +40,7 @@ class Pins:
 def suggest_landmarks(model: Head, spots: MeshLandmarks, target: Head) -> MeshLandmarks:
     """The model's landmarks on another head with blendshapes, in any units and axes.
 
-    Raises RigError when the heads cannot be brought together, MissingExtraError without scipy.
+    Raises RigError when the heads cannot be aligned, MissingExtraError without scipy.
     """
     mine, theirs = surface_of(model), surface_of(target)
     if not theirs.opening.any():
@@ -53,7 +53,7 @@ def suggest_landmarks(model: Head, spots: MeshLandmarks, target: Head) -> MeshLa
 def warp_surface(
     mine: Surface, theirs: Surface, rows: NDArray[np.int64], pins: Pins | None = None
 ) -> Surface:
-    """One surface with some of its points moved onto another, smoothly, `pins` where they belong."""
+    """Warp some points of one surface smoothly onto another, with `pins` at their positions."""
     sparse, factorized, tree = scipy_parts()
     goal_points, goal_features, _ = sample_surface(theirs)
     search = tree(goal_features)
@@ -71,7 +71,7 @@ def warp_surface(
 
 
 def _held(pins: Pins | None, rows: NDArray[np.int64], start: Array, sparse: Any) -> tuple[Any, Array]:
-    """The weight of each point's goal with that of the pins, (rows, rows), and the pins' pull (rows, 3)."""
+    """The weights of point goals and pins, (rows, rows), and the pull of the pins (rows, 3)."""
     held, pull = sparse.identity(len(rows), format="csr"), np.zeros_like(start)
     if pins is None:
         return held, pull
@@ -102,7 +102,7 @@ def sample_surface(surface: Surface) -> tuple[Array, Array, NDArray[np.int64]]:
 
 
 def place_landmarks(warped: Surface, spots: MeshLandmarks, theirs: Surface) -> MeshLandmarks:
-    """Landmarks of the warped model on the nearest places of the other surface, inner lips on its rims."""
+    """Landmarks of the warped model at the nearest points of the other surface, inner lips on its rims."""
     _, _, tree = scipy_parts()
     _, features, owners = sample_surface(theirs)
     found = tree(features).query(spots.of(warped.features()))[1]

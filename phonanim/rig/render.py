@@ -1,4 +1,4 @@
-"""Pictures of a head: view, light and shade, without a graphics card."""
+"""Draw pictures of a head: view, light and shading, without a graphics card."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class View:
     """A camera that looks at `centre` (metres) and shows `span` metres from top to bottom.
 
     `yaw` and `pitch` in degrees turn the head to its left and down; `distance` in metres sets the
-    perspective; `samples` squared are averaged into each pixel, where one costs a fourth of two and only
-    softens the outlines.
+    perspective; `samples` squared are averaged into each pixel. One sample takes a quarter of the time of two
+    and only smooths the outlines.
     """
 
     centre: tuple[float, float, float]
@@ -33,7 +33,7 @@ class View:
 
 @dataclass(frozen=True)
 class Light:
-    """Where a light comes from (towards the light, in the camera's axes), and its linear colour."""
+    """A light: its direction (towards the light, in the camera's axes) and its linear colour."""
 
     direction: tuple[float, float, float]
     color: tuple[float, float, float]
@@ -45,12 +45,12 @@ LIGHTS = (
     Light((0.55, 0.45, -0.65), (0.85, 0.90, 1.00)),
 )
 SKY, GROUND = (0.24, 0.26, 0.30), (0.12, 0.085, 0.07)
-WRAP = 0.25  # light that goes round the terminator, as it does under skin
+WRAP = 0.25  # light beyond the terminator, as in skin
 TONE_STEPS, TONE_LIMIT = 8192, 4  # steps per unit of linear light, and the brightest light
-SHOULDER = 0.6  # light above this is rolled off
-MOVED = 1e-5  # metres; less is standing still
-AROUND = 1.5  # of the height of what moves, shown of a head whose parts are not known by name
-OUTLINE = 0.002  # metres of depth between neighbouring pixels
+SHOULDER = 0.6  # light above this is compressed
+MOVED = 1e-5  # metres; less counts as no motion
+AROUND = 1.5  # picture height of a head with unknown parts, relative to the height of what moves
+OUTLINE = 0.002  # metres of depth between neighbouring pixels that make an edge
 BACKDROP = ((0.035, 0.040, 0.050), (0.085, 0.093, 0.110))  # bottom and top, linear
 
 # Highlight strength and sharpness of each part.
@@ -62,13 +62,13 @@ GLOSS = {
     "eye_l": (0.9, 120.0),
     "eye_r": (0.9, 120.0),
 }
-# Crevices darken by how far they lie behind their surroundings (Luft, Colditz, Deussen 2006, "Image
+# Crevices are darkened by their depth behind their surroundings (Luft, Colditz, Deussen 2006, "Image
 # enhancement by unsharp masking the depth buffer"): radius in metres, and how fast per metre.
 CREVICES = ((0.003, 130.0), (0.011, 85.0))
 
 
 def lower_face(head: Head, size: int = 200, yaw: float = 16.0) -> View:
-    """The view from under the eyes to the chin, a little from the side, of any head with teeth and eyes."""
+    """The view from below the eyes to the chin, slightly from the side, of a head with teeth and eyes."""
     teeth = head.vertices[head.parts["teeth_u"]]
     eyes = head.vertices[head.parts["eye_l"]]
     middle = (teeth.min(axis=0) + teeth.max(axis=0)) / 2
@@ -78,7 +78,7 @@ def lower_face(head: Head, size: int = 200, yaw: float = 16.0) -> View:
 
 
 def whole_head(head: Head, height: int = 512, width: int = 512, yaw: float = 0.0) -> View:
-    """The view of face and neck, or, where skin and eyes are not known by name, around what shapes move."""
+    """The view of face and neck, or, without parts named skin and eyes, of what the shapes move."""
     if not {"skin", "eye_l"} <= set(head.parts):
         return _around_moved(head, height, width, yaw)
     crown = head.vertices[head.parts["skin"], 1].max()
@@ -159,7 +159,7 @@ def ambient_light(up: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def ambient_occlusion(picture: Picture, view: View, pixels: NDArray[np.int64]) -> NDArray[np.float32]:
-    """How much light reaches pixels past what stands before them, (p,), 0 to 1.
+    """How much light reaches pixels past what is in front of them, (p,), 0 to 1.
 
     The surroundings are blurred at half the resolution, as they have no detail.
     """
@@ -177,7 +177,7 @@ def ambient_occlusion(picture: Picture, view: View, pixels: NDArray[np.int64]) -
 
 
 def double_rows(values: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Twice as many rows, the new ones halfway between their neighbours; the last repeats."""
+    """Twice as many rows, the new ones halfway between their neighbours; the last one repeats."""
     after = np.concatenate([values[1:], values[-1:]])
     return np.stack([values, (values + after) / 2], axis=1).reshape(-1, values.shape[1])
 
@@ -196,20 +196,20 @@ def blur(values: NDArray[np.float32], radius: int) -> NDArray[np.float32]:
 
 @cache
 def backdrop(height: int, width: int) -> NDArray[np.float32]:
-    """A quiet gradient, (height, width, 3) linear."""
+    """A soft background gradient, (height, width, 3) linear."""
     share = np.linspace(1, 0, height, dtype=np.float32)[:, None, None]
     low, high = np.array(BACKDROP, np.float32)
     return np.asarray(np.broadcast_to(low + share * (high - low), (height, width, 3)), np.float32)
 
 
 def downsample(image: NDArray[np.float32], samples: int) -> NDArray[np.float32]:
-    """Means over squares of samples: anti-aliasing."""
+    """Average squares of samples (anti-aliasing)."""
     height, width = image.shape[0] // samples, image.shape[1] // samples
     return np.asarray(image.reshape(height, samples, width, samples, 3).mean(axis=(1, 3)), np.float32)
 
 
 def soften_edges(image: NDArray[np.float32], depth: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The picture, in place, with the mean of five pixels where something near ends before something far."""
+    """Smooth the picture in place: a mean of five pixels at edges between near and far surfaces."""
     known = np.maximum(depth, -OUTLINE * 10)
     edges = np.zeros(depth.shape, bool)
     edges[:-1] |= np.abs(np.diff(known, axis=0)) > OUTLINE
@@ -225,14 +225,14 @@ def soften_edges(image: NDArray[np.float32], depth: NDArray[np.float32]) -> NDAr
 
 
 def to_srgb(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Linear light as sRGB bytes (IEC 61966-2-1), highlights rolled off softly."""
+    """Linear light as sRGB bytes (IEC 61966-2-1), highlights compressed softly."""
     steps = (linear * np.float32(TONE_STEPS)).astype(np.int32)
     return np.asarray(_tones().take(steps, mode="clip"), np.uint8)
 
 
 @cache
 def _tones() -> NDArray[np.uint8]:
-    """The byte for each step of light; a table is ten times as fast as the powers."""
+    """The byte for each step of light; a table is ten times as fast as computing powers."""
     linear = (np.arange(TONE_LIMIT * TONE_STEPS) + 0.5) / TONE_STEPS
     soft = np.where(linear > SHOULDER, SHOULDER + 0.4 * np.tanh((linear - SHOULDER) / 0.4), linear)
     encoded = np.where(soft <= 0.0031308, 12.92 * soft, 1.055 * soft ** (1 / 2.4) - 0.055)
@@ -250,6 +250,6 @@ def vertex_normals(points: NDArray[np.float32], triangles: NDArray[np.int64]) ->
 
 
 def normalized(vector: tuple[float, ...] | NDArray[np.float32]) -> NDArray[np.float32]:
-    """The vector at length one."""
+    """The unit vector."""
     values = np.asarray(vector, np.float32)
     return np.asarray(values / np.linalg.norm(values), np.float32)

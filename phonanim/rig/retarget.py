@@ -1,4 +1,4 @@
-"""Motion -> a rig's controls: articulation solved on its mouth, or the reference face's modes through a map.
+"""Motion -> a rig's controls: articulation solved on its mouth, or a map from the reference face's modes.
 
 The maps are the eight poses of Taylor 2017, section 6, or a finer one.
 """
@@ -21,8 +21,8 @@ from phonanim.rig.visemes import shape_weights, speak
 from phonanim.speech.phones import PhoneTrack
 
 How = Literal["auto", "articulation", "poses", "direct", "solve"]
-LEAST = 0.01  # a share of less than this of a control is a share of nothing
-BLOCK = 4096  # frames at a time, so that what they need stays in the cache
+LEAST = 0.01  # controls below this count as zero in a share
+BLOCK = 4096  # frames per block, so that their data fit in the cache
 
 
 def retarget(
@@ -37,13 +37,13 @@ def retarget(
 ) -> NDArray[np.float32]:
     """Shape parameters of the reference face -> control values, (frames, m) -> (frames, controls).
 
-    "articulation" solves the rig's own mouth for the `articulation` of these frames; "auto" does so where
-    there is one and the rig knows its mouth, else it takes the finest map of modes that there is. "poses" is
-    Taylor 2017, equations 2 and 3; "direct" the rig's own finer map; "solve" moves the landmarks of the rig's
-    head, frame by frame. Rigs of mouth shapes choose them by the phones of `track` at `times` (frames,)
-    seconds; other rigs place their tongue by them and, moved by modes, may accent what landmarks cannot show,
-    unless `accents` is off. Values keep the rig's limits. Raises RigError when the rig lacks the map or was
-    made for another face.
+    "articulation" solves the rig's own mouth for the `articulation` of these frames. "auto" does so where
+    there is an articulation and the rig has mouth measures, else it uses the finest map of modes available.
+    "poses" is Taylor 2017, equations 2 and 3; "direct" is the rig's own finer map; "solve" fits the landmarks
+    of the rig's head, frame by frame. Rigs of mouth shapes choose shapes by the phones of `track` at `times`
+    (frames,) seconds. Other rigs place their tongue by phones and, when moved by modes, add accents for what
+    landmarks cannot show, unless `accents` is off. Values keep the rig's limits. Raises RigError when the
+    rig lacks the map or was made for another face.
     """
     if how in ("auto", "articulation") and articulation is not None and rig.speaks:
         return _articulated(articulation, rig, track, times)
@@ -88,7 +88,7 @@ def _why_silent(rig: Rig) -> str:
 def _spoken(
     values: NDArray[np.float32], rig: Rig, track: PhoneTrack, times: NDArray[np.float64], accents: bool
 ) -> NDArray[np.float32]:
-    """What phones add to controls, in place: accents, and the tongue."""
+    """Add what depends on phones to controls, in place: accents, and the tongue."""
     if accents and rig.accents is not None:
         values = add_accents(values, read_accents(rig.accents, rig.controls), track, times)
     if rig.tongue is not None:
@@ -112,7 +112,7 @@ def _mapped(modes: NDArray[np.floating], face: FaceModel, rig: Rig, how: How) ->
 
 
 def _through(values: NDArray[np.float32], through: Through) -> NDArray[np.float32]:
-    """Another rig's controls as one's own, (frames, other's) -> (frames, own)."""
+    """Convert another rig's controls to this rig's, (frames, other's) -> (frames, own)."""
     own: NDArray[np.float32] = values @ through.table.astype(np.float32)
     for control, part, whole in through.shares:
         own[:, control] = values[:, part] / np.maximum(values[:, whole], LEAST)
@@ -157,7 +157,7 @@ def _check_face(face: FaceModel, rig: Rig) -> None:
 
 
 def _limit(values: NDArray[np.float32], rig: Rig) -> NDArray[np.float32]:
-    """Clip to the limits, in place; then no control above the one that it may not exceed."""
+    """Clip to the limits, in place; then limit controls that may not exceed another."""
     np.clip(values, rig.minimum.astype(np.float32), rig.maximum.astype(np.float32), out=values)
     for low, high in rig.at_most:
         np.minimum(values[:, low], values[:, high], out=values[:, low])

@@ -1,4 +1,4 @@
-"""What a rig is: controls with limits, eight poses, and the maps from the reference face's modes."""
+"""The rig: controls with limits, eight poses, and the maps from the reference face's modes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 POSED_MODES = 4
 SIGMAS = 3.0  # a pose shows a mode this many standard deviations from the mean
-# In the order of `Rig.poses`, with what the reference face does there.
+# In the order of `Rig.poses`, with the look of the reference face.
 POSES = {
     "mode1_minus": "lips pressed together, chin raised",
     "mode1_plus": "mouth wide open",
@@ -33,7 +33,7 @@ class HingeMap:
     """Controls as a sum of hinges: c = base + max(z · loads + offsets, 0) · weights.
 
     z (frames, modes) are the modes in standard deviations; `loads` is (hinges, modes), `offsets`
-    (hinges,), `weights` (hinges, controls), `base` (controls,); `names` say what each hinge sees.
+    (hinges,), `weights` (hinges, controls), `base` (controls,); `names` name each hinge's input.
     """
 
     names: tuple[str, ...]
@@ -88,8 +88,8 @@ class Rig:
     a finer map, `through` another rig in front, `visemes` the choice by phones. `at_most` pairs (a, b)
     keep control a no larger than b. `speech` names the controls that speech moves. `face` is the id of the
     reference face that the numbers were made for, "" for any. `head` and `landmarks` are the files of its
-    mesh, where it has one; `mouth` is what each control does to the measures of the mouth, `accents` the
-    table of what landmarks cannot show, `tongue` that of the places where its tongue articulates. The
+    mesh, where it has one; `mouth` is the effect of each control on the measures of the mouth, `accents` the
+    table of what landmarks cannot show, `tongue` the table of the places where its tongue articulates. The
     controls of a rig that is `articulated` are the channels of articulation themselves.
 
     Examples:
@@ -123,12 +123,12 @@ class Rig:
 
     @property
     def posed(self) -> bool:
-        """Whether it has its own eight poses."""
+        """Whether the rig has its own eight poses."""
         return len(self.poses) > 0
 
     @property
     def speaks(self) -> bool:
-        """Whether articulation moves it, or the rig that it goes through."""
+        """Whether articulation moves the rig, or the rig that it goes through."""
         through = self.through is not None and self.through.rig.speaks
         return self.articulated or self.mouth is not None or through
 

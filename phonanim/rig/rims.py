@@ -1,7 +1,7 @@
-"""Inner-lip landmarks put on the rims of the lips: what meets when the mouth is shut.
+"""Move inner-lip landmarks to the rims of the lips, which meet when the mouth is closed.
 
-Neither a tracker nor a warp can tell two rims apart in a closed mouth; a picture of the lips from the
-front can: where one lip ends, the surface that is seen is torn.
+Neither a tracker nor a warp can separate two rims in a closed mouth. A view of the lips from the front can:
+where one lip ends, the visible surface is discontinuous.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ Array = NDArray[np.float64]
 
 UPPER_INNER = (191, 80, 81, 82, 13, 312, 311, 310, 415)
 LOWER_INNER = (95, 88, 178, 87, 14, 317, 402, 318, 324)
-TOUCHING = 1e-6  # metres between vertices that are one
-REACH = 0.003  # metres up and down within which the rim is looked for
+TOUCHING = 1e-6  # metres: vertices nearer than this are one
+REACH = 0.003  # metres up and down in which the rim is searched
 
 
 @dataclass(frozen=True)
 class View:
-    """An orthographic view from the front: pixels per metre; the place (metres) and pixel of its middle."""
+    """An orthographic front view: pixels per metre; the position (metres) and the pixel of its centre."""
 
     scale: float
     middle: Array
@@ -33,16 +33,16 @@ class View:
     width: int
 
     def pixels(self, points: Array) -> Array:
-        """Column, row and nearness of points, (n, 3) metres -> (n, 3)."""
+        """Column, row and nearness (depth) of points, (n, 3) metres -> (n, 3)."""
         return np.asarray((points - self.middle) * self.scale * (1, -1, 1) + (*self.centre, 0))
 
     def show(self, points: Array, triangles: NDArray[np.int64]) -> Picture:
-        """What is seen of a surface."""
+        """The visible part of a surface."""
         return rasterize(self.pixels(points).astype(np.float32), triangles, self.height, self.width)
 
 
 def surface_at_pixels(view: View, picture: Picture, seen: Array) -> tuple[NDArray[np.int64], Array]:
-    """The surface behind each pixel, or behind the nearest that has one: corners and weights, (n, 3) each."""
+    """The surface at each pixel, or at the nearest covered pixel: corners and weights, (n, 3) each."""
     place = np.rint(seen).astype(np.int64).clip(0, (view.width - 1, view.height - 1))
     missed = np.flatnonzero(picture.face[place[:, 1], place[:, 0]] == EMPTY)
     if len(missed):
@@ -68,7 +68,7 @@ def put_on_rims(points: Array, triangles: NDArray[np.int64], landmarks: MeshLand
         near = np.arange(round(spot[1]) - reach, round(spot[1]) + reach)
         column = round(spot[0])
         gaps = near[1:][_torn(picture, points, near, column)]
-        if len(gaps) == 0:  # one closed surface: its deepest place is the crease
+        if len(gaps) == 0:  # one closed surface: its deepest point is the crease
             gaps = near[[picture.depth[near, column].argmin()]]
         spot[1] = gaps[0] - 1 if above else gaps[-1]
     corners, weights = landmarks.corners.copy(), landmarks.weights.copy()
@@ -79,7 +79,7 @@ def put_on_rims(points: Array, triangles: NDArray[np.int64], landmarks: MeshLand
 def _torn(picture: Picture, points: Array, rows: NDArray[np.int64], column: int) -> NDArray[np.bool_]:
     """Where neighbouring pixels of a column show triangles that do not touch, (rows - 1,).
 
-    One lip stands before the other, or before the slit, only where the surface that is seen is torn.
+    One lip is in front of the other, or of the slit, only where the visible surface is discontinuous.
     """
     faces = picture.face[rows, column]
     corners = points[picture.corners[faces]]

@@ -1,10 +1,10 @@
 """Landmarks -> controls, frame by frame (Medina 2023, section 3.3.1).
 
 The energy of Medina's equation 3.5 (squared distances to the displaced landmarks, an L1 prior, one value
-for both sides of the face) with three additions: what the eye reads in a mouth counts by itself (the gap
-between the lips, their width, their protrusion), neighbouring frames are tied, and lips that touch on
-the speaker touch on the rig. Blendshapes add up linearly, so where Medina runs L-BFGS from the frame
-before, each control has its best value in closed form and all frames are solved together.
+for both sides of the face) with three additions: the visible distances of a mouth (the gap between the lips,
+their width, their protrusion) have terms of their own, neighbouring frames are tied, and lips that touch on
+the speaker touch on the rig. Medina runs L-BFGS from the previous frame. Blendshapes add up linearly, so
+here each control has a closed-form optimum and all frames are solved together.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ def solve(
 ) -> Array:
     """Controls that move the landmark_rig as the face moves, (frames, landmarks, 3) mm -> (frames, controls).
 
-    `closed` (landmarks, 3) is the face with its lips shut, which the rig's rest stands for; `lengths` are
-    the clips' frame counts (one clip when None); `proposal` (frames, controls) draws the solution to
-    itself by `energy.near`. Controls that speech does not move keep their rest. Raises RigError when
+    `closed` (landmarks, 3) is the face with closed lips, which corresponds to the rig at rest; `lengths` are
+    the clips' frame counts (one clip when None); `proposal` (frames, controls) pulls the solution to
+    itself by `energy.near`. Controls that speech does not move stay at rest. Raises RigError when
     the landmark_rig has none of the rig's speech controls.
     """
     unknowns = Unknowns.of(landmark_rig, rig)
@@ -58,11 +58,11 @@ def solve(
 
 @dataclass(frozen=True)
 class Unknowns:
-    """What is solved for: one value per control or symmetric pair of controls, measured from rest.
+    """The unknowns: one value per control or symmetric pair of controls, measured from rest.
 
-    `spread` (unknowns, controls) makes controls of unknowns; `rows` (unknowns,) is the control that leads
+    `spread` (unknowns, controls) converts unknowns to controls; `rows` (unknowns,) is the first control of
     each. Where control a may not exceed control b (mouthClose and jawOpen), b is a plus a non-negative
-    unknown, so that plain bounds say it all.
+    unknown, so that simple bounds are enough.
     """
 
     rig: Rig
@@ -73,7 +73,7 @@ class Unknowns:
 
     @classmethod
     def of(cls, landmark_rig: LandmarkRig, rig: Rig) -> Unknowns:
-        """The unknowns of the controls that take part in speech and that the landmark_rig has."""
+        """The unknowns of the speech controls that the landmark_rig has."""
         landmark_rig = landmark_rig.take(tuple(name for name in landmark_rig.controls if name in rig.speech))
         if not landmark_rig.controls:
             raise RigError(f"the head has none of the speech controls of rig {rig.name}; check `speech`")
@@ -92,7 +92,7 @@ class Unknowns:
         return cls(rig, rows, spread, minimum, maximum)
 
     def shapes(self, landmark_rig: LandmarkRig) -> Array:
-        """What each unknown moves, symmetric, (unknowns, landmarks, 3) mm."""
+        """The motion of each unknown, symmetric, (unknowns, landmarks, 3) mm."""
         known = [name for name in landmark_rig.controls if name in self.rig.speech]
         columns = [self.rig.controls.index(name) for name in known]
         summed = np.tensordot(self.spread[:, columns], landmark_rig.take(tuple(known)).shapes, axes=1)

@@ -1,4 +1,4 @@
-"""The tables beside a rig: hinge maps, and mixtures of one rig's controls into another's."""
+"""The tables beside a rig: hinge maps, and maps from one rig's controls to another's."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from phonanim.speech.inventory import INVENTORY
 
 VISEME_SHAPES = LEXICON / "rigs" / "viseme_shapes.csv"
 VRM = {"aa": "aa", "ih": "I", "ou": "U", "ee": "E", "oh": "O"}
-"""VRM's mouth expressions and the visemes that they stand for."""
+"""VRM's mouth expressions and the corresponding visemes."""
 
 MAX_BYTES = 1 << 24
 LARGEST = 1e6  # of a number of a table
@@ -40,7 +40,7 @@ def read_hinges(path: Path, controls: tuple[str, ...]) -> HingeMap:
 
 
 def write_hinges(path: Path, hinges: HingeMap, controls: tuple[str, ...]) -> None:
-    """Write a hinge table with the controls that it moves, whole or not at all."""
+    """Write a hinge table with the controls that it moves, atomically."""
     used = np.flatnonzero(np.any(hinges.weights != 0, axis=0) | (hinges.base != 0))
     modes = hinges.loads.shape[1]
     header = ["hinge", "offset", *(f"mode{k + 1}" for k in range(modes)), *(controls[c] for c in used)]
@@ -67,7 +67,7 @@ def read_mixture(path: Path, source: tuple[str, ...], controls: tuple[str, ...])
 def read_visemes(path: Path, controls: tuple[str, ...]) -> NDArray[np.int64]:
     """Read a table phone, viseme, end: the control of each half of each phone, (41, 2). Raises RigError.
 
-    `end` is the shape of the second half, nothing when it is the same.
+    `end` is the shape of the second half, empty when it is the same.
     """
     rows = _rows(path)
     if rows[0] != ["phone", "viseme", "end"]:
@@ -81,7 +81,7 @@ def read_visemes(path: Path, controls: tuple[str, ...]) -> NDArray[np.int64]:
 
 
 def read_shapes(path: Path, controls: tuple[str, ...]) -> Array:
-    """Read where each control takes the face: viseme, mode1 ..., (controls, modes). Raises RigError."""
+    """Read the face of each control: viseme, mode1 ..., (controls, modes). Raises RigError."""
     rows = _rows(path)
     if rows[0][:2] != ["viseme", "mode1"]:
         raise RigError(f"{path}: needs the columns viseme, mode1 ...")
@@ -103,7 +103,7 @@ def read_viseme_shapes(controls: tuple[str, ...]) -> tuple[tuple[str, ...], Arra
 
 
 def write_shapes(path: Path, shapes: Array, controls: tuple[str, ...]) -> None:
-    """Write where each control takes the face, whole or not at all."""
+    """Write the face of each control, atomically."""
     header = ["viseme", *(f"mode{k + 1}" for k in range(shapes.shape[1]))]
     rows = [[name, *_digits(values)] for name, values in zip(controls, shapes, strict=True)]
     write_text(path, "\n".join(",".join(row) for row in [header, *rows]) + "\n")
@@ -123,7 +123,7 @@ def _rows(path: Path) -> list[list[str]]:
 
 
 def _numbers(path: Path, rows: list[list[str]], first: int) -> Array:
-    """The cells from column `first` on, nothing read as zero."""
+    """The cells from column `first` on; an empty cell is zero."""
     cells = []
     for line, row in enumerate(rows[1:], start=2):
         try:
@@ -144,5 +144,5 @@ def _columns(path: Path, names: list[str], controls: tuple[str, ...]) -> list[in
 
 
 def _digits(values: Array) -> list[str]:
-    """Five digits; nothing for zero, so that a reader sees what is there."""
+    """Five digits; empty for zero, so that the table is easy to read."""
     return ["" if value == 0 else f"{value:.5g}" for value in np.round(values, 5)]

@@ -1,9 +1,9 @@
-"""The tongue by place of articulation: a prior for what no data show.
+"""The tongue by place of articulation: a prior where there are no data.
 
-No camera sees the tongue, so a model of the face leaves it lying. A rig may name a table of places (gesture,
-control, amount, shut) that says which control makes which articulation of `lexicon/gestures.csv`. Each
-gesture is held in the middle of its time; between them the tongue glides, past sounds that leave it free
-(p b m f v h), so that it already lies for the next sound while the lips are shut.
+Cameras do not show the tongue, so a model of the face does not move it. A rig may name a table of places
+(gesture, control, amount, shut) that maps each articulation of `lexicon/gestures.csv` to controls. Each
+gesture is held in the middle of its time. Between gestures the tongue glides, also through phones that leave
+it free (p b m f v h), so that it is already in place for the next phone while the lips are closed.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 
-GLIDE = 0.06  # seconds at most that a gesture gives to the glide on either side
+GLIDE = 0.06  # largest part of a gesture, in seconds, for the glide on either side
 SHARE = 0.42  # of its time, at most
 JAW, OPEN = (
     "jawOpen",
     0.11,
-)  # where amounts hold; the tongue rides on the jaw and rises less when that is shut
+)  # jaw at which amounts apply; the tongue moves with the jaw and rises less when it is closed
 RESTING = ("silence", "vowel")  # gestures that place the tongue even where the table has no amount
 
 
@@ -35,8 +35,8 @@ RESTING = ("silence", "vowel")  # gestures that place the tongue even where the 
 class Places:
     """Amounts of the controls in each gesture, (gestures, controls).
 
-    `free` (gestures,) are those that leave the tongue as it is; `shut` (controls,) is the share of an amount
-    that is left with the jaw shut.
+    `free` (gestures,) marks gestures that leave the tongue free; `shut` (controls,) is the share of an amount
+    that remains with the jaw closed.
     """
 
     amounts: Array
@@ -46,7 +46,7 @@ class Places:
 
 @lru_cache(maxsize=64)
 def read_places(path: Path, controls: tuple[str, ...]) -> Places:
-    """Read a table of places. Raises RigError naming the row that is amiss."""
+    """Read a table of places. Raises RigError naming the row that is wrong."""
     table, shut = np.zeros((len(GESTURES.columns), len(controls))), np.ones(len(controls))
     try:
         with path.open(encoding="utf-8", newline="") as file:
@@ -98,7 +98,7 @@ def _held(places: Places, track: PhoneTrack) -> tuple[Array, Array]:
 
 
 def _glide(knots: Array, held: Array, times: Array) -> Array:
-    """Between knots along half a cosine, (knots,), (knots, controls), (frames,) -> (frames, controls)."""
+    """Cosine interpolation between knots, (knots,), (knots, controls), (frames,) -> (frames, controls)."""
     if len(knots) == 0:
         return np.zeros((len(times), held.shape[1]))
     after = np.searchsorted(knots, times, side="right").clip(1, len(knots) - 1)

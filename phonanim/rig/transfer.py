@@ -1,7 +1,7 @@
 """Blendshapes for a head that has none: the shipped head's, by deformation transfer.
 
-The model is warped onto the new head, whose skin then follows the triangles that it corresponds to; what lies
-inside the face is carried along, and what a shape turns over is straightened. Needs scipy.
+The model is warped onto the new head, whose skin then follows the corresponding triangles. Parts inside the
+face move along, and triangles that a shape flips are corrected. Needs scipy.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Report:
 
     `matched` is the share of the skin's triangles that correspond to one of the model's, `carried` says
     what the parts inside the face follow, `straightened` counts the shapes in which triangles were turned
-    over and turned back, `flipped` the triangles, in all shapes, that still are.
+    over and turned back, `flipped` the triangles, in all shapes, that are still turned over.
     """
 
     matched: float
@@ -43,8 +43,8 @@ class Report:
 def transfer(model: Head, spots: MeshLandmarks, target: Head) -> tuple[Head, MeshLandmarks, Report]:
     """Give a head without shapes the model's, and the landmarks that were found on it.
 
-    The skin deforms; teeth, tongue and eyes follow the model's as rigid bodies, the rest the skin. Shapes of
-    the model's tongue alone are left out. Raises RigError when the heads cannot be brought together,
+    The skin deforms; teeth, tongue and eyes follow the model's as rigid bodies, the rest follows the skin.
+    Shapes that move only the model's tongue are left out. Raises RigError when the heads cannot be aligned,
     MissingExtraError without scipy.
     """
     model = model.without(TONGUE)
@@ -66,7 +66,7 @@ def transfer(model: Head, spots: MeshLandmarks, target: Head) -> tuple[Head, Mes
 def match_heads(model: Head, spots: MeshLandmarks, theirs: Surface) -> tuple[Surface, MeshLandmarks]:
     """The model warped onto a bare skin, and the landmarks there.
 
-    The first warp finds where the lips are; the rims seen there pin the second one.
+    The first warp finds the lips; the lip rims that are detected there pin the second warp.
     """
     mine, rows = surface_of(model), face_rows(model, spots, MARGIN)
     mine, theirs = (replace(surface, opening=0 * surface.opening) for surface in (mine, theirs))

@@ -1,8 +1,8 @@
-"""Triangles that a shape turns over, turned back, with as little change around them as it takes.
+"""Turn back the triangles that a shape turns over, with the least change around them.
 
 A projective scheme (Bouaziz et al. 2012, "Shape-Up: shaping discrete geometry with projections"): each turned
-triangle is asked for the nearest attitude in which it is not, the vertices around it for the motion
-they had, and both are met at best, again and again. Needs scipy.
+triangle is projected to the nearest orientation that is not turned over. The vertices around it should keep
+their motion. A least-squares solve combines both, repeatedly. Needs scipy.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-RINGS = (3, 6, 12)  # how far around a turned triangle vertices may give way
-STEPS = 120  # of projection, per ring
-UPRIGHT, ENOUGH = 0.10, 0.02  # cosine to the triangle's rest: what is asked for, and what will do
-FIRM = 10.0  # how much a turned triangle counts against the motion around it
-KEEP = 0.01  # how much a vertex's own motion counts against its evenness
+RINGS = (3, 6, 12)  # rings around a turned triangle in which vertices may move
+STEPS = 120  # rounds of projection, per ring
+UPRIGHT, ENOUGH = 0.10, 0.02  # cosine to the triangle at rest: the target, and what is accepted
+FIRM = 10.0  # weight of a turned triangle against the motion around it
+KEEP = 0.01  # weight of a vertex's own motion against smoothness
 
 
 def unflip(points: Array, delta: Array, triangles: Rows) -> tuple[Array, int]:
-    """Motion that turns no triangle over, and how many it still does.
+    """Motion that turns no triangle over, and the number of triangles that it still turns over.
 
-    (vertices, 3), (vertices, 3), (triangles, 3) -> (vertices, 3). Turned over is what faces away from where
-    it faced at rest.
+    (vertices, 3), (vertices, 3), (triangles, 3) -> (vertices, 3). A triangle is turned over when it faces
+    away from its direction at rest.
     """
     facing = face_normals(points, triangles)
     turned = _uprightness(points + delta, triangles, facing) < 0
@@ -50,7 +50,7 @@ def unflip(points: Array, delta: Array, triangles: Rows) -> tuple[Array, int]:
 
 
 def _turned_back(still: Array, moved: Array, corners: Rows, facing: Array, patch: Mask) -> Array:
-    """The motion with the triangles of a patch of vertices turned back, everything else as it was."""
+    """The motion with the triangles of a patch of vertices turned back, and all else unchanged."""
     sparse, factorized, _ = scipy_parts()
     own = patch[corners].any(axis=1)
     corners, facing = corners[own], facing[own]
@@ -79,7 +79,7 @@ def _uprightness(points: Array, corners: Rows, facing: Array) -> Array:
 
 
 def _righted(edges: Array, upright: Array, facing: Array) -> Array:
-    """Edges of triangles, (3 triangles, 3), turned the least that makes them face as they should."""
+    """Edges of triangles, (3 triangles, 3), rotated by the least amount that makes them face correctly."""
     edges = edges.reshape(-1, 3, 3)
     normal = np.cross(edges[:, 0], edges[:, 1])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True).clip(1e-15)

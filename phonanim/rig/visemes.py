@@ -1,4 +1,4 @@
-"""Rigs of mouth shapes: phones choose the shape, the face's motion says how much of it."""
+"""Rigs of mouth shapes: phones choose the shape, the face's motion gives its weight."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 
-HOLD = 0.05  # seconds: a drawn mouth is chosen by what is said around the frame, not in an instant
-URGENT = 3.0  # a drawn mouth must not miss a closure: it outweighs what lasts up to three times as long
+HOLD = 0.05  # seconds: a stepped mouth is chosen by the phones around the frame, not by one instant
+URGENT = 3.0  # a stepped mouth must show closures: a closure outweighs shapes up to three times as long
 CLOSED = ("p", "b", "m", "f", "v")
 REACH = 0.05  # seconds before and after its phone in which a consonant's shape may show
-# A consonant's shape shows by itself too, as a share of the strength with which the lips call for it:
-# most of th, kk and nn lies behind the lips.
+# A consonant's shape also has a weight of its own, as a share of the weight that the lips require:
+# most of th, kk and nn is behind the lips.
 PULL = 0.3
 SPARSE = 500.0  # mm² per unit of a vowel's shape: few vowels at a time
 
@@ -32,7 +32,7 @@ def shape_weights(
 ) -> NDArray[np.float32]:
     """Shape weights at each frame, (frames, m) and (frames,) seconds -> (frames, controls).
 
-    Raises RigError when the phones are not at hand.
+    Raises RigError when there are no phones.
     """
     if rig.visemes is None or track is None or times is None:
         raise RigError(f"rig {rig.name} is moved by phones and needs an alignment, not motion alone")
@@ -54,9 +54,9 @@ def nearby(visemes: Visemes, controls: int, track: PhoneTrack, times: Array) -> 
 def speak(
     articulation: Articulation, rig: Rig, track: PhoneTrack | None, times: Array | None
 ) -> NDArray[np.float32]:
-    """Shape weights that make a mouth of these measures, (frames, channels) mm -> (frames, controls).
+    """Shape weights that produce this articulation, (frames, channels) mm -> (frames, controls).
 
-    A consonant's shape shows where its phones are near alone; silence takes what is left of one.
+    A consonant's shape is active only near its phones; silence takes the rest of the sum of 1.
     """
     if rig.visemes is None or rig.mouth is None or track is None or times is None:
         raise RigError(f"rig {rig.name} is moved by phones and needs an alignment, not motion alone")
@@ -69,9 +69,9 @@ def speak(
 
 
 def spoken_shapes(track: PhoneTrack, visemes: Visemes) -> tuple[Array, NDArray[np.int64]]:
-    """What shape is said when: bounds (shapes + 1,) seconds and control rows (shapes,).
+    """The shapes over time: bounds (shapes + 1,) seconds and control rows (shapes,).
 
-    A diphthong shows its first shape in its first half and its second in the other.
+    A diphthong shows its first shape in its first half and its second shape in the other half.
     """
     middles = (track.bounds[:-1] + track.bounds[1:]) / 2
     bounds = np.append(np.column_stack([track.bounds[:-1], middles]).ravel(), track.bounds[-1])
@@ -88,7 +88,7 @@ def stepped_weights(bounds: Array, said: NDArray[np.bool_], times: Array, viseme
 
 
 def _time_of(bounds: Array, said: NDArray[np.bool_], times: Array, half: float) -> Array:
-    """Seconds for which a shape is said within `half` of each time, (frames,)."""
+    """Seconds of a shape within `half` of each time, (frames,)."""
     spent = np.concatenate([[0.0], np.cumsum(np.diff(bounds) * said)])
     return np.asarray(np.interp(times + half, bounds, spent) - np.interp(times - half, bounds, spent))
 
@@ -96,9 +96,9 @@ def _time_of(bounds: Array, said: NDArray[np.bool_], times: Array, half: float) 
 def blended_weights(modes: Array, near: Array, visemes: Visemes, face: FaceModel) -> Array:
     """Weights that add up to the face's motion, (frames, m), (frames, controls) -> (frames, controls).
 
-    Bounded least squares of what is seen in a mouth (`landmark_objective.observe_displacements`): a vowel's
-    shape shows as much as the lips move its way, at any time; a consonant's where its phones are `near`;
-    silence takes what is left of one.
+    Bounded least squares of the visible mouth (`landmark_objective.observe_displacements`). A vowel's shape
+    is active at any time, as far as the lips move in its direction. A consonant's shape is active where its
+    phones are `near`. Silence takes the rest of the sum of 1.
     """
     silent = int(visemes.of[INVENTORY.code(SILENCE), 0])
     faces = visemes.shapes * face.std
@@ -122,7 +122,7 @@ def blended_weights(modes: Array, near: Array, visemes: Visemes, face: FaceModel
 
 
 def vowel_shapes(visemes: Visemes, controls: int) -> NDArray[np.bool_]:
-    """Which shapes stand for more vowels than consonants, (controls,)."""
+    """Which shapes are used for more vowels than consonants, (controls,)."""
     vowel = INVENTORY.where(kind="vowel")
     said = np.zeros((controls, 2), np.int64)
     np.add.at(said, (visemes.of.ravel(), np.repeat(vowel.astype(np.int64), 2)), 1)
@@ -130,7 +130,7 @@ def vowel_shapes(visemes: Visemes, controls: int) -> NDArray[np.bool_]:
 
 
 def shape_proximity(bounds: Array, said: NDArray[np.bool_], times: Array) -> Array:
-    """One while a shape is said, falling to zero at REACH before and after, (frames,)."""
+    """One during a shape, falling to zero at REACH before and after, (frames,)."""
     starts, ends = bounds[:-1][said], bounds[1:][said]
     after = np.searchsorted(starts, times, side="right")
     since = times - np.append(-np.inf, ends)[after]

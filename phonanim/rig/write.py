@@ -1,4 +1,4 @@
-"""Rig files written: TOML that an artist reads and edits."""
+"""Write rig files: TOML that an artist can read and edit."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from phonanim.rig.measures import write_measures
 from phonanim.rig.rig import MEAN, POSES, Array, Rig
 from phonanim.rig.tables import write_hinges
 
-MODEST = 0.005  # of a control: a pose does not name what moves less
+MODEST = 0.005  # of a control: a pose omits controls that move less
 
 
 def write_rig(path: Path, rig: Rig) -> None:
-    """Write a rig's TOML, and beside it the tables of its maps; each whole or not at all."""
+    """Write a rig's TOML, and the tables of its maps beside it; each file atomically."""
     direct, mouth = path.with_suffix(".direct.csv"), path.with_suffix(".mouth.csv")
     if rig.direct is not None:
         write_hinges(direct, rig.direct, rig.controls)
@@ -27,7 +27,7 @@ def write_rig(path: Path, rig: Rig) -> None:
 
 
 def rig_text(rig: Rig, folder: Path, direct: str = "", mouth: str = "") -> str:
-    """The TOML of a rig as it stands in `folder`, with what each pose looks like.
+    """The TOML of a rig in `folder`, with a description of each pose.
 
     `direct` and `mouth` name the tables of its maps.
     """
@@ -61,7 +61,7 @@ def rig_text(rig: Rig, folder: Path, direct: str = "", mouth: str = "") -> str:
 
 
 def _beside(path: Path | None, folder: Path) -> str:
-    """A path as seen from a folder."""
+    """A path relative to a folder."""
     return "" if path is None else Path(os.path.relpath(path, folder)).as_posix()
 
 
@@ -80,7 +80,7 @@ def _quoted(text: str) -> str:
 
 
 def toml_key(name: str) -> str:
-    """A control's name as a TOML key, quoted where it must be."""
+    """A control's name as a TOML key, quoted where necessary."""
     bare = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
     return name if bare else _quoted(name)
 
