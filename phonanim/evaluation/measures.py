@@ -1,7 +1,7 @@
 """Measures of two motions at the same instants: controls, vertices, lips.
 
-Each name ends in its unit: `_mm`, `_mm2`, `_ms`, `_db`; `_r` is a correlation, `_ratio` a ratio, and controls
-have the rig's units.
+Each name ends in its unit: `_mm`, `_mm2`, `_ms`, `_db`; `_r` is a correlation, `_ratio` a ratio and
+`_slope` a slope; controls have the rig's units.
 """
 
 from __future__ import annotations
@@ -26,6 +26,8 @@ from phonanim.metrics import (
     lip_vertex_error,
     log_spectral_distance,
     mean_vertex_error,
+    regression_slope,
+    sd_ratio,
     speech_mask,
     squared_error,
     temporal_mean_vertex_error,
@@ -85,7 +87,14 @@ def lip_measures(
     ours: Mapping[str, Array], theirs: Mapping[str, Array], times: Array, fps: float, track: PhoneTrack | None
 ) -> dict[str, float]:
     """Agreement of lip curves; with a track, also over speech only and at closures."""
-    measures = {f"{name}_r": correlation(ours[name], theirs[name]) for name in theirs}
+    measures = {}
+    for name in theirs:
+        pair = ours[name], theirs[name]
+        measures |= {
+            f"{name}_r": correlation(*pair),
+            f"{name}_sd_ratio": sd_ratio(*pair),
+            f"{name}_slope": regression_slope(*pair),
+        }
     mine, wanted = ours["aperture"], theirs["aperture"]
     delay, best = lag(mine, wanted, fps)
     measures |= {
@@ -99,9 +108,13 @@ def lip_measures(
         return measures
     speech = speech_mask(track, times)
     if speech.sum() > 1:
-        measures |= {
-            f"{name}_r_speech": correlation(ours[name][speech], theirs[name][speech]) for name in theirs
-        }
+        for name in theirs:
+            pair = ours[name][speech], theirs[name][speech]
+            measures |= {
+                f"{name}_r_speech": correlation(*pair),
+                f"{name}_sd_ratio_speech": sd_ratio(*pair),
+                f"{name}_slope_speech": regression_slope(*pair),
+            }
     for name, phones in CONTACTS.items():
         gaps = least_gaps(mine, times, track, phones)
         if len(gaps):

@@ -13,6 +13,8 @@ from phonanim.metrics.curves import (
     jerk,
     lag,
     log_spectral_distance,
+    regression_slope,
+    sd_ratio,
 )
 from phonanim.metrics.lips import closure_error, least_gaps, lip_gap
 from phonanim.metrics.phones import (
@@ -57,6 +59,8 @@ __all__ = [
     "mean_vertex_error",
     "merge_tables",
     "phone_middles",
+    "regression_slope",
+    "sd_ratio",
     "speech_mask",
     "squared_error",
     "temporal_mean_vertex_error",

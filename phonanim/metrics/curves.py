@@ -26,6 +26,27 @@ def correlation(a: Curve, b: Curve) -> float:
     return float((a * b).sum()) / float(np.sqrt((a**2).sum() * (b**2).sum()))
 
 
+def sd_ratio(predicted: Curve, captured: Curve) -> float:
+    """Standard deviation of the predicted over that of the captured curve, (frames,) each; NaN for 0.
+
+    A correlation does not see amplitude: below 1 the predicted mouth moves too little, above 1 too much.
+    """
+    if np.ptp(captured) == 0:
+        return float("nan")
+    return float(np.std(predicted) / np.std(captured))
+
+
+def regression_slope(predicted: Curve, captured: Curve) -> float:
+    """Slope of the predicted on the captured curve, (frames,) each: r times the ratio of deviations.
+
+    It is how far the predicted mouth moves for each unit of captured motion; NaN for a constant capture.
+    """
+    if np.ptp(captured) == 0:
+        return float("nan")
+    away = captured - captured.mean()
+    return float((away * (predicted - predicted.mean())).sum() / (away**2).sum())
+
+
 def lag(predicted: Curve, captured: Curve, fps: float, reach: float = REACH) -> tuple[float, float]:
     """Delay of the predicted curve in seconds, and r at that shift; (frames,) each.
 
