@@ -98,9 +98,8 @@ def _report_system_error(error: OSError | MemoryError | UnicodeEncodeError) -> i
 def main() -> NoReturn:
     """Run the command that the arguments name, and exit with its code."""
     open_standard_streams()
-    warnings.simplefilter(
-        "ignore", RuntimeWarning
-    )  # of NumPy: non-finite values are reported where they matter
+    # NumPy warns about non-finite values; phonanim reports them where they matter.
+    warnings.simplefilter("ignore", RuntimeWarning)
     sys.exit(run())
 
 

@@ -39,9 +39,9 @@ def read_edits(path: Path) -> Edits:
             edits=tuple(_edit(item) for item in tree["edits"]),
         )
     except KeyError as error:
-        raise OptionError(f"{path}: is no file of edits: it lacks {error}") from error
+        raise OptionError(f"{path}: is not a file of edits: it lacks {error}") from error
     except (OSError, *DAMAGE) as error:
-        raise OptionError(f"{path}: is no file of edits: {error}") from error
+        raise OptionError(f"{path}: is not a file of edits: {error}") from error
 
 
 def _text(value: object) -> str:

@@ -203,7 +203,7 @@ def _misfit(
     start, end = anchors.moved((edit.start, edit.end))
     line_start, line_end = animation.times[[0, -1]]
     if end < line_start - ROUNDING or start > line_end + ROUNDING:
-        return f"it would stand at {start:.2f} s, outside the line of {line_end:.2f} s"
+        return f"it would be at {start:.2f} s, outside the line of {line_end:.2f} s"
     return ""
 
 

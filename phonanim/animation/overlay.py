@@ -131,7 +131,7 @@ def _read_pose(path: Path) -> dict[str, Any] | None:
     except (OSError, ValueError) as error:
         raise OptionError(f"overlay {path}: cannot be read: {error}") from error
     if not isinstance(pose, dict):
-        raise OptionError(f"overlay {path}: is no pose; write CONTROL = VALUE, such as mouthSmileLeft = 0.5")
+        raise OptionError(f"overlay {path}: is not a pose; write CONTROL = VALUE, as mouthSmileLeft = 0.5")
     return None if "format" in pose else pose
 
 

@@ -19,7 +19,7 @@ def parse_rate(text: str) -> float:
     try:
         rate = Fraction(NTSC[stripped] * 1000, 1001) if stripped in NTSC else Fraction(stripped)
     except (ValueError, ZeroDivisionError) as error:
-        raise OptionError(f"{text!r} is no frame rate; write it as 60, 29.97 or 30000/1001") from error
+        raise OptionError(f"{text!r} is not a frame rate; write it as 60, 29.97 or 30000/1001") from error
     check_rate(rate, text)
     return float(rate)
 

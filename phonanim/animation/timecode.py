@@ -46,7 +46,7 @@ class Timecode:
         if not found or (found[4] == ";") != self.drop:
             example = "01:00:00;02" if self.drop else "01:00:00:02"
             raise OptionError(
-                f"{text!r} is no timecode of {self.rate:.6g} frames per second; write {example}"
+                f"{text!r} is not a timecode at {self.rate:.6g} frames per second; write {example}"
             )
         hours, minutes, seconds, frames = int(found[1]), int(found[2]), int(found[3]), float(found[5])
         if minutes > 59 or seconds > 59 or frames >= self.nominal:

@@ -198,6 +198,6 @@ def report_dry_run(lines: Lines, folder: Place, formats: tuple[str, ...], consol
         console.print(f"fail  {fault.id}: {fault.place}: {fault.message}")
     kinds = list(plan.values())
     console.print(
-        f"{kinds.count('make')} to make, {kinds.count('keep')} to keep, {len(lines.faults)} that are no lines"
+        f"{kinds.count('make')} to make, {kinds.count('keep')} to keep, {len(lines.faults)} invalid"
     )
     return SOME_FAILED if lines.faults else 0

@@ -36,7 +36,7 @@ class LookAhead(click.ParamType):  # type: ignore[type-arg]
         try:
             seconds = float(value)
         except ValueError:
-            self.fail(f"{value!r} is no number of seconds, nor {EXACT}", param, ctx)
+            self.fail(f"{value!r} is not a number of seconds or {EXACT}", param, ctx)
         if not 0 <= seconds <= 10:
             self.fail(f"{value} does not lie in 0 to 10 seconds", param, ctx)
         return seconds
@@ -147,7 +147,7 @@ def open_engine(
         return engine, heard, engine.look_ahead + SLACK
     events: Iterator[Event]
     if microphone or is_recording(Path(source)):
-        given = "--microphone: gives sound" if microphone else f"{source}: is a recording"
+        given = "--microphone: gives audio" if microphone else f"{source}: is a recording"
         raise OptionError(f"{given}, and {options.model} reads phones; choose a --model of kind cnn or tcn")
     if source == "-":
         events = inputs.json_lines(STDIN)
@@ -166,7 +166,7 @@ def check_options(realtime: bool, look_ahead: float | None, delay: float | None)
     if realtime and look_ahead is None:
         raise OptionError("--look-ahead exact waits as long as it takes; with --realtime give it in seconds")
     if delay is not None and not realtime:
-        raise OptionError("--delay is of frames that fall due by the clock; add --realtime")
+        raise OptionError("--delay needs --realtime; add it")
 
 
 def run_stream(

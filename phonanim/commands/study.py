@@ -148,7 +148,7 @@ def analyse(
     excluded: tuple[Exclusion, ...] = ()
     if results[0].suffix.lower() == ".csv":
         if len(results) > 1:
-            raise StudyError(f"{results[0]}: counts stand in one CSV file; give it alone")
+            raise StudyError(f"{results[0]}: counts must be in one CSV file; give it alone")
         tallies = read_counts(results[0])
     else:
         kept, excluded = screen_participants(results, allow)

@@ -207,9 +207,9 @@ def idle_life(options: Options, rig: Rig) -> tuple[str, ...]:
     names = plain_names((rig.through.rig if rig.through else rig).controls)
     missing = []
     if options.blinks is not None and not any("blink" in name for name in names):
-        missing.append("control that blinks, so it does not")
+        missing.append("control that blinks, so blinks have no effect")
     if options.look_at is not None and not any("look" in name for name in names):
-        missing.append("eyes that turn, so it looks nowhere")
+        missing.append("eyes that turn, so gaze has no effect")
     if options.emotions and not any(set(emotion_pose(one.name)) & names.keys() for one in options.emotions):
         missing.append("control for any of the emotions, so it shows none")
     return () if is_stepped_rig(rig) else tuple(f"{rig.name} has no {what}" for what in missing)

@@ -23,13 +23,7 @@ from phonanim.rig.tables import VRM, read_viseme_shapes
 Array = NDArray[np.float64]
 
 INNER_PARTS = re.compile(r"eye|teeth|tooth|gum|tongue|socket|lash|hair|brow|tear|cornea", re.IGNORECASE)
-OPENINGS = (
-    "jawopen",
-    "aa",
-    "visemeaa",
-    "a",
-    "mouthopen",
-)  # the shape that separates the lower lip from the upper
+OPENINGS = ("jawopen", "aa", "visemeaa", "a", "mouthopen")  # these separate the lower lip from the upper
 FEWEST_NAMES = 4
 NORMAL_REACH = 0.010  # metres: distance added for a surface that faces the other way
 OPENING_REACH = 0.020  # metres: distance added for a point of the other lip

@@ -74,7 +74,9 @@ def read_measures(path: Path, controls: tuple[str, ...]) -> MouthMeasures:
             ) from error
         unknown = [name for name in names[-1] if name not in controls and number > 2]
         if unknown:
-            raise RigError(f"{path} row {number}: names the control {unknown[0]!r}, which the rig has not")
+            raise RigError(
+                f"{path} row {number}: names the control {unknown[0]!r}, which the rig does not have"
+            )
     if not names or names[0] != (REST,):
         raise RigError(f"{path}: its first row must be {REST!r}, the mouth at rest")
     values = np.array(table)

@@ -27,10 +27,8 @@ GAP_PAIRS = (((13, 14),), ((82, 87), (312, 317)), ((81, 178), (311, 402)), ((80,
 UPPER_LIP_FRONT = 0
 CHIN = 152
 TEETH = ("teeth_u", "teeth_l")
-TEETH_BEHIND = (
-    2.4,
-    4.1,
-)  # mm of the lower lip above and in front of the upper incisors' edge, as on the shipped head
+# mm of the lower lip above and in front of the upper incisors' edge, as on the shipped head
+TEETH_BEHIND = 2.4, 4.1
 INCISORS = 3.0  # mm to either side of the middle
 SIDES = ("", "Left", "Right")
 ALWAYS = "free closed tucked"

@@ -52,7 +52,7 @@ def read_motion(path: Path = SHIPPED) -> Motion:
         values = np.array(rows[1:], np.float64)
     except (OSError, ValueError, IndexError) as error:
         raise RigError(
-            f"{path}: is no motion sample ({error}); rebuild it: python scripts/fit_rig.py"
+            f"{path}: is not a motion sample ({error}); rebuild it: python scripts/fit_rig.py"
         ) from error
     return Motion(rows[0][0].removeprefix("face "), values[:, 1:])
 

@@ -167,7 +167,7 @@ def _unknown_control(place: str, name: str, controls: Iterable[str]) -> str:
 def _pose_problems(document: dict[str, Any], controls: dict[str, Any]) -> list[str]:
     poses = document.get("poses", {})
     names = (MEAN, *POSES)
-    found = [f"[poses.{key}] is no pose{_hint(key, names)}" for key in poses if key not in names]
+    found = [f"[poses.{key}] is not a pose{_hint(key, names)}" for key in poses if key not in names]
     if not poses and {"direct", "through", "visemes", "mouth", "articulated"} & set(document):
         return []
     if not poses:

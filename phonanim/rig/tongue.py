@@ -24,10 +24,8 @@ Array = NDArray[np.float64]
 
 GLIDE = 0.06  # largest part of a gesture, in seconds, for the glide on either side
 SHARE = 0.42  # of its time, at most
-JAW, OPEN = (
-    "jawOpen",
-    0.11,
-)  # jaw at which amounts apply; the tongue moves with the jaw and rises less when it is closed
+# The jaw opening at which amounts apply; the tongue moves with the jaw and rises less when it is closed.
+JAW, OPEN = "jawOpen", 0.11
 RESTING = ("silence", "vowel")  # gestures that place the tongue even where the table has no amount
 
 

@@ -146,7 +146,7 @@ def test_an_edit_outside_the_line_is_told(rig, base):
     edits = diff_animations(silent, bump(silent, "jawOpen", 0.8, 0.2))
     short = silent.with_values(silent.values[:100])
     again, (note,) = apply_edits(short, edits, rig)
-    assert note.endswith("it would stand at 0.65 s, outside the line of 0.41 s")
+    assert note.endswith("it would be at 0.65 s, outside the line of 0.41 s")
     np.testing.assert_array_equal(again.values, short.values)
 
 
@@ -211,7 +211,7 @@ GOOD = {
         ({"keys": [[0, float("nan")]]}, "holds a number that is not finite"),
         ({"keys": [[1, 0], [0, 0]]}, "has times that run backwards"),
         ({"fade": [0.6, 0.6]}, "has fades that are longer than it is"),
-        ({"fade": 0.6}, "is no file of edits"),
+        ({"fade": 0.6}, "is not a file of edits"),
     ],
 )
 def test_a_damaged_edit_is_named(change, message, tmp_path):
@@ -222,13 +222,13 @@ def test_a_damaged_edit_is_named(change, message, tmp_path):
     path.write_text(json.dumps({**tree, "edits": [{**GOOD, **change}]}))
     with pytest.raises(OptionError) as caught:
         read_edits(path)
-    assert str(caught.value).startswith(f"{path}: is no file of edits")
+    assert str(caught.value).startswith(f"{path}: is not a file of edits")
     assert message in str(caught.value)
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
-    [("{", "is no file of edits: "), ("[]", "is no file of edits: "), ("{}", "it lacks 'format'")],
+    [("{", "is not a file of edits: "), ("[]", "is not a file of edits: "), ("{}", "it lacks 'format'")],
 )
 def test_another_file_is_named(text, message, tmp_path):
     path = tmp_path / "line.edits.json"

@@ -194,7 +194,7 @@ BAD = {
     ],
     "a.json": [
         ('{"jawOpen": "wide"}', "jawOpen = 'wide'; give a number from 0 to 1"),
-        ("[1]", "is no pose; write CONTROL = VALUE, such as mouthSmileLeft = 0.5"),
+        ("[1]", "is not a pose; write CONTROL = VALUE, as mouthSmileLeft = 0.5"),
         ("{", "cannot be read: "),
     ],
 }

@@ -21,7 +21,7 @@ def test_ntsc_rates_are_exact(text):
 
 @pytest.mark.parametrize("text", ["", "fast", "nan", "inf", "1/0", "25fps"])
 def test_what_is_no_rate(text):
-    with pytest.raises(OptionError, match="is no frame rate; write it as 60, 29.97 or 30000/1001"):
+    with pytest.raises(OptionError, match="is not a frame rate; write it as 60, 29.97 or 30000/1001"):
         parse_rate(text)
 
 

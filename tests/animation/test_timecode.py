@@ -47,8 +47,8 @@ def test_plain_counting():
 @pytest.mark.parametrize(
     ("clock", "text", "message"),
     [
-        (Timecode(25), "1:2:3", "'1:2:3' is no timecode of 25 frames per second; write 01:00:00:02"),
-        (DROP, "01:00:00:00", "is no timecode of 59.9401 frames per second; write 01:00:00;02"),
+        (Timecode(25), "1:2:3", "'1:2:3' is not a timecode at 25 frames per second; write 01:00:00:02"),
+        (DROP, "01:00:00:00", "is not a timecode at 59.9401 frames per second; write 01:00:00;02"),
         (Timecode(25), "00:00:00:25", "minutes and seconds go to 59, frames to 24"),
         (Timecode(25), "00:60:00:00", "minutes and seconds go to 59"),
         (DROP, "00:01:00;03", "'00:01:00;03' is left out in drop-frame counting; write frame 04"),

@@ -235,7 +235,7 @@ def test_bad_alignments_are_one_line_and_nothing_is_written(content, line, capsy
         (["--rig", "arkt"], "arkit"),
         (["--language", "englisch"], "english"),
         (["--tier", "sounds"], "phones"),
-        (["--fps", "fast"], "'fast' is no frame rate"),
+        (["--fps", "fast"], "'fast' is not a frame rate"),
         (["--fps", "0"], "must lie from 1 to 1000"),
         (["--jaw", "nan"], "nan is not in the range 0<=x<=4"),
         (["--smooth", "fast"], "'fast' is neither 0 to 1 seconds nor a rate such as 8Hz"),

@@ -129,7 +129,7 @@ def test_dry_run_writes_nothing(lines, tmp_path, capsys):
     write_line(lines / "a.TextGrid", ["AE", "P"])
     batch("lines", "-o", "out", "--dry-run", *FAST)
     err = capsys.readouterr().err
-    assert "2 to make, 4 to keep, 0 that are no lines" in err
+    assert "2 to make, 4 to keep, 0 invalid" in err
     assert contents(tmp_path / "out") == before
 
 

@@ -89,7 +89,7 @@ def test_two_takes_on_one_page(take):
             "--compare-with does nothing for a.csv; leave it out",
         ),
         (["take.npz", "-o", "a.glb", "--key-tolerance", "-1"], "-1"),
-        (["take.npz", "-o", "a.csv", "--timecode", "1h"], "'1h' is no timecode of 60 frames per second"),
+        (["take.npz", "-o", "a.csv", "--timecode", "1h"], "'1h' is not a timecode at 60 frames per second"),
         (["take.npz", "-o", "a.csv", "--fps", "0"], "frames per second"),
         (["none.npz", "-o", "a.csv"], "none.npz"),
         (["a.tsv", "-o", "a.csv"], "a.tsv: this format can only be written; readable formats: .csv"),

@@ -100,8 +100,8 @@ def test_problems_without_end_are_counted(tmp_path: Path, capfd: pytest.CaptureF
     [
         (["--to", "udp"], "there is no sink 'udp'"),
         (["--realtime", "--look-ahead", "exact"], "--look-ahead exact waits as long as it takes; with"),
-        (["--delay", "0.1"], "--delay is of frames that fall due by the clock; add --realtime"),
-        (["--look-ahead", "soon"], "'soon' is no number of seconds, nor exact"),
+        (["--delay", "0.1"], "--delay needs --realtime; add it"),
+        (["--look-ahead", "soon"], "'soon' is not a number of seconds or exact"),
         (["--look-ahead", "nan"], "nan does not lie in 0 to 10 seconds"),
         (["--model", "nix"], "there is no model 'nix'"),
     ],
@@ -246,7 +246,7 @@ def test_a_recording_for_a_model_that_reads(tmp_path: Path, capfd: pytest.Captur
 
 def test_a_microphone_for_a_model_that_reads(capfd: pytest.CaptureFixture[str]) -> None:
     assert run(["stream", "--microphone"]) == 2
-    expected = "--microphone: gives sound, and default reads phones; choose a --model of kind cnn or tcn"
+    expected = "--microphone: gives audio, and default reads phones; choose a --model of kind cnn or tcn"
     assert capfd.readouterr().err == f"phonanim: {expected}\n"
 
 

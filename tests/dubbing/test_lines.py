@@ -92,7 +92,7 @@ def test_no_column_has_two_meanings():
         ("a,b.TextGrid,", "the id 'a' is already used by table.csv row 2; give every line another"),
         ("A,b.TextGrid,", "the output 'A' is already used by table.csv row 2; give every line another"),
         ("../x,b.TextGrid,", "the id '../x' leads out of the output folder"),
-        ("x,b.TextGrid,fast", "'fast' is no frame rate"),
+        ("x,b.TextGrid,fast", "'fast' is not a frame rate"),
     ],
 )
 def test_a_bad_row_is_named_and_the_rest_stays(folder, row, message):

@@ -158,7 +158,7 @@ def test_edits_of_a_folder(folder, capsys):
 
     (folder / "edits/a.edits.json").write_text("{}")
     assert batch("*.TextGrid", "-o", "out", *options, "--edits", "edits") == 1
-    assert "a.edits.json: is no file of edits" in (folder / "out/summary.txt").read_text()
+    assert "a.edits.json: is not a file of edits" in (folder / "out/summary.txt").read_text()
 
 
 @pytest.mark.parametrize("option", ["--overlay", "--lexicon"])

@@ -44,7 +44,9 @@ def test_a_timecode_to_start_from(tmp_path):
     assert again.fps == pytest.approx(60000 / 1001)
     save(again, tmp_path / "b.csv")
     assert (tmp_path / "b.csv").read_bytes() == (tmp_path / "a.csv").read_bytes()
-    with pytest.raises(OptionError, match=r"'1h' is no timecode of 60 frames per second; write 01:00:00:02"):
+    with pytest.raises(
+        OptionError, match=r"'1h' is not a timecode at 60 frames per second; write 01:00:00:02"
+    ):
         save(animation, tmp_path / "c.csv", timecode="1h")
 
 
@@ -78,7 +80,7 @@ def test_frames_that_the_app_dropped_are_filled_in(tmp_path):
         ),
         (
             lambda lines: [*lines[:2], "x" + lines[2]],
-            r"a\.csv, row 3: 'x00:.*' is no timecode of 60 frames per second",
+            r"a\.csv, row 3: 'x00:.*' is not a timecode at 60 frames per second",
         ),
         (lambda lines: [*lines[:2], lines[2] + "x"], r"a\.csv, row 3: could not convert string to float"),
         (

@@ -63,8 +63,8 @@ def test_a_rig_without_a_control_for_it_says_so(line):
     assert "vrm has no control for any of the emotions, so it shows none" in notes
     notes = animate(line, Options(rig="vrm", blinks=1, look_at=(0, 0, 1))).provenance["notes"]
     assert notes == [
-        "vrm has no control that blinks, so it does not",
-        "vrm has no eyes that turn, so it looks nowhere",
+        "vrm has no control that blinks, so blinks have no effect",
+        "vrm has no eyes that turn, so gaze has no effect",
     ]
 
 

@@ -86,7 +86,7 @@ MISTAKES = {
     ),
     "pose misspelt": (
         CONTROLS + POSED + "[poses.mode5_plus]\njaw = 0.5\n",
-        "[poses.mode5_plus] is no pose; did you mean 'mode4_plus'?",
+        "[poses.mode5_plus] is not a pose; did you mean 'mode4_plus'?",
     ),
     "unknown key": ("contrls = 3\n" + CONTROLS + POSED, "unknown key 'contrls'; did you mean 'controls'?"),
     "no controls": ("name = 'x'\n", "needs a table [controls] with name = [minimum, rest, maximum]"),
@@ -263,5 +263,5 @@ def test_motion_of_another_face_is_refused() -> None:
 
 def test_a_damaged_motion_is_said(tmp_path: Path) -> None:
     (tmp_path / "m.csv").write_text("face a,mode1\n1,x\n", encoding="utf-8")
-    with pytest.raises(RigError, match="is no motion sample"):
+    with pytest.raises(RigError, match="is not a motion sample"):
         read_motion(tmp_path / "m.csv")

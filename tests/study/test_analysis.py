@@ -206,4 +206,4 @@ def test_counts_stand_alone(tmp_path, root, capsys):
     with pytest.raises(StudyError, match=r"a\.csv: cannot be read: .*No such file"):
         read_counts(tmp_path / "a.csv")
     assert run(["study", "analyse", str(root / TAYLOR), str(tmp_path)]) == 2
-    assert "counts stand in one CSV file; give it alone" in capsys.readouterr().err
+    assert "counts must be in one CSV file; give it alone" in capsys.readouterr().err
