@@ -1,5 +1,9 @@
 // The page: one time for the heads, the sound, the timeline and the list of curves.
 
+// Turns of the head are in degrees, all other controls from 0 to 1.
+const TURNS = ["headPitch", "headYaw", "headRoll"];
+const FULL_TURN = 45; // degrees that count as much as a control's full weight
+
 const $ = (id) => document.getElementById(id);
 const data = JSON.parse($("data").textContent);
 const takes = data.takes.map(readTake);
@@ -59,12 +63,13 @@ function tick(now) {
   requestAnimationFrame(tick);
 }
 
-// A row per channel, the liveliest first; the first three are chosen.
+// A row per channel, the one that moves most first; the first three are chosen.
 function listCurves() {
   const names = [...new Set(takes.flatMap((take) => take.channels))];
   const motion = (name) => Math.max(...takes.map((take) => {
     const range = take.range[take.channels.indexOf(name)];
-    return range ? range[1] - range[0] : 0;
+    const scale = TURNS.includes(name) ? FULL_TURN : 1;
+    return range ? (range[1] - range[0]) / scale : 0;
   }));
   names.sort((a, b) => motion(b) - motion(a));
   return names.map((name, place) => curveRow(name, place < 3 && motion(name) > 0));

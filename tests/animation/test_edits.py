@@ -208,7 +208,7 @@ GOOD = {
     [
         ({"kind": "add"}, "jawOpen 0.00-1.00 s has the kind 'add'; it is offset or replace"),
         ({"keys": []}, "an edit of jawOpen has no keys"),
-        ({"keys": [[0, float("nan")]]}, "holds a number that is not finite"),
+        ({"keys": [[0, float("nan")]]}, "it has NaN, which is not a number"),
         ({"keys": [[1, 0], [0, 0]]}, "has times that run backwards"),
         ({"fade": [0.6, 0.6]}, "has fades that are longer than it is"),
         ({"fade": 0.6}, "is not a file of edits"),

@@ -74,7 +74,7 @@ def test_a_word_that_is_not_in_the_dictionary(folder: Path) -> None:
     pytest.importorskip("pocketsphinx")
     assert batch(table(folder, ("x", "", "a.wav", "my father grzegorz", "english"))) == 1
     (error,) = errors(folder)
-    assert "lacks 'grzegorz'; spell numbers out" in error
+    assert "not in the pronouncing dictionary: 'grzegorz'; spell numbers out" in error
     assert not list((folder / "out").rglob("*.TextGrid"))
 
 
