@@ -228,7 +228,7 @@ def test_bad_alignments_are_one_line_and_nothing_is_written(content, line, capsy
         (["-o", "a.xyz"], "a.xyz"),
         (["-o", "b.csv", "-o", "a"], "phonanim: a: "),
         (["-o", "missing/a.csv"], "the folder"),
-        (["-o", "/proc/a.csv"], "/proc/a.csv: is not a plain file"),
+        (["-o", "/proc/a.csv"], "/proc/a.csv: cannot be written"),
         (["-o", "a.TextGrid"], "is named twice"),
         (["-o", "b.csv", "-o", "./b.csv"], "b.csv: is named twice"),
         (["--model", "defualt"], "there is no model 'defualt'; did you mean 'default'?"),
