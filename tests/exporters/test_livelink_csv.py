@@ -117,8 +117,8 @@ def test_a_real_capture_round_trips(shared_data, tmp_path):
     save(capture, tmp_path / "a.csv")
     before, after = rows_of(source), rows_of(tmp_path / "a.csv")
     assert after[0] == before[0]
-    # Turns of the head are read into degrees and written in radians; all else is the same to the digit.
-    turned = [place for place, name in enumerate(before[0]) if name.startswith("Head")]
+    # Turns of head and eyes are read into degrees and written in radians; all else is the same to the digit.
+    turned = [place for place, name in enumerate(before[0]) if name.endswith(("Yaw", "Pitch", "Roll"))]
 
     def without_turns(row):
         return tuple(cell for place, cell in enumerate(row) if place > 0 and place not in turned)
