@@ -133,6 +133,7 @@ def test_the_rig_behind_is_smoothed_too(root):
 
 
 def test_the_core_of_a_closing_phone_is_left_alone_though_the_lips_are_open():
+    pytest.importorskip("sklearn")  # the face is fitted with it
     face = made_up_face(np.random.default_rng(0))
     track = track_of("sil 0.4 aa 0.2 f 0.1 aa 0.2 sil 0.4")
     times = np.arange(0, track.duration, 0.005)
