@@ -126,7 +126,7 @@ def test_paths_stand_for_names(root: Path, line: Path) -> None:
         ),
         ({"overlays": ("smile",)}, "options: overlays is ('smile',); take a list, each a table"),
         ({"fps": 0}, "0 frames per second: the rate must lie from 1 to 1000"),
-        ({"fps": float("nan")}, "options: fps is nan; take a number"),
+        ({"fps": float("nan")}, "nan frames per second: the rate must lie from 1 to 1000"),
     ],
 )
 def test_a_wrong_option_is_named(settings: dict[str, Any], message: str, line: Path) -> None:
