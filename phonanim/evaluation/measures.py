@@ -87,7 +87,7 @@ def lip_measures(
     ours: Mapping[str, Array], theirs: Mapping[str, Array], times: Array, fps: float, track: PhoneTrack | None
 ) -> dict[str, float]:
     """Agreement of lip curves; with a track, also over speech only and at closures."""
-    measures = {}
+    measures: dict[str, float] = {}
     for name in theirs:
         pair = ours[name], theirs[name]
         measures |= {
