@@ -29,15 +29,14 @@ from phonanim.core.version import __version__
 from phonanim.exporters import load
 from phonanim.face import contacts
 from phonanim.face.model import FaceModel
-from phonanim.inputs.prosody import find_prosody, find_voice
+from phonanim.inputs.prosody import add_heard
 from phonanim.inputs.speech_input import SpeechInput, read_speech_input
-from phonanim.life import add_life, idle_life, life_of, mouth_freedom
-from phonanim.media.audio import Sound
-from phonanim.media.voice import Voice
+from phonanim.life import Life, add_life, idle_life, life_of, mouth_freedom
+from phonanim.media.audio import Sound, find_audio
 from phonanim.options import DEFAULTS, Options, make_options
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.retarget import retarget
-from phonanim.speech.loudness import Loudness, measure_loudness
+from phonanim.speech.loudness import Loudness
 from phonanim.speech.phones import PhoneTrack
 
 
@@ -71,7 +70,7 @@ def animate(
     Args:
         path: An alignment, or a recording when the model is audio-driven.
         options: How to animate; the defaults of `Options` when it is None.
-        audio: The recording, when it is not beside the alignment.
+        audio: The recording; the one beside the alignment by default, with the same stem.
         settings: Single options by name, such as `rig="arkit"` or `fps=30`; they override `options`.
             `style` sets the dials of a style, such as "clear".
 
@@ -89,42 +88,50 @@ def animate(
     for dial in DIALS:
         check_dial(dial, getattr(options, dial))
     check_rate(options.fps, f"{options.fps:g}")
-    return animate_detailed(Path(path), options, Path(audio) if audio else None).animation
+    path = Path(path)
+    return animate_detailed(path, options, Path(audio) if audio else find_audio(path)).animation
 
 
 def animate_detailed(path: Path, options: Options = DEFAULTS, audio: Path | None = None) -> AnimationResult:
-    """The same as `animate`, with intermediate results; each step is one module."""
+    """The same as `animate`, with intermediate results, and the recording only if it is given."""
     model, rig = load_model(options.model), load_cached_rig(options.rig)
-    source = read_speech_input(path, options, audio, model.regressor.input_modality)
-    track, frames = source.track, frame_count(source.track.duration, options.fps)
+    line = read_speech_input(path, options, audio, model.regressor.input_modality)
     life = life_of(options, path.stem)
-    follows = options.loudness > 0 and articulates(options, rig, track)
-    voice = find_voice(source) if follows or life.moves(rig) else None
-    loudness = measure_loudness(voice, track, options.level) if voice is not None and follows else None
-    motion = predict_controls(track, model, rig, options, frames, sound=source.sound, loudness=loudness)
-    modes, values, articulation = motion
-    times = np.arange(len(modes)) / options.fps
-    if options.smooth and not is_stepped_rig(rig):
-        closed = closure_mask(modes, track, model.face, times, articulation)
-        values = smooth_controls(values, options.smooth, options.fps, closed)
-    values, laid = apply_overlays(values, rig, options.overlays, track, times, load)
-    remarks = (*unused_option_warnings(options, rig), *idle_life(options, rig), *laid, *_whispered(loudness))
-    if life.moves(rig):
-        prosody = find_prosody(source, model.regressor, voice)
-        free = mouth_freedom(prosody, track, times)
-        values = add_life(values, rig, life, prosody, times, free)
+    follows = options.loudness > 0 and articulates(options, rig, line.track)
+    line = add_heard(line, model.regressor, options.level, loudness=follows, prosody=life.moves(rig))
+    frames = frame_count(line.track.duration, options.fps)
+    motion = predict_controls(
+        line.track, model, rig, options, frames, sound=line.sound, loudness=line.loudness
+    )
+    values, laid = _add_layers(motion, line, model.face, rig, options, life)
+    remarks = (*unused_option_warnings(options, rig), *idle_life(options, rig), *laid, *_whispered(line))
     animation = Animation(
         values=values,
         channels=rig.controls,
         fps=options.fps,
         rig=rig.name,
-        phones=source.alignment.intervals,
-        words=source.alignment.words,
-        audio=source.audio,
-        provenance=_provenance(path, options, (*source.notes, *remarks)) | _heard(source, voice),
-        articulation=None if articulation is None else articulation.values.astype(np.float32),
+        phones=line.alignment.intervals,
+        words=line.alignment.words,
+        audio=line.audio,
+        provenance=_provenance(path, options, (*line.notes, *remarks)) | _heard(line),
+        articulation=None if motion.articulation is None else motion.articulation.values.astype(np.float32),
     )
-    return AnimationResult(animation, track, source.notes, modes, model.face)
+    return AnimationResult(animation, line.track, line.notes, motion.modes, model.face)
+
+
+def _add_layers(
+    motion: Motion, line: SpeechInput, face: FaceModel, rig: Rig, options: Options, life: Life
+) -> tuple[NDArray[np.float32], tuple[str, ...]]:
+    """Controls with smoothing, overlays and life, (frames, controls), and notes on the overlays."""
+    values, times = motion.values, np.arange(len(motion.modes)) / options.fps
+    if options.smooth and not is_stepped_rig(rig):
+        closed = closure_mask(motion.modes, line.track, face, times, motion.articulation)
+        values = smooth_controls(values, options.smooth, options.fps, closed)
+    values, notes = apply_overlays(values, rig, options.overlays, line.track, times, load)
+    if line.prosody is not None:
+        free = mouth_freedom(line.prosody, line.track, times)
+        values = add_life(values, rig, life, line.prosody, times, free)
+    return values, notes
 
 
 def predict_controls(
@@ -230,12 +237,12 @@ def _provenance(path: Path, options: Options, notes: tuple[str, ...]) -> dict[st
     }
 
 
-def _whispered(loudness: Loudness | None) -> tuple[str, ...]:
+def _whispered(line: SpeechInput) -> tuple[str, ...]:
     remark = "the recording is whispered, so the mouth does not follow its level"
-    return (remark,) if loudness is not None and loudness.whispered else ()
+    return (remark,) if line.loudness is not None and line.loudness.whispered else ()
 
 
-def _heard(source: SpeechInput, voice: Voice | None) -> dict[str, str]:
+def _heard(line: SpeechInput) -> dict[str, str]:
     """The hash of a recording that moved the face."""
-    moved = source.sound is not None or voice is not None
-    return {"audio_sha256": content_hash(source.audio)} if moved and source.audio else {}
+    moved = line.sound is not None or line.voice is not None
+    return {"audio_sha256": content_hash(line.audio)} if moved and line.audio else {}

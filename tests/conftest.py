@@ -67,6 +67,12 @@ def line(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.fixture(scope="session")
+def unheard_line(root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The example alignment in a folder without its recording."""
+    return Path(shutil.copy(root / "examples" / "line.TextGrid", tmp_path_factory.mktemp("unheard")))
+
+
 @pytest.fixture
 def made(tmp_path: Path) -> Callable[[str], tuple[Path, list[Any]]]:
     """Writes the sample of one data set; returns its folder and its recordings."""

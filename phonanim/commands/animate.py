@@ -63,7 +63,6 @@ def command(
       phonanim animate speech.wav --text "What is said."
       phonanim animate speech.wav --model models/phisanet
     """
-    from phonanim.media.audio import find_audio
     from phonanim.pipeline import animate, apply_edit_file
 
     if text is not None:
@@ -73,7 +72,7 @@ def command(
         if click.get_current_context().get_parameter_source("rig") is ParameterSource.DEFAULT:
             options = replace(options, rig=options.rig if "character" in exports else HEAD_RIG)
     check_outputs([*outputs, *filter(None, [sheet])], [alignment, *filter(None, [audio, edits])])
-    animation = animate(alignment, options, audio=audio or find_audio(alignment))
+    animation = animate(alignment, options, audio=audio)
     if edits:
         animation = apply_edit_file(animation, edits, options)
     written = write_outputs(animation, outputs, sheet, exports)

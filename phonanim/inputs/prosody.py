@@ -1,21 +1,33 @@
-"""The prosody of a line, from its phones, its recording, or both."""
+"""What is heard in a line: its voice, its prosody and its loudness, from phones, a recording, or both."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 from phonanim.errors import AudioError, MissingExtraError
 from phonanim.inputs.speech_input import SpeechInput, sound_from
 from phonanim.media.audio import read_sound
 from phonanim.media.voice import Voice, hear_voice
+from phonanim.speech.loudness import measure_loudness
 from phonanim.speech.prosody import AHEAD, Prosody, hear_prosody, read_prosody
 
 SPARE = 0.02  # seconds of a model's look-ahead that are lost to rounding
 
 
-def find_prosody(source: SpeechInput, regressor: object, voice: Voice | None) -> Prosody:
-    """The prosody of a line; without phones, no frame uses more look-ahead than the model."""
-    if voice is not None and not source.alignment.intervals:
-        return hear_prosody(voice, life_ahead(regressor))
-    return read_prosody(source.track, source.alignment.words, voice=voice)
+def add_heard(
+    source: SpeechInput, regressor: object, level: float | None, loudness: bool, prosody: bool
+) -> SpeechInput:
+    """The same input with its voice, and with the loudness and the prosody where they are asked for.
+
+    `level` is the usual level of speech, in dB of full scale. An unreadable recording counts as none.
+    """
+    voice = _find_voice(source) if loudness or prosody else None
+    return replace(
+        source,
+        voice=voice,
+        loudness=measure_loudness(voice, source.track, level) if voice is not None and loudness else None,
+        prosody=_find_prosody(source, regressor, voice) if prosody else None,
+    )
 
 
 def life_ahead(regressor: object) -> float:
@@ -23,7 +35,14 @@ def life_ahead(regressor: object) -> float:
     return max(min(getattr(regressor, "look_ahead", AHEAD), AHEAD) - SPARE, 0.0)
 
 
-def find_voice(source: SpeechInput) -> Voice | None:
+def _find_prosody(source: SpeechInput, regressor: object, voice: Voice | None) -> Prosody:
+    """The prosody of a line; without phones, no frame uses more look-ahead than the model."""
+    if voice is not None and not source.alignment.intervals:
+        return hear_prosody(voice, life_ahead(regressor))
+    return read_prosody(source.track, source.alignment.words, voice=voice)
+
+
+def _find_voice(source: SpeechInput) -> Voice | None:
     """Level and pitch of the recording, None without a readable recording."""
     sound = source.sound
     if sound is None and source.audio is not None:

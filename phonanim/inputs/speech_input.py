@@ -9,10 +9,13 @@ from typing import Literal
 from phonanim.errors import AlignmentError, AudioError
 from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import SUFFIXES, Sound, audio_notes, find_audio, read_sound, truncation_note
+from phonanim.media.voice import Voice
 from phonanim.options import Options
 from phonanim.speech.alignment import Alignment
 from phonanim.speech.language import to_phones
+from phonanim.speech.loudness import Loudness
 from phonanim.speech.phones import PhoneTrack, silent_track
+from phonanim.speech.prosody import Prosody
 
 InputModality = Literal["phones", "audio", "both"]
 """What a model reads: phones, audio or both."""
@@ -23,13 +26,20 @@ APART = 0.5  # seconds between the ends of a recording and its alignment above w
 
 @dataclass(frozen=True, slots=True)
 class SpeechInput:
-    """The alignment and its phones (all silence without an alignment), and the audio if the model uses it."""
+    """All that a line is animated from.
+
+    The alignment and its phones (all silence without an alignment), the path of the recording, and its sound
+    if the model uses it. `voice`, `loudness` and `prosody` are what is heard in it, None where not needed.
+    """
 
     alignment: Alignment
     track: PhoneTrack
     notes: tuple[str, ...]
     sound: Sound | None
     audio: Path | None
+    voice: Voice | None = None
+    loudness: Loudness | None = None
+    prosody: Prosody | None = None
 
 
 def read_speech_input(

@@ -27,8 +27,8 @@ SILENT = ("sad", "angry", "surprised", "smile")
 
 
 @pytest.fixture(scope="module")
-def line(root):
-    return root / "examples" / "line.TextGrid"
+def line(unheard_line):
+    return unheard_line
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,8 @@ def test_real_lines_keep_their_closures(shared_data, gaps):
     assert paths
     for path in paths:
         before = animate_detailed(path, Options(life=0, unknown="nearest"))
-        after = animate(path, Options(life=0, unknown="nearest", overlays=(GRIN, Overlay("angry")), blinks=5))
+        laid = Options(life=0, unknown="nearest", overlays=(GRIN, Overlay("angry")), blinks=5)
+        after = animate_detailed(path, laid).animation
         closed = spoken(before, "p", "b", "m", "f", "v")
         assert np.abs(gaps(after)[closed] - gaps(before.animation)[closed]).max() < 1e-6
 

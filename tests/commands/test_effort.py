@@ -64,12 +64,11 @@ def test_styles_and_ranges_in_python(line: Path) -> None:
 
 def test_the_mouth_follows_the_recording_beside_the_line(line: Path) -> None:
     louder = record(line.with_suffix(".wav"), voiced() * np.where(TIMES > 3.5, 2.0, 1.0))
-    even, followed = (phonanim.animate(line, audio=louder, life=0, loudness=g) for g in (0.0, 1.0))
+    even, followed = (phonanim.animate(line, life=0, loudness=g) for g in (0.0, 1.0))
     half = len(even.values) // 2
     change = followed.channel("jawOpen") - even.channel("jawOpen")
     assert change[: half - 30].min() < -0.02
     assert change[half + 30 :].max() > 0.02
-    np.testing.assert_array_equal(even.values, phonanim.animate(line, life=0).values)
     again = phonanim.animate(line, audio=louder, life=0)
     np.testing.assert_array_equal(again.values, followed.values)
     assert "audio_sha256" in followed.provenance

@@ -28,8 +28,8 @@ GOOD = """{"phone": "HH", "start": 0.1, "end": 0.2}
 
 
 @pytest.fixture(scope="module")
-def line(root: Path) -> Path:
-    return root / "examples" / "line.TextGrid"
+def line(unheard_line: Path) -> Path:
+    return unheard_line
 
 
 @pytest.fixture(scope="module")

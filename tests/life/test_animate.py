@@ -11,8 +11,8 @@ from phonanim.speech.inventory import INVENTORY
 
 
 @pytest.fixture(scope="module")
-def line(root):
-    return root / "examples" / "line.TextGrid"
+def line(unheard_line):
+    return unheard_line
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +68,12 @@ def test_a_recording_that_cannot_be_read_is_no_hindrance(line, tmp_path):
     broken = tmp_path / "line.wav"
     broken.write_bytes(b"RIFF")
     np.testing.assert_array_equal(animate(line, audio=broken).values, animate(line).values)
+
+
+def test_the_recording_beside_an_alignment_is_found(line, sound, root):
+    found, given = animate(root / "examples" / "line.TextGrid"), animate(line, audio=sound)
+    assert found.audio == sound
+    np.testing.assert_array_equal(found.values, given.values)
 
 
 def test_mouth_shapes_are_as_they_were(line):

@@ -12,8 +12,8 @@ ALONE = {"life": 0.0}
 
 
 @pytest.fixture(scope="module")
-def line(root):
-    return root / "examples" / "line.TextGrid"
+def line(unheard_line):
+    return unheard_line
 
 
 def test_every_emotion_is_a_pose_of_arkit():
