@@ -29,8 +29,9 @@ from phonanim.face.fit import fit_face
 from phonanim.face.model import FaceModel
 from phonanim.pipeline import load_model
 from phonanim.rig import HingeMap, Rig
+from phonanim.rig.align import add_viseme_shapes
 from phonanim.rig.fit import fit_rig
-from phonanim.rig.head import Head, load_head
+from phonanim.rig.head import load_head
 from phonanim.rig.landmark_rig import LandmarkRig, make_landmark_rig
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.measures import write_measures
@@ -66,12 +67,12 @@ def main() -> None:
     landmark_rig = make_landmark_rig(head, spots, face)
     preset = replace(arkit(tuple(sorted(columns()[:N_ARKIT]))), mouth=measure(head, spots, face, ARKIT))
     write_rig(RIGS / "arkit.toml", fit_rig(preset, landmark_rig, face, modes))
-    visemes, shapes = viseme_landmark_rig(landmark_rig), viseme_head(head)
-    mouth = measure(named_head(shapes, VRM), spots, face, dict.fromkeys(VRM, (ALWAYS, EFFORT)))
+    visemes, shapes = viseme_landmark_rig(landmark_rig), add_viseme_shapes(head)
+    mouth = measure(shapes, spots, face, dict.fromkeys(VRM, (ALWAYS, EFFORT)))
     write_rig(RIGS / "vrm.toml", fit_rig(replace(vrm(), mouth=mouth), vrm_landmark_rig(visemes), face, modes))
     write_oculus(visemes, face, closed_face(face, modes))
-    own = {f"viseme_{name}": name for name in shapes.targets}
-    mouth = measure(named_head(shapes, own), spots, face, dict.fromkeys(own, (ALWAYS, EFFORT)))
+    own = [f"viseme_{name}" for name in visemes.controls]
+    mouth = measure(shapes, spots, face, dict.fromkeys(own, (ALWAYS, EFFORT)))
     write_measures(RIGS / "oculus15.mouth.csv", mouth)
     if chosen.corpus:
         write_rig(RIGS / "face.toml", identity(face, closed_face(face, modes)))
@@ -130,18 +131,6 @@ def viseme_landmark_rig(landmark_rig: LandmarkRig) -> LandmarkRig:
     """The shipped head with visemes for controls, as viseme_shapes.csv mixes them of ARKit controls."""
     names, mixtures = read_viseme_shapes(landmark_rig.controls)
     return LandmarkRig(names, landmark_rig.rest, np.tensordot(mixtures, landmark_rig.shapes, axes=1))
-
-
-def viseme_head(head: Head) -> Head:
-    """The shipped head with visemes for its shapes."""
-    names, mixtures = read_viseme_shapes(head.targets)
-    return replace(head, targets=names, deltas=np.tensordot(mixtures, head.deltas, axes=1))
-
-
-def named_head(head: Head, names: dict[str, str]) -> Head:
-    """Some shapes of a head under other names, each with the name that it has."""
-    rows = [head.targets.index(name) for name in names.values()]
-    return replace(head, targets=tuple(names), deltas=head.deltas[rows])
 
 
 def vrm_landmark_rig(visemes: LandmarkRig) -> LandmarkRig:

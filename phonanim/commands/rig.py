@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 
 import click
@@ -121,6 +122,46 @@ def draw(path: Path, sheet: Path, model: str) -> None:
     draw_poses(sheet, rig, load_character(rig.head), read_landmarks(rig.landmarks), face)
 
 
+@command.command("phones")
+@click.argument("alignments", type=click.Path(exists=True, path_type=Path))
+@click.option("--rig", "rigs", multiple=True, default=("arkit",), help="A rig's name or file; repeat.")
+@click.option("--files", type=click.IntRange(1), default=40, show_default=True, help="Alignments to animate.")
+@click.option("--table", is_flag=True, help="Print what each phone shows, too.")
+@console_options
+def phones_command(
+    alignments: Path, rigs: tuple[str, ...], files: int, table: bool, console: Console
+) -> None:
+    """Measure the mouth that rigs show at each phone of natural speech, on their own heads.
+
+    ALIGNMENTS is a folder of TextGrids, searched within, or one file. Millimetres are those of the reference
+    face. A rig without a head that goes through another is shown on the other's; of drawn mouths it counts
+    how many phones show theirs.
+
+    \b
+    Examples:
+      phonanim rig phones aligned/ --rig arkit --rig vrm
+      phonanim rig phones aligned/ --rig hero.toml --table
+    """
+    from phonanim.commands._rig_phones import checks_text, rig_phones, spread_over, table_text
+
+    paths, found = spread_over(alignments, files), {}
+    with console.progress("phones") as progress:
+        for number, name in enumerate(rigs):
+            found[name] = rig_phones(name, paths)
+            progress((number + 1) / len(rigs))
+    parts = [f"{name}\n{table_text(each)}\n" for name, (each, _, _) in found.items() if table and each]
+    checks = {name: made for name, (_, made, _) in found.items() if made}
+    parts += [checks_text(checks)] if checks else []
+    parts += [f"{name}: {remark}" for name, (_, _, remarks) in found.items() for remark in remarks]
+    console.print_result(
+        {
+            name: {"phones": each, "checks": [asdict(check) for check in made], "remarks": remarks}
+            for name, (each, made, remarks) in found.items()
+        },
+        "\n".join(parts),
+    )
+
+
 @command.command("fit")
 @click.argument("head", type=FILE)
 @click.option("-o", "--output", type=PLACE, help="The rig's file; HEAD with .toml when left out.")
@@ -199,8 +240,6 @@ def transfer_command(source: str, mesh: Path, output: Path | None, console: Cons
       phonanim rig transfer --to hero.obj -o hero.glb
       phonanim rig fit hero.glb --landmarks hero.landmarks.csv
     """
-    from dataclasses import asdict
-
     from phonanim.rig.head import load_head
     from phonanim.rig.landmarks import shipped_landmarks, write_landmarks
     from phonanim.rig.mesh_file import load_mesh

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,8 @@ TEETH = ("teeth_u", "teeth_l")
 # mm of the lower lip above and in front of the upper incisors' edge, as on the shipped head
 TEETH_BEHIND = 2.4, 4.1
 INCISORS = 3.0  # mm to either side of the middle
+TONGUE_PART = "tongue"
+SENSORS, WITHIN = (8.0, 45.0), 5.0  # mm behind the foremost point of the tongue, and how near a point must be
 SIDES = ("", "Left", "Right")
 ALWAYS = "free closed tucked"
 ARKIT = {
@@ -66,14 +69,44 @@ def measure(
     controls = {stem: of for stem, of in controls.items() if grouped[stem]}
     names = [grouped[stem] for stem in controls]
     moves = np.array([sum(head.deltas[head.targets.index(name)] for name in group) for group in names])
-    edges = incisors(head)
+    effects, rest = mouth_effects(replace(head, targets=tuple(controls), deltas=moves), landmarks)
     return MouthMeasures(
         names=tuple(names),
         uses=np.array([[use in when.split() for use in USES] for when, _ in controls.values()]),
         effort=np.array([effort for _, effort in controls.values()]),
-        moved=np.array([_mouth(move, landmarks, edges, False) for move in moves]),
-        rest=_mouth(head.vertices, landmarks, edges, True),
+        moved=effects,
+        rest=rest,
     )
+
+
+def mouth_effects(head: Head, landmarks: MeshLandmarks) -> tuple[Array, Array]:
+    """The measures that each shape of a head moves, and those at rest: (targets, measures), (measures,) mm.
+
+    The head is in the axes and the size of the reference face.
+    """
+    edges = incisors(head)
+    moved = [_mouth(move, landmarks, edges, False) for move in head.deltas]
+    return np.array(moved), _mouth(head.vertices, landmarks, edges, True)
+
+
+def tongue_effects(head: Head) -> Array | None:
+    """How far each shape moves the tongue's tip and body up and forward, (targets, 4) mm; none without one.
+
+    The tip is measured on top of it, the body where it is highest, SENSORS mm behind its foremost point, as
+    far back as sensors are glued.
+    """
+    if TONGUE_PART not in head.parts:
+        return None
+    rows = head.parts[TONGUE_PART]
+    points = head.vertices[rows]
+    reach = points[:, 2].max()
+    places = []
+    for behind in SENSORS:
+        near = np.flatnonzero(
+            (np.abs(points[:, 2] - reach + behind) < WITHIN) & (np.abs(points[:, 0]) < INCISORS)
+        )
+        places.append(rows.start + near[points[near, 1].argmax()])
+    return np.column_stack([head.deltas[:, place, axis] for place in places for axis in (1, 2)])
 
 
 def incisors(head: Head) -> tuple[int, int] | None:
