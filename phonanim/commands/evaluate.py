@@ -160,6 +160,7 @@ def load_phones(alignment: Path, prediction: Path, language: str) -> PhoneTrack:
 
 def build_report(rows: dict[str, Scores], diversities: list[float]) -> dict[str, Any]:
     """All results, for scripts; NaN becomes null."""
+    from phonanim.evaluation.legibility import merge_visemes
     from phonanim.metrics import merge_tables
 
     summary = summarize(rows)
@@ -174,6 +175,7 @@ def build_report(rows: dict[str, Scores], diversities: list[float]) -> dict[str,
                 "error_by_phone": scores.error,
                 "phones": [vars(row) for row in scores.phones],
                 "classes": [vars(row) for row in scores.classes],
+                "visemes": [vars(row) for row in scores.visemes],
                 "notes": list(scores.notes),
             }
             for name, scores in rows.items()
@@ -181,6 +183,7 @@ def build_report(rows: dict[str, Scores], diversities: list[float]) -> dict[str,
         "summary": summary,
         "phones": [vars(row) for row in merge_tables(scores.phones for scores in rows.values())],
         "classes": [vars(row) for row in merge_tables(scores.classes for scores in rows.values())],
+        "visemes": [vars(row) for row in merge_visemes(scores.visemes for scores in rows.values())],
     }
 
 
@@ -207,7 +210,8 @@ def score_table(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
     """A table of measures, and one by class of phones."""
     scores = next(iter(rows.values()))
     lines = [f"{key:<34} {value:12.4f}" for key, value in scores.measures.items()]
-    return [f"{scores.frames} frames at {scores.fps:g} fps", *lines, *class_table(rows, facts)]
+    tables = [*class_table(rows, facts), *viseme_table(facts)]
+    return [f"{scores.frames} frames at {scores.fps:g} fps", *lines, *tables]
 
 
 def class_table(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
@@ -216,6 +220,24 @@ def class_table(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
         return []
     lines = [f"{row['name']:<34} {row['mean']:12.4f}  {row['segments']} sounds" for row in facts["classes"]]
     return ["", f"{next(iter(rows.values())).error} by class of phones", *lines]
+
+
+def viseme_table(facts: dict[str, Any]) -> list[str]:
+    """How often each viseme is read right from the lips; empty where nothing was read."""
+    from phonanim.evaluation.legibility import VISEMES
+
+    rows = facts["visemes"]
+    if not rows:
+        return []
+    read, captured = (sum(row[side] for row in rows) / len(rows) for side in ("read", "captured"))
+    lines = [
+        "",
+        f"visemes read right: {read:.0%} (captured motion: {captured:.0%}; chance: {1 / len(VISEMES):.0%})",
+    ]
+    for row in rows:
+        told = f"{row['name']:<34} {row['read']:12.0%}"
+        lines.append(f"{told}  captured {row['captured']:.0%}, {row['sounds']} sounds")
+    return lines
 
 
 def summary_table(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
@@ -231,7 +253,7 @@ def summary_table(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
     for key, entry in facts["summary"].items():
         low, high = entry.get("interval", (math.nan, math.nan))
         lines.append(f"{key:<34} {entry['mean']:12.4f}  {low:.4f} to {high:.4f}")
-    return lines + class_table(rows, facts)
+    return [*lines, *class_table(rows, facts), *viseme_table(facts)]
 
 
 def _four(text: str) -> tuple[int, ...]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.errors import EvaluationError
+from phonanim.evaluation.legibility import VisemeRow, viseme_scores
 from phonanim.evaluation.measures import control_measures, lip_measures, vertex_measures
 from phonanim.evaluation.predictions import Motion, resample_motion
 from phonanim.evaluation.surfaces import Settings, Surface, make_surface
@@ -36,7 +37,7 @@ STRANGERS = 10.0  # mm between mean faces: more is not an error of speech, but a
 
 @dataclass(frozen=True)
 class Scores:
-    """Measures by name; the measure `error` by phone and class of phones; and notes."""
+    """Measures by name; the measure `error` by phone and class of phones; visemes read; and notes."""
 
     measures: dict[str, float]
     frames: int
@@ -45,6 +46,7 @@ class Scores:
     phones: tuple[PhoneError, ...] = ()
     classes: tuple[PhoneError, ...] = ()
     notes: tuple[str, ...] = ()
+    visemes: tuple[VisemeRow, ...] = ()
 
 
 def score(predicted: Motion, captured: Motion, settings: Settings) -> Scores:
@@ -55,6 +57,7 @@ def score(predicted: Motion, captured: Motion, settings: Settings) -> Scores:
     predicted, captured, notes = match_instants(predicted, captured)
     measures: dict[str, float] = {}
     errors: dict[str, Array] = {}
+    visemes: tuple[VisemeRow, ...] = ()
     if isinstance(predicted, Animation) and isinstance(captured, Animation):
         upper = upper_face_measures(predicted)
         upper |= {f"captured_{name}": value for name, value in upper_face_measures(captured).items()}
@@ -68,6 +71,9 @@ def score(predicted: Motion, captured: Motion, settings: Settings) -> Scores:
         measures |= vertex_measures(ours, theirs, captured.fps)
         if theirs.lips:
             measures |= lip_measures(ours.lips, theirs.lips, captured.times, captured.fps, settings.track)
+            if settings.track is not None:
+                legible, visemes = viseme_scores(ours.lips, theirs.lips, captured.times, settings.track)
+                measures |= legible
         rows = ours.masks.get("lips", np.arange(ours.points.shape[1]))
         errors["tmve_lips_mm" if "lips" in ours.masks else "mve_mm"] = mean_vertex_error(
             ours.points, theirs.points, rows
@@ -82,7 +88,9 @@ def score(predicted: Motion, captured: Motion, settings: Settings) -> Scores:
     tables = [
         f(error, captured.times, settings.track) if settings.track else [] for f in (by_phone, by_class)
     ]
-    return Scores(measures, len(error), captured.fps, name, tuple(tables[0]), tuple(tables[1]), tuple(notes))
+    return Scores(
+        measures, len(error), captured.fps, name, tuple(tables[0]), tuple(tables[1]), tuple(notes), visemes
+    )
 
 
 def match_instants(predicted: Motion, captured: Motion) -> tuple[Motion, Motion, list[str]]:

@@ -17,7 +17,7 @@ from phonanim.core.catalog import DEFAULT_MODEL, find_model
 from phonanim.errors import EvaluationError
 from phonanim.evaluation.predictions import Motion, Vertices
 from phonanim.face.masks import check_masks, head_masks, landmark_numbers
-from phonanim.face.model import FaceModel, lip_aperture, lip_protrusion, lip_width
+from phonanim.face.model import UPPER_LIP_INNER, FaceModel, lip_aperture, lip_protrusion, lip_width
 from phonanim.regressors import load_face
 from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
@@ -52,8 +52,8 @@ class Settings:
 class Surface:
     """A moving mesh: `points` (frames, vertices, 3) mm, `rest` (vertices, 3) mm or None, rows by region.
 
-    `lips` are curves (frames,) in mm: aperture, width, and protrusion if the axes are known; empty if the
-    lips are unknown.
+    `lips` are curves (frames,) in mm: aperture, width, and protrusion and upper_lip (its height) if the axes
+    are known; empty if the lips are unknown.
     """
 
     points: Array
@@ -81,7 +81,7 @@ def make_surface(motion: Motion, settings: Settings, template: Array | None = No
     if vertices == len(load_head().vertices):
         return _cut(points, 1000 * load_head().vertices if rest is None else rest, settings, notes)
     masks, spots = _known(vertices)
-    lips = _landmark_lips(points, spots) if spots else {}
+    lips = landmark_lips(points, spots.numbers) if spots else {}
     lips = _own_lips(points, settings.lips) if settings.lips else lips
     return Surface(points, rest, check_masks({**masks, **settings.masks}, vertices), lips, notes)
 
@@ -98,14 +98,14 @@ def _on_head(animation: Animation, settings: Settings) -> Surface | None:
     landmarks = spots.of(head.vertices) + np.tensordot(weights, spots.of(head.deltas), axes=1)
     rest, deltas = 1000 * head.vertices[used], 1000 * head.deltas[:, used]
     points = rest + np.tensordot(weights, deltas, axes=1)
-    return Surface(points, rest, masks, _landmark_lips(1000 * landmarks, spots))
+    return Surface(points, rest, masks, landmark_lips(1000 * landmarks, spots.numbers))
 
 
 def _cut(points: Array, rest: Array, settings: Settings, notes: tuple[str, ...]) -> Surface:
     """All vertices of the package's head, (frames, vertices, 3) mm, reduced as `_on_head` does."""
     used, masks = _head_regions(settings)
     spots = shipped_landmarks()
-    return Surface(points[:, used], rest[used], masks, _landmark_lips(spots.of(points), spots), notes)
+    return Surface(points[:, used], rest[used], masks, landmark_lips(spots.of(points), spots.numbers), notes)
 
 
 def _head_regions(settings: Settings) -> tuple[Rows, dict[str, Rows]]:
@@ -131,12 +131,16 @@ def _of_points(numbers: Rows) -> tuple[Mapping[str, Rows], MeshLandmarks]:
     return regions, spots
 
 
-def _landmark_lips(landmarks: Array, spots: MeshLandmarks) -> dict[str, Array]:
-    """Lip curves of landmarks, (frames, landmarks, 3) mm, y up and z forward."""
-    count = len(spots.numbers)
-    face = FaceModel(np.zeros((count, 3)), np.zeros((0, count, 3)), np.zeros(0), spots.numbers)
+def landmark_lips(landmarks: Array, numbers: Rows) -> dict[str, Array]:
+    """Lip curves of landmarks, (frames, landmarks, 3) mm, y up and z forward; -> (frames,) mm each.
+
+    `numbers` (landmarks,) are face-mesh numbers.
+    """
+    count = len(numbers)
+    face = FaceModel(np.zeros((count, 3)), np.zeros((0, count, 3)), np.zeros(0), numbers)
     measures = {"aperture": lip_aperture, "width": lip_width, "protrusion": lip_protrusion}
-    return {name: measure(landmarks, face) for name, measure in measures.items()}
+    upper = landmarks[:, face.landmark(UPPER_LIP_INNER), 1]
+    return {name: measure(landmarks, face) for name, measure in measures.items()} | {"upper_lip": upper}
 
 
 def _own_lips(points: Array, lips: tuple[int, ...]) -> dict[str, Array]:
