@@ -44,7 +44,8 @@ class Options:
     `fallback` is the language to use where `language` does not exist.
     `intensity`, `jaw`, `lips`, `rounding`, `quickness`, `reduction` and `hold` are dials; a style sets them.
     `loudness` scales how much the mouth follows the level of a recording. `level` is the usual level of the
-    speech in dB of full scale; the level of the line itself when it is None.
+    speech in dB of full scale; the level of the line itself when it is None. `pitch` finds the pitch of a
+    recording: our own estimate, or Praat's with the extra `pitch`.
     `gains` scale single controls, by name; `smooth` is in seconds.
     `life` scales motion besides speech: 0 animates only the mouth. A mapping has a number for each behaviour
     (blinks, gaze, head, brows, breath); a behaviour that is not named has 1. `life_seed` is its seed, derived
@@ -79,6 +80,7 @@ class Options:
     hold: float = 1.0
     loudness: float = 1.0
     level: float | None = None
+    pitch: Literal["builtin", "praat"] = "builtin"
     gains: Mapping[str, float] = field(default_factory=dict)
     smooth: float = 0.0
     overlays: tuple[Overlay, ...] = ()

@@ -98,7 +98,7 @@ def animate_detailed(path: Path, options: Options = DEFAULTS, audio: Path | None
     line = read_speech_input(path, options, audio, model.regressor.input_modality)
     life = life_of(options, path.stem)
     follows = options.loudness > 0 and articulates(options, rig, line.track)
-    line = add_heard(line, model.regressor, options.level, loudness=follows, prosody=life.moves(rig))
+    line = add_heard(line, model.regressor, options, loudness=follows, prosody=life.moves(rig))
     frames = frame_count(line.track.duration, options.fps)
     motion = predict_controls(
         line.track, model, rig, options, frames, sound=line.sound, loudness=line.loudness

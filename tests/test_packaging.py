@@ -56,7 +56,13 @@ def test_what_is_depended_on_is_imported_and_the_other_way_round(root, config):
     extras = names(line for lines in config["project"]["optional-dependencies"].values() for line in lines)
     imported = {name for path in (root / "phonanim").rglob("*.py") for name in imports(path)}
     others = imported - set(sys.stdlib_module_names) - {"phonanim", "tomllib"}
-    modules = {"sklearn": "scikit_learn", "PIL": "pillow", "pxr": "usd_core", "pythonosc": "python_osc"}
+    modules = {
+        "sklearn": "scikit_learn",
+        "PIL": "pillow",
+        "pxr": "usd_core",
+        "pythonosc": "python_osc",
+        "parselmouth": "praat_parselmouth",
+    }
     assert core <= imported
     assert {modules.get(name, name) for name in others} <= core | extras
 

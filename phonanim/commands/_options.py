@@ -162,6 +162,12 @@ OPTIONS = (
         show_default=False,
     ),
     click.option(
+        "--pitch",
+        type=click.Choice(["builtin", "praat"]),
+        default=DEFAULTS.pitch,
+        help="How the pitch of the recording is found; praat needs phonanim[pitch].",
+    ),
+    click.option(
         "--style",
         metavar="STYLE",
         help="mumbled, casual, neutral, clear, shouted, whispered, sung, quiet: settings of the dials.",

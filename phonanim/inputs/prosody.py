@@ -7,7 +7,9 @@ from dataclasses import replace
 from phonanim.errors import AudioError, MissingExtraError
 from phonanim.inputs.speech_input import SpeechInput, sound_from
 from phonanim.media.audio import read_sound
+from phonanim.media.praat import with_praat_pitch
 from phonanim.media.voice import Voice, hear_voice
+from phonanim.options import Options
 from phonanim.speech.loudness import measure_loudness
 from phonanim.speech.prosody import AHEAD, Prosody, hear_prosody, read_prosody
 
@@ -15,15 +17,17 @@ SPARE = 0.02  # seconds of a model's look-ahead that are lost to rounding
 
 
 def add_heard(
-    source: SpeechInput, regressor: object, level: float | None, loudness: bool, prosody: bool
+    source: SpeechInput, regressor: object, options: Options, loudness: bool, prosody: bool
 ) -> SpeechInput:
     """The same input with its voice, and with the loudness and the prosody where they are asked for.
 
-    `level` is the usual level of speech, in dB of full scale. An unreadable recording counts as none.
+    An unreadable recording counts as none. Without Praat, the pitch is our own, and a note says so.
     """
-    voice = _find_voice(source) if loudness or prosody else None
+    voice, notes = _find_voice(source, options.pitch) if loudness or prosody else (None, ())
+    level = options.level
     return replace(
         source,
+        notes=(*source.notes, *notes),
         voice=voice,
         loudness=measure_loudness(voice, source.track, level) if voice is not None and loudness else None,
         prosody=_find_prosody(source, regressor, voice) if prosody else None,
@@ -42,12 +46,20 @@ def _find_prosody(source: SpeechInput, regressor: object, voice: Voice | None) -
     return read_prosody(source.track, source.alignment.words, voice=voice)
 
 
-def _find_voice(source: SpeechInput) -> Voice | None:
-    """Level and pitch of the recording, None without a readable recording."""
+def _find_voice(source: SpeechInput, method: str) -> tuple[Voice | None, tuple[str, ...]]:
+    """Level and pitch of the recording, None without a readable recording; and a note on the pitch."""
     sound = source.sound
     if sound is None and source.audio is not None:
         try:
             sound = sound_from(read_sound(source.audio), source.alignment.offset)
         except (AudioError, MissingExtraError):
-            return None
-    return None if sound is None else hear_voice(sound.samples, sound.rate)
+            return None, ()
+    if sound is None:
+        return None, ()
+    voice = hear_voice(sound.samples, sound.rate)
+    if method == "praat":
+        try:
+            return with_praat_pitch(voice, sound.samples, sound.rate), ()
+        except MissingExtraError as error:
+            return voice, (f"{error}; the built-in estimate is used",)
+    return voice, ()

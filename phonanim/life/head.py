@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from phonanim.life.chance import lognormal, normal, number_of, uniform, wander
 from phonanim.life.shapes import bumps
+from phonanim.media.voice import Voice
 from phonanim.speech.prosody import Prosody, eased
 
 Array = NDArray[np.float64]
@@ -65,7 +66,11 @@ def turn(
     ]
     follow = _follow(*shifts, times, towards)
     pitch = (
-        axes[0] + _nods(seed, prosody, times) + _bows(prosody, times) - follow[:, 1] - _tune(prosody, times)
+        axes[0]
+        + _nods(seed, prosody, times)
+        + _bows(prosody, times)
+        - follow[:, 1]
+        - tune(prosody.voice, times)
     )
     return Turns(*(LIMIT * np.tanh(axis / LIMIT) for axis in (pitch, axes[1] + follow[:, 0], axes[2])))
 
@@ -113,11 +118,11 @@ def _follow(onsets: Array, places: Array, times: Array, towards: tuple[float, fl
     return total
 
 
-def _tune(prosody: Prosody, times: Array) -> Array:
+def tune(voice: Voice | None, times: Array) -> Array:
     """Degrees up with the pitch of the voice, where there is audio."""
-    if prosody.voice is None or not len(prosody.voice.level):
+    if voice is None or not len(voice.level):
         return np.zeros(len(times))
-    melody = np.clip(prosody.voice.melody(), -8, 8)
+    melody = np.clip(voice.melody(), -8, 8)
     size = round(SMOOTH * 100)
     # The mean of recent pitch, so that only the past has an influence.
     summed = np.cumsum(np.pad(melody, (2 * size, 0)))
@@ -125,4 +130,4 @@ def _tune(prosody: Prosody, times: Array) -> Array:
     smooth = np.cumsum(np.pad(mean, (1, 0)))
     double = (smooth[size:] - smooth[:-size]) / size
     curve = double[-len(melody) :]
-    return TUNE * np.interp(times, prosody.voice.start + np.arange(len(curve)) / 100, curve)
+    return TUNE * np.interp(times, voice.start + np.arange(len(curve)) / 100, curve)

@@ -15,6 +15,7 @@ HALF = 0.02  # seconds to either side of a frame from which its level and pitch 
 RATE = 4000  # hertz: least rate for the pitch search; more samples are averaged
 LOWEST, HIGHEST = 70.0, 400.0  # hertz of speaking voices (Titze 1994, Principles of Voice Production)
 VOICED = 0.5  # of the energy that a period must repeat
+DIP = 0.3  # of the energy by which a voice is less alike within its period
 FLOOR = -55.0  # dB of full scale; less is silence
 RANGE = 30.0  # dB below the loudest of the last seconds that is still speech
 MEMORY = 3.0  # seconds with which level and pitch are compared
@@ -133,8 +134,8 @@ def _pitch(cut: Array, rate: float) -> Array:
     repeats = np.fft.irfft(np.abs(np.fft.rfft(cut, length)) ** 2, length)
     own = np.fft.irfft(np.abs(np.fft.rfft(window, length)) ** 2, length)
     shortest, longest = int(rate / HIGHEST), min(int(rate / LOWEST), int(0.75 * size))
-    lags = slice(shortest, longest + 1)
-    alike = repeats[:, lags] / (repeats[:, :1] + 1e-9) / (own[lags] / own[0])
+    every = repeats[:, : longest + 1] / (repeats[:, :1] + 1e-9) / (own[: longest + 1] / own[0])
+    alike = every[:, shortest:]
     # Choose the shortest of the periods that repeat almost equally well.
     peak = np.zeros(alike.shape, bool)
     peak[:, 1:-1] = (alike[:, 1:-1] >= alike[:, :-2]) & (alike[:, 1:-1] >= alike[:, 2:])
@@ -144,7 +145,9 @@ def _pitch(cut: Array, rate: float) -> Array:
     before, at, after = (alike[rows, np.clip(best + k, 0, alike.shape[1] - 1)] for k in (-1, 0, 1))
     bend = before - 2 * at + after
     finer = np.where(bend < 0, 0.5 * (before - after) / np.where(bend < 0, bend, 1.0), 0.0)
-    found = peak.any(axis=1) & (at > VOICED)
+    # Rumble below a voice is alike at all short lags; a voice is not within its period.
+    least = np.minimum.accumulate(every, axis=1)[rows, best + shortest]
+    found = peak.any(axis=1) & (at > VOICED) & (at - least > DIP)
     return np.where(found, rate / (best + finer + shortest), np.nan)
 
 

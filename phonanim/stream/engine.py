@@ -213,6 +213,7 @@ def reject_whole_line_layers(options: Options) -> None:
         "--smooth": bool(options.smooth),
         "--retarget solve": options.retarget == "solve",
         "--overlay": bool(options.overlays),
+        "--pitch praat": options.pitch == "praat",
     }
     for name, asked in wholes.items():
         if asked:

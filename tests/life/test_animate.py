@@ -1,5 +1,7 @@
 """Life in the whole path."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -68,6 +70,23 @@ def test_a_recording_that_cannot_be_read_is_no_hindrance(line, tmp_path):
     broken = tmp_path / "line.wav"
     broken.write_bytes(b"RIFF")
     np.testing.assert_array_equal(animate(line, audio=broken).values, animate(line).values)
+
+
+def test_praat_is_used_where_it_is_there(line, sound, monkeypatch):
+    own = animate(line, audio=sound)
+    monkeypatch.setitem(sys.modules, "parselmouth", None)
+    without = animate(line, audio=sound, pitch="praat")
+    np.testing.assert_array_equal(without.values, own.values)
+    assert without.provenance["notes"] == [
+        "pitch by Praat needs pip install 'phonanim[pitch]'; the built-in estimate is used"
+    ]
+    monkeypatch.undo()
+    pytest.importorskip("parselmouth", reason="needs the extra pitch")
+    other = animate(line, audio=sound, pitch="praat")
+    assert not other.provenance["notes"]
+    assert 0.01 < np.abs(other.channel("headPitch") - own.channel("headPitch")).max() < 2
+    mouth = [i for i, name in enumerate(own.channels) if name.startswith("mouth")]
+    assert np.abs(other.values - own.values)[:, mouth].max() < 0.02
 
 
 def test_the_recording_beside_an_alignment_is_found(line, sound, root):

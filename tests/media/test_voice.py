@@ -23,6 +23,15 @@ def test_noise_and_silence_have_no_pitch():
     assert np.isnan(hear_voice(np.zeros(16000, np.float32), 16000).pitch).all()
 
 
+def test_rumble_under_noise_has_no_pitch():
+    """As in a room with a fan: a voice repeats, and is unlike itself within its period."""
+    hum = 0.05 * np.cumsum(np.random.default_rng(1).normal(0, 1, 32000))
+    hum -= np.convolve(hum, np.ones(1600) / 1600, "same")
+    noise = np.random.default_rng(0).normal(0, 0.02, 32000)
+    samples = (0.1 * hum / np.abs(hum).max() + 0.1 * noise).astype(np.float32)
+    assert np.isfinite(hear_voice(samples, 16000).pitch).mean() < 0.05
+
+
 def test_level_is_of_full_scale():
     voice = hear_voice(buzz(100, gain=0.1), 16000)
     assert voice.level[10:-10].mean() == pytest.approx(-20, abs=2)
@@ -58,3 +67,17 @@ def test_speech_is_what_is_loud_next_to_the_last_seconds():
     active = voice.active()
     assert active[110:190].all()
     assert not active[215:].any()
+
+
+def test_praat_finds_the_same_pitch_of_a_buzz():
+    pytest.importorskip("parselmouth", reason="needs the extra pitch")
+    from phonanim.media.praat import with_praat_pitch
+
+    samples = np.concatenate([np.zeros(8000, np.float32), buzz(150)])
+    voice = hear_voice(samples, 16000)
+    found = with_praat_pitch(voice, samples, 16000).pitch
+    assert found.shape == voice.pitch.shape
+    assert np.isnan(found[:45]).all()
+    np.testing.assert_allclose(found[55:145], 150, rtol=0.01)
+    short = samples[:100]
+    assert np.isnan(with_praat_pitch(hear_voice(short, 16000), short, 16000).pitch).all()

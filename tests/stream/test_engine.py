@@ -159,6 +159,7 @@ def test_a_phone_that_comes_too_late() -> None:
     ("options", "name"),
     [
         (Options(smooth=0.1), "--smooth"),
+        (Options(pitch="praat"), "--pitch praat"),
         (Options(retarget="solve"), "--retarget solve"),
         (Options(overlays=(Overlay("smile.toml"),)), "--overlay"),
     ],
