@@ -95,10 +95,12 @@ class Options:
         overlays = [replace(overlay, source=PurePath(overlay.source).name) for overlay in self.overlays]
         lexicon = PurePath(self.lexicon).name if self.lexicon else None
         rig, model = PurePath(self.rig).name, PurePath(self.model).name
-        named = replace(self, rig=rig, model=model, overlays=tuple(overlays), lexicon=lexicon)
-        return dict(json.loads(json.dumps(asdict(named))))
+        named = {"rig": rig, "model": model, "overlays": overlays, "lexicon": lexicon}
+        values = {name: named.get(name, getattr(self, name)) for name in _NAMES}
+        return dict(json.loads(json.dumps(values, default=asdict)))
 
 
+_NAMES = tuple(field.name for field in fields(Options))
 DEFAULTS = Options()
 
 

@@ -65,7 +65,7 @@ def apply_overlays(
 def overlay_weight(track: PhoneTrack, times: Array) -> Array:
     """The share of an overlay that the mouth takes at instants, (frames,) seconds -> (frames,) 0 to 1."""
     silent = INVENTORY.where(kind="silence")[track.codes]
-    bound = np.isin(track.codes, INVENTORY.codes([p for contact in CONTACTS for p in contact.phones]))
+    bound = INVENTORY.mask(*(p for contact in CONTACTS for p in contact.phones))[track.codes]
     spoken = SHARE + (1 - SHARE) * _eased(track.distance_to(~silent, times) / EASE)
     return np.asarray(np.minimum(spoken, _eased(track.distance_to(bound, times) / HOLD)))
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from phonanim.errors import OptionError
 
 TEXT = re.compile(r"(\d{1,2}):(\d{1,2}):(\d{1,2})([:;])(\d{1,3}(?:\.\d+)?)")
@@ -34,11 +37,17 @@ class Timecode:
 
     def format(self, time: float) -> str:
         """The label of a time in seconds, with thousandths of a frame; it restarts after a day."""
-        frames, fraction = divmod(round(time * self.rate * 1000), 1000)
-        seconds, frame = divmod(frames + self._skipped(frames), self.nominal)
-        hours, minutes = divmod(seconds // 60, 60)
-        mark = ";" if self.drop else ":"
-        return f"{hours % DAY:02}:{minutes:02}:{seconds % 60:02}{mark}{frame:02}.{fraction:03}"
+        hours, minutes, seconds, frame, fraction = (int(part[0]) for part in self.counts(np.array([time])))
+        return f"{hours:02}:{minutes:02}:{seconds:02}{self.mark}{frame:02}.{fraction:03}"
+
+    def counts(self, times: NDArray[np.float64]) -> tuple[NDArray[np.int64], ...]:
+        """Numbers in the labels of times, (n,) seconds -> hours, minutes, seconds, frames, thousandths."""
+        frames, fraction = np.divmod(np.rint(times * self.rate * 1000).astype(np.int64), 1000)
+        if self.drop:
+            tens, rest = np.divmod(frames, 10 * self._minute + self.dropped)
+            frames = frames + self.dropped * (9 * tens + np.maximum(0, rest - self.dropped) // self._minute)
+        seconds, frame = np.divmod(frames, self.nominal)
+        return seconds // 3600 % DAY, seconds // 60 % 60, seconds % 60, frame, fraction
 
     def parse(self, text: str) -> float:
         """The inverse of `format`, in seconds. Raises OptionError for an invalid label."""
@@ -57,13 +66,15 @@ class Timecode:
         counted = (whole * 60 + seconds) * self.nominal + frames - self.dropped * (whole - whole // 10)
         return counted / self.rate
 
-    def _skipped(self, frames: int) -> int:
-        """Labels that were left out before a frame."""
-        if not self.drop:
-            return 0
-        minute = 60 * self.nominal - self.dropped
-        tens, rest = divmod(frames, 10 * minute + self.dropped)
-        return self.dropped * (9 * tens + max(0, rest - self.dropped) // minute)
+    @property
+    def mark(self) -> str:
+        """The character before the frames."""
+        return ";" if self.drop else ":"
+
+    @property
+    def _minute(self) -> int:
+        """Labels of a minute that leaves some out."""
+        return 60 * self.nominal - self.dropped
 
 
 def timecode_for_label(text: str, nominal: int) -> Timecode:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from phonanim.articulation.channels import CHANNELS
 from phonanim.speech.gestures import GESTURES, split_parts
-from phonanim.speech.phones import PhoneTrack
+from phonanim.speech.phones import PhoneTrack, pair_rows
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ def _bound(segments: NDArray[np.int64], bounds: Array, times: Array, limit: floa
     middles, halves = (begin + end) / 2, np.maximum(CORE * (end - begin), LEAST) / 2
     first = np.searchsorted(times, middles - halves - RAMP)
     last = np.searchsorted(times, middles + halves + RAMP)
-    for middle, half, a, b in zip(middles, halves, first, last, strict=True):
-        away = np.clip((np.abs(times[a:b] - middle) - half) / RAMP, 0, 1)
-        bound[a:b] = np.minimum(bound[a:b], limit + RISE * (1 - np.cos(np.pi * away)) / 2)
+    near, rows = pair_rows(first, last)
+    away = np.clip((np.abs(times[rows] - middles[near]) - halves[near]) / RAMP, 0, 1)
+    np.minimum.at(bound, rows, limit + RISE * (1 - np.cos(np.pi * away)) / 2)
     return bound

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from phonanim.articulation.trajectories import CUT, box_kernel
 from phonanim.speech.inventory import INVENTORY, SILENCE
-from phonanim.speech.phones import PhoneTrack
+from phonanim.speech.phones import PhoneTrack, pair_rows
 from phonanim.speech.prosody import VOWELS, eased, stress
 
 Array = NDArray[np.float64]
@@ -100,11 +100,11 @@ def held_variation(track: PhoneTrack, times: Array) -> Array:
 
 def local_sums(bounds: Array, values: Array, times: Array, sigma: float) -> Array:
     """Values of segments smoothed in time by a Gaussian, (n, segments) -> (n, frames) at rising instants."""
-    total = np.zeros((len(values), len(times)))
     chosen = np.flatnonzero(values.any(axis=0))
     begins, ends = bounds[:-1][chosen], bounds[1:][chosen]
-    firsts = np.searchsorted(times, begins - CUT * sigma)
-    lasts = np.searchsorted(times, ends + CUT * sigma)
-    for value, begin, end, a, b in zip(values.T[chosen], begins, ends, firsts, lasts, strict=True):
-        total[:, a:b] += value[:, None] * box_kernel(times[a:b], begin, end, sigma)
-    return total
+    segments, rows = pair_rows(
+        np.searchsorted(times, begins - CUT * sigma), np.searchsorted(times, ends + CUT * sigma)
+    )
+    kernel = box_kernel(times[rows], begins[segments], ends[segments], sigma)
+    each = values[:, chosen]
+    return np.stack([np.bincount(rows, value[segments] * kernel, len(times)) for value in each])

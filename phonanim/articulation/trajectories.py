@@ -19,7 +19,7 @@ from phonanim.articulation.channels import CHANNELS, Articulation
 from phonanim.articulation.closures import enforce_contacts
 from phonanim.articulation.table import Targets, read_targets
 from phonanim.speech.gestures import GESTURES, split_parts
-from phonanim.speech.phones import PhoneTrack
+from phonanim.speech.phones import PhoneTrack, pair_rows
 
 Array = NDArray[np.float64]
 
@@ -55,14 +55,15 @@ def articulate(
 def gesture_kernels(track: PhoneTrack, times: Array, sigma: float, lead: float) -> Array:
     """K summed over the segments of each gesture, (frames, gestures), for fitting targets."""
     gestures, bounds = _gestures(track)
-    begins = bounds[:-1] - lead * ROUNDED[gestures]
-    kernels = np.zeros((len(times), len(GESTURES.names)))
-    firsts = np.searchsorted(times, begins - CUT * sigma)
-    lasts = np.searchsorted(times, bounds[1:] + CUT * sigma)
-    for gesture, begin, end, a, b in zip(gestures, begins, bounds[1:], firsts, lasts, strict=True):
-        near = times[a:b]
-        kernels[a:b, gesture] += box_kernel(near, begin, end, sigma)
-    return kernels
+    begins, ends = bounds[:-1] - lead * ROUNDED[gestures], bounds[1:]
+    segments, rows = pair_rows(
+        np.searchsorted(times, begins - CUT * sigma), np.searchsorted(times, ends + CUT * sigma)
+    )
+    kernel = box_kernel(times[rows], begins[segments], ends[segments], sigma)
+    count = len(GESTURES.names)
+    places = rows * count + gestures[segments]
+    total: Array = np.bincount(places, kernel, len(times) * count)
+    return total.reshape(len(times), count)
 
 
 def reach(targets: Targets) -> float:
@@ -90,13 +91,10 @@ def _blend(gestures: NDArray[np.int64], bounds: Array, times: Array, targets: Ta
     pull = weight * targets.target[gestures, channel]
     first = np.searchsorted(ends, times - CUT * sigma, side="left")
     last = np.searchsorted(bounds[:-1], times + CUT * sigma + lead, side="right")
-    above, below = np.zeros(len(times)), np.zeros(len(times))
-    for step in range(int((last - first).max(initial=0))):
-        at = np.minimum(first + step, len(gestures) - 1)
-        kernel = box_kernel(times, begins[at], ends[at], sigma)
-        kernel[first + step >= last] = 0.0
-        above += pull[at] * kernel
-        below += weight[at] * kernel
+    frames, near = pair_rows(first, np.minimum(last, len(gestures)))
+    kernel = box_kernel(times[frames], begins[near], ends[near], sigma)
+    above = np.bincount(frames, pull[near] * kernel, len(times))
+    below = np.bincount(frames, weight[near] * kernel, len(times))
     return np.asarray(above / below)
 
 

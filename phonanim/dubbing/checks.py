@@ -15,7 +15,7 @@ from phonanim.face.model import lip_aperture
 from phonanim.media.audio import audio_duration, read_audio
 from phonanim.pipeline import AnimationResult
 from phonanim.speech.inventory import INVENTORY
-from phonanim.speech.phones import PhoneTrack
+from phonanim.speech.phones import PhoneTrack, pair_rows
 
 OPEN_MM = 1.0  # a gap between the lips that is visibly open
 FASTEST = 22.0  # phones per second; fluent speech has 10 to 16
@@ -57,12 +57,14 @@ def replaced_labels(result: AnimationResult, audio: Path | None) -> Flag | None:
 def missed_closures(result: AnimationResult, audio: Path | None) -> Flag | None:
     """p, b and m without closed lips in any frame in or next to them."""
     track, fps = result.track, result.animation.fps
-    numbers = np.flatnonzero(np.isin(track.codes, INVENTORY.codes(["p", "b", "m"])))
+    numbers = np.flatnonzero(INVENTORY.mask("p", "b", "m")[track.codes])
     if len(numbers) == 0:
         return None
     first = np.floor(track.bounds[numbers] * fps).astype(int)
     last = np.minimum(np.ceil(track.bounds[numbers + 1] * fps).astype(int), len(result.modes) - 1)
-    gaps = np.array([_least_gap(result, *span) for span in zip(first, last, strict=True)])
+    numbered, frames = pair_rows(np.minimum(first, last), last + 1)
+    gaps = np.full(len(numbers), np.inf)
+    np.minimum.at(gaps, numbered, lip_aperture(result.face.instance(result.modes[frames]), result.face))
     missed = numbers[gaps > OPEN_MM]
     if len(missed) == 0:
         return None
@@ -126,12 +128,6 @@ CHECKS: tuple[Callable[[AnimationResult, Path | None], Flag | None], ...] = (
     other_length,
     misplaced_silence,
 )
-
-
-def _least_gap(result: AnimationResult, first: int, last: int) -> float:
-    """Smallest lip gap in millimetres from frame `first` to frame `last`."""
-    face = result.face
-    return float(lip_aperture(face.instance(result.modes[first : last + 1]), face).min())
 
 
 def _severity(count: float, most: float) -> float:

@@ -17,13 +17,16 @@ from phonanim.core.decode import DecodeError, check_plain_file
 from phonanim.core.files import atomic_path
 from phonanim.errors import OptionError, OutputError
 from phonanim.exporters._curves import estimate_rate
+from phonanim.exporters._decimals import CELL, LARGEST, decimal_cells, number_cells
 from phonanim.exporters._livelink import N_ARKIT, columns, turns
 from phonanim.exporters._take import build_take, check_size, sample_curves, take_grid
 
 SUMMARY = "Live Link Face: a row per frame, ARKit controls by name (rigs with ARKit controls)"
 LEAD = ("Timecode", "BlendShapeCount")
-ZERO = f"{0:.10f}"  # for every control that the rig lacks
-PIECE = 4096  # rows that are formatted at a time
+ZERO = b"0.0000000000,"  # for every control that the rig lacks
+LABEL = ("00:00:00", "00.000")  # before and after the mark of drop-frame counting
+LABEL_PLACES = (0, 3, 6, 9, 12)
+PIECE = 1024  # rows that are formatted at a time
 NOMINAL = 60  # the app's timecode counts 60 frames per second, independent of the rate of the rows
 
 
@@ -44,27 +47,54 @@ def write(animation: Animation, path: Path, timecode: str | None = None) -> None
     clock = timecode_for_label(first, NOMINAL)
     origin = clock.parse(first)
     header = ",".join((*LEAD, *map(_capital, names)))
-    with atomic_path(path) as partial, partial.open("w", encoding="utf-8", newline="\n") as file:
-        file.write(f"{header}\n")
-        for text in _pieces(animation, names, clock, origin):
-            file.write(text)
+    with atomic_path(path) as partial, partial.open("wb") as file:
+        file.write(f"{header}\n".encode())
+        for rows in _pieces(animation, names, clock, origin):
+            file.write(rows)
 
 
-def _pieces(animation: Animation, names: tuple[str, ...], clock: Timecode, origin: float) -> Iterator[str]:
-    """The rows as text, in pieces; controls that never move are formatted only once."""
+def _pieces(animation: Animation, names: tuple[str, ...], clock: Timecode, origin: float) -> Iterator[bytes]:
+    """The rows as text, in pieces; controls that never move have the same text in every row."""
     shown = {name: animation.channel(name) for name in names if name in animation.channels}
     moving = {name: curve for name, curve in shown.items() if curve.any() or np.signbit(curve).any()}
-    row = ",".join(["%s", str(len(names)), *("%.10f" if name in moving else ZERO for name in names)]) + "\n"
+    cells = [bytes(CELL) if name in moving else ZERO for name in names]
+    row = np.frombuffer(b"".join([clock.mark.join(LABEL).encode(), b",%d," % len(names), *cells]), np.uint8)
+    ends = np.cumsum([len(cell) for cell in cells]) + len(row) - sum(map(len, cells))
+    places = [int(end) - CELL for name, end in zip(names, ends, strict=True) if name in moving]
     curves = np.zeros((len(animation.values), len(moving)), np.float32)
     for column, name in enumerate(name for name in names if name in moving):
         curves[:, column] = moving[name]
     turned = [name in turns() for name in names if name in moving]
-    times = animation.times
+    times = origin + animation.times
     for begin in range(0, len(times), PIECE):
-        codes = [clock.format(origin + time) for time in times[begin : begin + PIECE].tolist()]
         block = curves[begin : begin + PIECE].astype(np.float64)
         block[:, turned] = np.radians(block[:, turned])
-        yield "".join([row % (code, *line) for code, line in zip(codes, block.tolist(), strict=True)])
+        yield _rows(row, clock.counts(times[begin : begin + PIECE]), block, places)
+
+
+def _rows(
+    row: NDArray[np.uint8],
+    counts: tuple[NDArray[np.int64], ...],
+    values: NDArray[np.float64],
+    places: list[int],
+) -> bytes:
+    """Rows of text from one `row` of all: its timecode by `counts`, and values at `places`."""
+    text = np.tile(row, (len(values), 1))
+    for count, place in zip(counts, LABEL_PLACES, strict=True):
+        digits = 3 if place == LABEL_PLACES[-1] else 2
+        text[:, place : place + digits] = number_cells(count, digits)
+    if np.abs(values).max(initial=0.0) < LARGEST:
+        cells = decimal_cells(values)
+        for column, place in enumerate(places):
+            text[:, place : place + CELL] = cells[:, column]
+        text[:, -1] = ord("\n")
+        return text.tobytes().translate(None, b"\0")
+    pieces = []
+    for line, numbers in zip(text, values.tolist(), strict=True):
+        parts = np.split(line, [edge for place in places for edge in (place, place + CELL)])
+        parts[1::2] = [np.frombuffer(b"%.10f," % number, np.uint8) for number in numbers]
+        pieces.append(b"".join([part.tobytes() for part in parts])[:-1] + b"\n")
+    return b"".join(pieces)
 
 
 def read(path: Path) -> Animation:

@@ -9,6 +9,7 @@ face's own variation).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from phonanim.face.model import INNER_LIP_PAIRS, MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT, FaceModel
 from phonanim.speech.inventory import INVENTORY
-from phonanim.speech.phones import PhoneTrack
+from phonanim.speech.phones import PhoneTrack, pair_rows
 
 Array = NDArray[np.float64]
 Measure = Literal["gap", "width"]
@@ -75,15 +76,13 @@ def contact_limits(track: PhoneTrack, times: Array, measure: Measure) -> Array:
     """The largest allowed value at rising instants, (times,) seconds -> (times,) mm; inf without a bound."""
     limits = np.full(len(times), np.inf)
     for contact in (c for c in CONTACTS if c.measure == measure):
-        codes = INVENTORY.codes(contact.phones)
-        for segment in np.flatnonzero(np.isin(track.codes, codes)):
-            begin, end = track.bounds[segment : segment + 2]
-            middle, half = (begin + end) / 2, (end - begin) / 2 * contact.core
-            reach = half + contact.ramp
-            first, last = np.searchsorted(times, (middle - reach, middle + reach))
-            away = np.clip((np.abs(times[first:last] - middle) - half) / contact.ramp, 0, 1)
-            rising = contact.limit + contact.rise * (1 - np.cos(np.pi * away)) / 2
-            limits[first:last] = np.minimum(limits[first:last], rising)
+        segments = np.flatnonzero(INVENTORY.mask(*contact.phones)[track.codes])
+        begin, end = track.bounds[segments], track.bounds[segments + 1]
+        middle, half = (begin + end) / 2, (end - begin) / 2 * contact.core
+        reach = half + contact.ramp
+        near, rows = pair_rows(np.searchsorted(times, middle - reach), np.searchsorted(times, middle + reach))
+        away = np.clip((np.abs(times[rows] - middle[near]) - half[near]) / contact.ramp, 0, 1)
+        np.minimum.at(limits, rows, contact.limit + contact.rise * (1 - np.cos(np.pi * away)) / 2)
     return limits
 
 
@@ -106,6 +105,7 @@ def project_within_limits(modes: Array, weights: Array, limits: Array, std: Arra
     return moved
 
 
+@lru_cache(maxsize=8)
 def closed_shape(face: FaceModel) -> Array:
     """The face with its lips shut that is nearest to the mean face, (landmarks, 3) mm: a mouth at rest."""
     weights, offset = lip_functionals(face)
@@ -115,6 +115,7 @@ def closed_shape(face: FaceModel) -> Array:
     return np.asarray(face.instance(modes)[0])
 
 
+@lru_cache(maxsize=8)
 def lip_functionals(face: FaceModel) -> tuple[Array, Array]:
     """The gaps of the inner-lip pairs, then the mouth's width: weights (8, m) on the modes, offset (8,)."""
     upper, lower = (face.rows(side) for side in zip(*INNER_LIP_PAIRS, strict=True))

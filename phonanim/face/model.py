@@ -24,7 +24,7 @@ INNER_LIP_PAIRS = ((80, 88), (81, 178), (82, 87), (13, 14), (312, 317), (311, 40
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FaceModel:
     """Linear shape model s = mean + sum_k p_k modes_k (Taylor 2017, section 4.1).
 
@@ -52,10 +52,9 @@ class FaceModel:
 
     def landmark(self, number: int) -> int:
         """Row of a MediaPipe face-mesh number. Raises ModelError when the face does not have it."""
-        rows = np.flatnonzero(self.indices == number)
-        if len(rows) == 0:
+        if number not in self._row_of:
             raise ModelError(f"the reference face has no landmark {number}; it has {self.indices.tolist()}")
-        return int(rows[0])
+        return self._row_of[number]
 
     def rows(self, numbers: Iterable[int]) -> NDArray[np.int64]:
         """Rows of several MediaPipe face-mesh numbers."""
@@ -74,6 +73,12 @@ class FaceModel:
         for part in (self.mean, self.modes, self.std):
             digest.update(part.astype("<f4").tobytes())  # as stored in model folders
         return digest.hexdigest()[:12]
+
+    @cached_property
+    def _row_of(self) -> dict[int, int]:
+        """The first row of each number."""
+        rows = enumerate(self.indices.tolist())
+        return {number: row for row, number in reversed([*rows])}
 
     @cached_property
     def _basis(self) -> Array:

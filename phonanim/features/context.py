@@ -26,6 +26,7 @@ N_BOXES = len(EDGES) - 1
 N_TIMING = 12  # columns of `segment_timing`
 LONGEST = 0.5  # seconds; longer segments count as this long
 FAR = 10.0  # seconds of silence before the start and after the end, so that the cut of a file has no effect
+BLOCK = 32  # instants per block, so that their data fit in the cache
 SILENT = INVENTORY.code(SILENCE)
 DECAYS = (0.04, 0.12)  # seconds
 
@@ -55,15 +56,29 @@ def context_features(track: PhoneTrack, times: Array, kind: str = "all") -> NDAr
     running = np.concatenate(
         [np.zeros((1, table.shape[1])), np.cumsum(rows * np.diff(bounds)[:, None], axis=0)]
     )
-    asked = (times[:, None] + EDGES).ravel()
-    segment = np.clip(np.searchsorted(bounds, asked, side="right") - 1, 0, len(rows) - 1)
-    integral = running[segment] + rows[segment] * (asked - bounds[segment])[:, None]
-    integral = integral.reshape(len(times), len(EDGES), -1)
-    boxes = np.diff(integral, axis=1) / np.diff(EDGES)[:, None]
     features = np.empty((len(times), N_BOXES * table.shape[1] + N_TIMING), np.float32)
-    features[:, :-N_TIMING] = boxes.reshape(len(times), -1)
+    for start in range(0, len(times), BLOCK):
+        near = times[start : start + BLOCK, None] + EDGES
+        boxes = _box_means(near, bounds, rows, running)
+        features[start : start + BLOCK, :-N_TIMING] = boxes.reshape(len(near), -1)
     features[:, -N_TIMING:] = segment_timing(local, times)
     return features
+
+
+def _box_means(edges: Array, bounds: Array, rows: Array, running: Array) -> Array:
+    """Means between neighbouring edges, (times, edges) seconds -> (times, edges - 1, columns).
+
+    `rows` (segments, columns) last from `bounds` to `bounds`; `running` is their integral up to each bound.
+    """
+    asked = edges.ravel()
+    segment = np.clip(np.searchsorted(bounds, asked, side="right") - 1, 0, len(rows) - 1)
+    integral = rows.take(segment, axis=0)
+    integral *= (asked - bounds[segment])[:, None]
+    integral += running.take(segment, axis=0)
+    integral = integral.reshape(*edges.shape, -1)
+    means: Array = integral[:, 1:] - integral[:, :-1]
+    means /= np.diff(EDGES)[:, None]
+    return means
 
 
 def crop_track(track: PhoneTrack, times: Array) -> PhoneTrack:

@@ -150,10 +150,20 @@ def _minimize(gram: Array, pull: Array, effort: Array, low: Array, high: Array) 
     shrink = effort[:, None] / 2 / firmness
     values = np.clip(np.linalg.solve(gram, pull), low, high)
     owed = np.zeros_like(values)
-    for _ in range(ROUNDS):
-        free = RELAXED * (inverse @ (pull + firmness * (values - owed))) + (1 - RELAXED) * values + owed
-        values = np.clip(free - np.clip(free, -shrink, shrink), low, high)
-        owed = free - values
+    other, free = np.empty_like(values), np.empty_like(values)
+    for _ in range(ROUNDS):  # in place, because new arrays would take most of the time
+        np.subtract(values, owed, out=other)
+        other *= firmness
+        other += pull
+        np.matmul(inverse, other, out=free)
+        free *= RELAXED
+        values *= 1 - RELAXED
+        free += values
+        free += owed
+        np.minimum(np.maximum(free, -shrink, out=other), shrink, out=other)
+        np.subtract(free, other, out=values)
+        np.minimum(np.maximum(values, low, out=values), high, out=values)
+        np.subtract(free, values, out=owed)
     return values
 
 

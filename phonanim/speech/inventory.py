@@ -74,6 +74,12 @@ class Inventory:
         """The code of a symbol. Raises KeyError when it is not in the inventory."""
         return self._codes[name]
 
+    def mask(self, *names: str) -> NDArray[np.bool_]:
+        """Which symbols are among these, (41,). Raises KeyError as `code` does."""
+        found = np.zeros(len(self.sounds), bool)
+        found[self.codes(names)] = True
+        return found
+
     def codes(self, names: Iterable[str]) -> NDArray[np.uint8]:
         """The codes of symbols, (names,). Raises KeyError as `code` does."""
         return np.array([self._codes[name] for name in names], dtype=np.uint8)

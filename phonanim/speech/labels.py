@@ -68,6 +68,7 @@ class Language:
         """The meaning of a label, None when it is unknown in this language."""
         return self.resolve_listed(label) or _silences().get(_bare(label)) or self._in_alphabets(label)
 
+    @lru_cache(maxsize=4096)  # noqa: B019 - as above
     def resolve_listed(self, label: str) -> Sound | None:
         """The meaning of a label that the language itself lists, else None."""
         for spelling in self._spellings(label):
@@ -131,6 +132,7 @@ def load_language(name: str) -> Language:
     raise LabelError(f'there is no language "{quote_label(name)}"; {mend}')
 
 
+@lru_cache(maxsize=4096)
 def is_silent(label: str) -> bool:
     """Whether a label means silence in every language."""
     return _bare(label) in _silences()

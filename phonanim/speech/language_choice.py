@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from phonanim.speech.labels import Language, is_silent, language_names, load_language
 
@@ -23,7 +23,7 @@ def choose_language(labels: Iterable[str]) -> Language:
     """
     counts = Counter(label for label in labels if not is_silent(label))
     best, best_share = load_language(FIRST_TRIED[0]), -1.0
-    for name in dict.fromkeys((*FIRST_TRIED, *language_names())):
+    for name in _tried():
         language = load_language(name)
         share = _share(language, counts)
         if share == 1.0 or (name == FIRST_TRIED[0] and share >= ENOUGH):
@@ -31,6 +31,12 @@ def choose_language(labels: Iterable[str]) -> Language:
         if share > best_share:
             best, best_share = language, share
     return best
+
+
+def _tried() -> Iterator[str]:
+    """The languages to try; the folder is listed only where the first do not fit."""
+    yield from FIRST_TRIED
+    yield from (name for name in language_names() if name not in FIRST_TRIED)
 
 
 def recognized_share(labels: Iterable[str]) -> float:

@@ -50,3 +50,14 @@ class PhoneTrack:
 def silent_track(duration: float) -> PhoneTrack:
     """A track of silence, `duration` seconds long (code 0 is silence)."""
     return PhoneTrack(np.zeros(1, np.uint8), np.array([0.0, duration]), ("",))
+
+
+def pair_rows(firsts: NDArray[np.int64], lasts: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...]:
+    """Every pair of an item and a row from its first up to its last, (items,) each -> (pairs,) items, rows.
+
+    Pairs are in the order of the items, so `np.bincount` sums in that order.
+    """
+    counts = np.maximum(lasts - firsts, 0)
+    items = np.repeat(np.arange(len(counts)), counts)
+    before = np.cumsum(counts) - counts
+    return items, np.arange(len(items)) + (firsts - before)[items]
