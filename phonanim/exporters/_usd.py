@@ -16,6 +16,8 @@ from phonanim.core.files import atomic_path
 from phonanim.errors import MissingExtraError, OutputError
 from phonanim.exporters._curves import merge_target_curves
 from phonanim.exporters._take import build_take, check_times, take_grid
+from phonanim.exporters._usd_mesh import JOINT
+from phonanim.rig.neck import TURNS, angles
 
 Weights = tuple[NDArray[np.float64], tuple[str, ...], float, float, dict[str, Any]]
 
@@ -79,7 +81,21 @@ def _sampled(stage: Any, animation: Any, path: Path) -> Weights:
         )
     note = animation.GetPrim().GetCustomDataByKey("phonanim")
     about = decode_table(parse_json(str(note)), "what phonanim left there") if note else {}
-    return values, names, float(times[0]) / rate, rate, about
+    turns = _head_turns(animation, codes) if about else {}
+    values = np.concatenate([values, *(curve[:, None] for curve in turns.values())], axis=1)
+    return values, (*names, *turns), float(times[0]) / rate, rate, about
+
+
+def _head_turns(animation: Any, codes: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+    """Degrees of the head at time codes, by channel, where phonanim has written its joint."""
+    rotations = animation.GetRotationsAttr()
+    joints = [str(joint) for joint in animation.GetJointsAttr().Get() or ()]
+    if joints != [JOINT] or not rotations.GetNumTimeSamples():
+        return {}
+    found = [rotations.Get(code)[0] for code in codes]
+    rows = np.array([[*rotation.GetImaginary(), rotation.GetReal()] for rotation in found], float)
+    turns = angles(rows / np.linalg.norm(rows, axis=1, keepdims=True))
+    return dict(zip(TURNS, turns.T, strict=True))
 
 
 def _shape_names(stage: Any) -> dict[str, str]:

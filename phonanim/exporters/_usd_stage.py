@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
-from collections.abc import Iterable
-from functools import cache
-from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +11,21 @@ from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.exporters._head import load_drawable_head
-from phonanim.rig.head import SHIPPED, Head, load_head
-from phonanim.rig.render import vertex_normals
+from phonanim.exporters._usd_mesh import (
+    IDENTITY,
+    JOINT,
+    ROOT,
+    extent_text,
+    meshes_text,
+    quoted_names,
+    row_text,
+    shipped_meshes,
+    vectors_text,
+)
+from phonanim.rig.head import SHIPPED, Head
+from phonanim.rig.neck import quaternions, turns_of
 from phonanim.speech.alignment import pack_intervals
 
-MOVED = 1e-6  # metres; smaller offsets are not stored
-ROOT = "/head"
-IDENTITY = "((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1))"
 STAGE = """#usda 1.0
 (
     defaultPrim = "head"
@@ -46,9 +50,9 @@ def SkelRoot "head" (
         prepend apiSchemas = ["SkelBindingAPI"]
     )
     {{
-        uniform matrix4d[] bindTransforms = [{identity}]
-        uniform token[] joints = ["root"]
-        uniform matrix4d[] restTransforms = [{identity}]
+        uniform matrix4d[] bindTransforms = [{binds}]
+        uniform token[] joints = [{joints}]
+        uniform matrix4d[] restTransforms = [{binds}]
         rel skel:animationSource = <{root}/speech>
     }}
 
@@ -62,7 +66,7 @@ def SkelRoot "head" (
         float[] blendShapeWeights.timeSamples = {{
 {samples}
         }}
-    }}
+{turns}    }}
 
     def Material "material"
     {{
@@ -86,46 +90,12 @@ def SkelRoot "head" (
 {meshes}}}
 """
 
-MESH = """
-    def Mesh "{name}" (
-        prepend apiSchemas = ["MaterialBindingAPI", "SkelBindingAPI"]
-    )
-    {{
-        uniform bool doubleSided = 1
-        float3[] extent = [{extent}]
-        int[] faceVertexCounts = [{counts}]
-        int[] faceVertexIndices = [{corners}]
-        rel material:binding = <{root}/material>
-        normal3f[] normals = [{normals}] (
-            interpolation = "vertex"
-        )
-        point3f[] points = [{points}]
-        color3f[] primvars:displayColor = [{colors}] (
-            interpolation = "vertex"
-        )
-        matrix4d primvars:skel:geomBindTransform = {identity}
-        int[] primvars:skel:jointIndices = [0] (
-            elementSize = 1
-            interpolation = "constant"
-        )
-        float[] primvars:skel:jointWeights = [1] (
-            elementSize = 1
-            interpolation = "constant"
-        )
-        uniform token[] skel:blendShapes = [{names}]
-        rel skel:blendShapeTargets = [{targets}]
-        rel skel:skeleton = <{root}/skeleton>
-        uniform token subdivisionScheme = "none"
-{shapes}    }}
-"""
-
-SHAPE = """
-        def BlendShape "{name}"
-        {{
-            uniform vector3f[] normalOffsets = [{turns}]
-            uniform vector3f[] offsets = [{moves}]
-            uniform int[] pointIndices = [{rows}]
+TURNS = """        uniform token[] joints = ["{joint}"]
+        quatf[] rotations.timeSamples = {{
+{samples}
         }}
+        half3[] scales = [(1, 1, 1)]
+        float3[] translations = [{pivot}]
 """
 
 
@@ -134,21 +104,43 @@ def stage_text(animation: Animation, character: Path = SHIPPED) -> str:
     head = load_drawable_head(character)
     weights = head.weights(animation.values, animation.channels)
     frames = animation.times * animation.fps
-    samples = [
-        f"            {frame:.9g}: [{_row(values)}],"
-        for frame, values in zip(frames, weights.tolist(), strict=True)
-    ]
+    binds, joints = [IDENTITY], ["root"]
+    if head.neck is not None:
+        x, y, z = head.neck.pivot.tolist()
+        binds.append(f"((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), ({x:.7g}, {y:.7g}, {z:.7g}, 1))")
+        joints.append(JOINT)
     return STAGE.format(
         fps=animation.fps,
         first=frames[0],
         last=frames[-1],
         about=json.dumps(json.dumps(_about(animation), ensure_ascii=False), ensure_ascii=False),
-        names=_names(head.targets),
-        samples="\n".join(samples),
-        extent=_extent(head.vertices),
-        meshes=_shipped_meshes() if character == SHIPPED else _meshes(head),
+        names=quoted_names(head.targets),
+        samples=_samples(frames, [f"[{row_text(values)}]" for values in weights.tolist()]),
+        turns=_turns(animation, head, frames),
+        extent=extent_text(head.vertices),
+        meshes=shipped_meshes() if character == SHIPPED else meshes_text(head),
         root=ROOT,
-        identity=IDENTITY,
+        binds=", ".join(binds),
+        joints=quoted_names(joints),
+    )
+
+
+def _turns(animation: Animation, head: Head, frames: NDArray[np.float64]) -> str:
+    """The rotations of the head's joint, empty where it keeps still."""
+    turns = turns_of(animation.values, animation.channels)
+    if turns is None or head.neck is None:
+        return ""
+    rows = (quaternions(turns)[:, [3, 0, 1, 2]] + 0.0).tolist()  # real part first, no minus zeros
+    return TURNS.format(
+        joint=JOINT,
+        samples=_samples(frames, [f"[({row_text(row)})]" for row in rows]),
+        pivot=vectors_text(head.neck.pivot[None]),
+    )
+
+
+def _samples(frames: NDArray[np.float64], values: list[str]) -> str:
+    return "\n".join(
+        f"            {frame:.9g}: {value}," for frame, value in zip(frames, values, strict=True)
     )
 
 
@@ -159,85 +151,3 @@ def _about(animation: Animation) -> dict[str, Any]:
         "words": pack_intervals(animation.words),
         "provenance": animation.provenance,
     }
-
-
-@cache
-def _shipped_meshes() -> str:
-    """The meshes of the package's head, which are the same in every file."""
-    return _meshes(load_head())
-
-
-def _meshes(head: Head) -> str:
-    """All meshes of a head, part by part."""
-    normals = vertex_normals(head.vertices.astype(np.float32), head.triangles)
-    turned = [
-        vertex_normals((head.vertices + d).astype(np.float32), head.triangles) - normals for d in head.deltas
-    ]
-    prims = _identifiers(head.parts)
-    return "".join(_mesh(head, part, prims[part], normals, np.array(turned)) for part in head.parts)
-
-
-def _mesh(head: Head, part: str, name: str, normals: NDArray[np.float32], turns: NDArray[np.float32]) -> str:
-    rows = head.parts[part]
-    shapes = _identifiers(head.targets)
-    inside = ((head.triangles >= rows.start) & (head.triangles < rows.stop)).all(axis=1)
-    triangles = head.triangles[inside] - rows.start
-    moved = [t for t in range(len(head.targets)) if np.abs(head.deltas[t, rows]).max() > MOVED]
-    names = [head.targets[t] for t in moved]
-    return MESH.format(
-        name=name,
-        extent=_extent(head.vertices[rows]),
-        counts=", ".join(["3"] * len(triangles)),
-        corners=", ".join(map(str, triangles.ravel().tolist())),
-        normals=_vectors(normals[rows]),
-        points=_vectors(head.vertices[rows]),
-        colors=_vectors(head.colors[rows]),
-        names=_names(names),
-        targets=", ".join(f"<{ROOT}/{name}/{shapes[target]}>" for target in names),
-        shapes="".join(_shape(shapes[head.targets[t]], head.deltas[t, rows], turns[t, rows]) for t in moved),
-        root=ROOT,
-        identity=IDENTITY,
-    )
-
-
-def _shape(name: str, moves: NDArray[np.float64], turns: NDArray[np.float32]) -> str:
-    rows = np.flatnonzero(np.abs(moves).max(axis=1) > MOVED)
-    return SHAPE.format(
-        name=name,
-        turns=_vectors(turns[rows]),
-        moves=_vectors(moves[rows]),
-        rows=", ".join(map(str, rows.tolist())),
-    )
-
-
-def _identifier(name: str) -> str:
-    """A prim name: letters, digits and underscores."""
-    plain = re.sub(r"\W", "_", name, flags=re.ASCII)
-    return plain if re.match(r"[A-Za-z_]", plain) else f"_{plain}"
-
-
-def _identifiers(names: Iterable[str]) -> dict[str, str]:
-    """A prim name for each name, all of them different."""
-    found: dict[str, str] = {}
-    for name in names:
-        plain = _identifier(name)
-        spellings = chain([plain], (f"{plain}_{number}" for number in count(2)))
-        found[name] = next(spelling for spelling in spellings if spelling not in found.values())
-    return found
-
-
-def _names(names: Iterable[str]) -> str:
-    return ", ".join(json.dumps(name, ensure_ascii=False) for name in names)
-
-
-def _extent(points: NDArray[np.float64]) -> str:
-    return _vectors(np.array([points.min(axis=0), points.max(axis=0)]))
-
-
-def _vectors(values: NDArray[Any]) -> str:
-    plain = (np.asarray(values, float) + 0.0).tolist()  # no minus zeros
-    return ", ".join([f"({x:.7g}, {y:.7g}, {z:.7g})" for x, y, z in plain])
-
-
-def _row(values: list[float]) -> str:
-    return ", ".join([f"{value:.9g}" for value in values])

@@ -1,4 +1,8 @@
-"""MetaHuman curves as a Curve Table of Unreal Engine: one row per CTRL_expressions curve."""
+"""MetaHuman curves as a Curve Table of Unreal Engine: one row per curve.
+
+Besides CTRL_expressions curves, a MetaHuman reads HeadYaw, HeadPitch and HeadRoll in degrees while
+HeadControlSwitch is 1, as its Live Link sources send them.
+"""
 
 from __future__ import annotations
 
@@ -13,14 +17,18 @@ from phonanim.core.decode import DAMAGE, read_utf8
 from phonanim.core.files import write_text
 from phonanim.errors import OutputError
 from phonanim.exporters._take import build_take, check_times
+from phonanim.rig.morphs import plain_name
+from phonanim.rig.neck import TURNS, turns_of
 
 SUMMARY = "MetaHuman CTRL_expressions curves, to import into Unreal as a linear Curve Table"
 PREFIX = "CTRL_expressions_"
+SWITCH = "HeadControlSwitch"
 
 
 def write(animation: Animation, path: Path) -> None:
     """Write the times in the first row and a curve in each further row.
 
+    With turns of the head, the switch of its curves is on; without motion there it is off.
     Raises OutputError when the rig has no MetaHuman curve, or the destination cannot be written.
     """
     if not any(name.startswith(PREFIX) for name in animation.channels):
@@ -30,6 +38,9 @@ def write(animation: Animation, path: Path) -> None:
     table.writerow(["---", *(f"{time:.6f}" for time in animation.times)])
     for name, curve in zip(animation.channels, np.asarray(animation.values).T.tolist(), strict=True):
         table.writerow([name, *(f"{value:.6f}" for value in curve)])
+    if plain_name(TURNS[0]) in map(plain_name, animation.channels):
+        turns = turns_of(animation.values, animation.channels) is not None
+        table.writerow([SWITCH, *[f"{turns:.6f}"] * len(animation.times)])
     write_text(path, stream.getvalue())
 
 
@@ -37,6 +48,7 @@ def read(path: Path) -> Animation:
     """Read a Curve Table with evenly spaced times. Raises OutputError for any other file."""
     try:
         head, *rows = csv.reader(io.StringIO(read_utf8(path).removeprefix("\ufeff"), newline=""))
+        rows = [row for row in rows if row[:1] != [SWITCH]]
         times = np.array(head[1:], float)
         values = np.array([row[1:] for row in rows], np.float32).reshape(-1, len(times)).T
         check_times(times, "its first row")

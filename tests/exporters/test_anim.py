@@ -1,3 +1,4 @@
+import csv
 import re
 
 import numpy as np
@@ -6,6 +7,7 @@ from animations import line, metahuman, only
 
 from phonanim.errors import OutputError
 from phonanim.exporters import load, save
+from phonanim.pipeline import animate
 
 
 def curves_of(path):
@@ -47,6 +49,18 @@ def test_few_keys(tmp_path):
         np.testing.assert_allclose(met, line().channel(name), atol=0.02 + 1e-6)
     save(only(line(), jawOpen=0.5), tmp_path / "a.anim", keys=0.02)
     assert all(len(keys) == 1 for _, keys in curves_of(tmp_path / "a.anim").values())
+
+
+def test_a_metahuman_is_told_that_its_head_turns(tmp_path, unheard_line):
+    for life, switch in ((1.0, "1.000000"), (0.0, "0.000000")):
+        path = tmp_path / "a.metahuman.csv"
+        take = animate(unheard_line, rig="metahuman", life=life, fps=25)
+        save(take, path)
+        rows = {row[0]: row[1:] for row in csv.reader(path.open())}
+        assert set(rows["HeadControlSwitch"]) == {switch}
+        np.testing.assert_allclose(np.array(rows["HeadYaw"], float), take.channel("HeadYaw"), atol=1e-6)
+        assert (np.ptp(take.channel("HeadPitch")) > 1) == bool(life)
+        assert load(path).channels == take.channels
 
 
 def test_curve_tables(tmp_path):

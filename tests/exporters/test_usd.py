@@ -12,15 +12,17 @@ from phonanim.errors import OutputError, RigError
 from phonanim.exporters import load, save
 from phonanim.exporters._usd_stage import stage_text
 from phonanim.rig.head import load_head
+from phonanim.rig.neck import TURNS, turned
 
 Usd = pytest.importorskip("pxr.Usd", reason="needs the extra usd")
+Vt = pytest.importorskip("pxr.Vt", reason="needs the extra usd")
 UsdSkel = pytest.importorskip("pxr.UsdSkel", reason="needs the extra usd")
 
 
 @pytest.fixture(scope="module", params=[".usda", ".usdc"])
 def stage(request, tmp_path_factory):
     path = tmp_path_factory.mktemp("usd") / f"hello{request.param}"
-    save(line(), path)
+    save(turning(), path)
     return Usd.Stage.Open(str(path))
 
 
@@ -49,6 +51,40 @@ def test_the_points_are_those_of_the_head(stage):
     for weight, shape, sub in zip(*subs[:3], strict=True):
         moved[np.array(rows[shape])] += weight * np.array(offsets[sub])
     np.testing.assert_allclose(moved, head.shape(weights)[head.parts["skin"]], atol=2e-5)
+
+
+def turning():
+    """The line, with a head that turns."""
+    take = line()
+    angle = 10 * np.sin(np.arange(len(take.values)) / 5)
+    turns = np.stack([angle, 0.7 * angle + 1, -0.4 * angle], axis=1)
+    values = take.values.copy()
+    values[:, [take.channels.index(name) for name in TURNS]] = turns
+    return take.with_values(values)
+
+
+@pytest.mark.parametrize("suffix", [".usda", ".usdc"])
+def test_the_head_turns_and_is_read_back(tmp_path, suffix):
+    """Points by UsdSkel's own skinning, against the head as the film draws it."""
+    take, path, frame = turning(), tmp_path / f"a{suffix}", 17
+    save(take, path)
+    again = load(path)
+    assert again.channels[-3:] == TURNS
+    np.testing.assert_allclose(again.values[:, -3:], take.values[:, -3:], atol=2e-5)
+    stage = Usd.Stage.Open(str(path))
+    cache = UsdSkel.Cache()
+    root = UsdSkel.Root(stage.GetPrimAtPath("/head"))
+    assert cache.Populate(root, Usd.PrimDefaultPredicate)
+    skin = stage.GetPrimAtPath("/head/skin")
+    skeleton = cache.GetSkelQuery(UsdSkel.Skeleton(stage.GetPrimAtPath("/head/skeleton")))
+    moves = skeleton.ComputeSkinningTransforms(frame)
+    rest = np.array(skin.GetAttribute("points").Get())
+    points = Vt.Vec3fArray.FromNumpy(rest)
+    assert cache.GetSkinningQuery(skin).ComputeSkinnedPoints(moves, points, frame)
+    head = load_head()
+    expected = turned(head.vertices, head.neck, take.values[frame, -3:].astype(float))[head.parts["skin"]]
+    assert np.abs(expected - rest).max() > 0.005
+    np.testing.assert_allclose(np.array(points), expected, atol=2e-6)
 
 
 def test_weights_are_sampled_at_every_frame(stage):
