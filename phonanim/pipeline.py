@@ -19,13 +19,15 @@ from phonanim.animation.rates import check_rate, frame_count
 from phonanim.animation.smooth import closure_mask, smooth_controls
 from phonanim.animation.style import is_stepped_rig, scale_controls, unused_option_warnings
 from phonanim.articulation import Articulation
-from phonanim.articulation.blend import blend_articulation
+from phonanim.articulation.blend import blend_articulation, blend_channels
 from phonanim.articulation.effort import effort_gains
+from phonanim.articulation.heard import HeardArticulation
 from phonanim.articulation.scaling import scale_articulation
 from phonanim.articulation.styles import DIALS, check_dial, find_style, read_styles
 from phonanim.core.catalog import find_model
 from phonanim.core.files import content_hash
 from phonanim.core.version import __version__
+from phonanim.errors import ModelError
 from phonanim.exporters import load
 from phonanim.face import contacts
 from phonanim.face.model import FaceModel
@@ -159,6 +161,8 @@ def predict_controls(
             shapes, model.face, closed, track, times, options.contacts, options.quickness
         )
         articulation = _spoken(mouth, options, track, times, loudness)
+    elif sound is not None and hears_articulation(options, rig, model):
+        articulation = _spoken(hear_mouth(modes, model, sound, times), options, track, times, None)
     values = retarget(modes, model.face, rig, options.retarget, track, times, options.contacts, articulation)
     if articulation is None:
         values = scale_controls(values, rig, options.intensity, options.jaw, options.lips, options.gains)
@@ -170,6 +174,27 @@ def predict_controls(
 def articulates(options: Options, rig: Rig, track: PhoneTrack) -> bool:
     """Whether articulation moves the rig. False where modes move it, and where there are no phones."""
     return options.retarget in ("auto", "articulation") and rig.speaks and bool(track.codes.any())
+
+
+def hears_articulation(options: Options, rig: Rig, model: regressors.Model) -> bool:
+    """Whether articulation moves the rig without phones. Rigs of mouth shapes choose them by phones."""
+    by_phones = rig.visemes or (rig.through and rig.through.rig.visemes)
+    chosen = options.retarget in ("auto", "articulation") and rig.speaks
+    return chosen and not by_phones and model.articulation is not None
+
+
+def hear_mouth(
+    modes: NDArray[np.floating], model: regressors.Model, sound: Sound, times: NDArray[np.float64]
+) -> Articulation:
+    """Articulation by sound alone, blended with the learned lips, (frames, modes) -> (frames, channels).
+
+    Without phones no closure is enforced. Raises ModelError for a model that has not learned it.
+    """
+    if model.articulation is None:
+        raise ModelError("the model has not learned articulation from sound; train it again")
+    values, silent, rounded = HeardArticulation.from_tensors(model.articulation).at(sound, times)
+    shapes, closed = model.face.instance(modes), contacts.closed_shape(model.face)
+    return Articulation(blend_channels(values, shapes, model.face, closed, silent, rounded))
 
 
 def _spoken(

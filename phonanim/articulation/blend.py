@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from phonanim.articulation.channels import CHANNELS, Articulation
 from phonanim.articulation.closures import enforce_contacts
-from phonanim.articulation.table import read_targets
+from phonanim.articulation.table import Targets, read_targets
 from phonanim.articulation.trajectories import articulate, gesture_kernels
 from phonanim.face.model import UPPER_LIP_INNER, FaceModel, lip_aperture, lip_protrusion, lip_width
 from phonanim.speech.gestures import GESTURES
@@ -37,33 +37,50 @@ def blend_articulation(
     times: Array,
     contacts: bool = True,
     quickness: float = 1.0,
+    targets: Targets | None = None,
 ) -> Articulation:
     """Articulation from a predicted face and phones, (frames, landmarks, 3) mm -> (frames, channels).
 
     `closed` (landmarks, 3) is the face at rest with closed lips; `times` (frames,) are rising seconds.
     Contacts of lips and teeth are enforced unless `contacts` is off. With more `quickness`, gestures begin
-    and end faster.
+    and end faster. `targets` are those of the lexicon by default.
     """
-    targets = read_targets()
+    targets = targets or read_targets()
     if quickness != 1.0:
         targets = replace(targets, sigma=targets.sigma / quickness)
     values = articulate(track, times, targets, contacts=False).values
-    gap = values[:, CHANNELS.index("lip_gap")].copy()
-    seen, rest = lip_channels(shapes, face), lip_channels(closed[None], face)
+    silent, rounded = silence_and_rounding(track, times)
+    values = blend_channels(values, shapes, face, closed, silent, rounded)
+    if contacts:
+        enforce_contacts(values, track, times)
+    return Articulation(values)
+
+
+def silence_and_rounding(track: PhoneTrack, times: Array) -> tuple[Array, Array]:
+    """How silent and how rounded phones are around instants, (frames,) seconds -> (frames,) each, 0 to 1."""
     near = gesture_kernels(track, times, HUSH, 0.0)
-    silent = near[:, GESTURES.names.index("sil")]
     rounded = near @ GESTURES.articulation[:, GESTURES.columns.index("rounding")]
+    return near[:, GESTURES.names.index("sil")], rounded
+
+
+def blend_channels(
+    values: Array, shapes: NDArray[np.floating], face: FaceModel, closed: Array, silent: Array, rounded: Array
+) -> Array:
+    """Targets (frames, channels) mm with the learned lips of `shapes` blended in, as a new array.
+
+    `silent` and `rounded` (frames,), 0 to 1, say where the learned lips count less.
+    """
+    blended = values.copy()
+    seen, rest = lip_channels(shapes, face), lip_channels(closed[None], face)
     for name, most in LEARNED.items():
         place, share = CHANNELS.index(name), most * (1 - silent)
         if name == "lip_width":
             share *= 1 - ROUNDED_OWN * np.clip(rounded, 0, 1)
-        values[:, place] = share * (seen[name] - rest[name]) + (1 - share) * values[:, place]
-    change = values[:, CHANNELS.index("lip_gap")] - gap
-    teeth = CHANNELS.index("lower_lip_to_teeth")
-    values[:, teeth] = np.maximum(values[:, teeth] + change, 0)  # the lower lip follows the gap
-    if contacts:
-        enforce_contacts(values, track, times)
-    return Articulation(values)
+        blended[:, place] = share * (seen[name] - rest[name]) + (1 - share) * values[:, place]
+    gap, teeth = CHANNELS.index("lip_gap"), CHANNELS.index("lower_lip_to_teeth")
+    change = blended[:, gap] - values[:, gap]
+    blended[:, teeth] = np.maximum(blended[:, teeth] + change, 0)  # the lower lip follows the gap
+    return blended
 
 
 def lip_channels(shapes: NDArray[np.floating], face: FaceModel) -> dict[str, Array]:

@@ -100,6 +100,8 @@ class Regressor(Protocol):
 class Model:
     """A trained regressor with the face of its modes, and its card (model.json).
 
+    `articulation` is what phonanim.articulation.heard has learned with it, for models that hear.
+
     Examples:
         >>> import phonanim
         >>> model = phonanim.load_model("default")
@@ -111,6 +113,7 @@ class Model:
     regressor: Regressor
     face: FaceModel
     card: dict[str, Any]
+    articulation: Tensors | None = None
 
     def predict(
         self,
@@ -185,7 +188,10 @@ def make_config(kind: str, values: dict[str, Any], where: str) -> Any:
 
 
 def save(model: Model, folder: Path) -> None:
-    """Write a model folder: weights.safetensors, face.safetensors, and model.json last."""
+    """Write a model folder: weights.safetensors, face.safetensors, and model.json last.
+
+    Models that hear also have articulation.safetensors.
+    """
     from safetensors.numpy import save as serialized
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -193,9 +199,11 @@ def save(model: Model, folder: Path) -> None:
     with atomic_path(folder / "face.safetensors") as path:
         shape: Tensors = {name: part.astype(np.float32) for name, part in face.items()}
         path.write_bytes(serialized(shape | {"indices": model.face.indices}))
-    with atomic_path(folder / "weights.safetensors") as path:
-        learned = model.regressor.tensors()
-        path.write_bytes(serialized({name: np.ascontiguousarray(t) for name, t in learned.items()}))
+    learned = {"weights": model.regressor.tensors(), "articulation": model.articulation}
+    for stem, tensors in learned.items():
+        if tensors is not None:
+            with atomic_path(folder / f"{stem}.safetensors") as path:
+                path.write_bytes(serialized({name: np.ascontiguousarray(t) for name, t in tensors.items()}))
     card = {
         "format": FORMAT,
         "kind": kind_of(model.regressor),
@@ -225,7 +233,8 @@ def load(folder: Path) -> Model:
         raise ModelError(
             f"{folder / 'weights.safetensors'}: does not match its model.json ({error}); train it again"
         ) from error
-    return Model(regressor, face, card)
+    heard = folder / "articulation.safetensors"
+    return Model(regressor, face, card, _load_tensors(heard) if heard.is_file() else None)
 
 
 def _try_out(regressor: Regressor, n_modes: int) -> None:

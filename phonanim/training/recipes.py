@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import regressors
+from phonanim.articulation.heard import can_hear_articulation, fit_heard_articulation
 from phonanim.core.catalog import DEFAULT_MODEL, find_model
 from phonanim.core.typed import check_types
 from phonanim.core.version import __version__
@@ -30,6 +31,7 @@ from phonanim.regressors import (
     Examples,
     Model,
     Regressor,
+    Tensors,
     load_face,
     make_config,
     regressor_class,
@@ -143,7 +145,16 @@ def fit_recipe(
             "scores": validation_scores(regressor, corpus, face, np.sort(shuffled[:n_held_out])),
         },
     }
-    return Model(regressor, face, card)
+    return Model(regressor, face, card, _heard_articulation(regressor, recordings))
+
+
+def _heard_articulation(regressor: Regressor, recordings: Examples) -> Tensors | None:
+    """What a model that hears can tell of articulation without phones; None for other models."""
+    encoder = getattr(regressor.config, "encoder", "")
+    if regressor.input_modality != "audio" or not can_hear_articulation(encoder):
+        return None
+    clips = zip(recordings.tracks, recordings.times, recordings.sounds, strict=True)
+    return fit_heard_articulation(encoder, clips).tensors()
 
 
 def read_recipe(path: Path) -> Recipe:

@@ -1,0 +1,135 @@
+"""Articulation from sound: learned from phones, used without them, and only where it can be used."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from speech import track_of
+
+from phonanim import regressors
+from phonanim.articulation import CHANNELS, articulate
+from phonanim.articulation.heard import (
+    HeardArticulation,
+    can_hear_articulation,
+    fit_heard_articulation,
+)
+from phonanim.encoders import HOP, RATE
+from phonanim.errors import ModelError
+from phonanim.media.audio import Sound
+from phonanim.metrics import correlation, speech_mask
+from phonanim.options import Options
+from phonanim.pipeline import load_cached_rig, load_model, predict_controls
+from phonanim.speech.phones import PhoneTrack, silent_track
+
+
+def babble(seed: int) -> PhoneTrack:
+    """Four phones in any order, each a tone of its own in `sound_of`."""
+    rng = np.random.default_rng(seed)
+    return track_of(
+        "sil 0.3 " + "".join(f"{p} 0.15 " for p in rng.choice(["m", "aa", "s", "uw"], 20)) + "sil 0.3"
+    )
+
+
+def tones(track: PhoneTrack) -> Sound:
+    """A recording in which every phone is a tone of its own, and silence is silent."""
+    codes = track.sample(np.arange(round(track.duration * RATE)) / RATE).astype(int)
+    phase = 2 * np.pi * np.cumsum((100 + 90 * codes) / RATE)
+    return Sound(np.where(codes > 0, 0.3 * np.sin(phase), 0).astype(np.float32), RATE)
+
+
+class Bands:
+    """An encoder that hears which of the tones sounds."""
+
+    layers, dims, identity, start, window, margin = 1, 41, "bands", 0.0, 30, 1
+
+    def run(self, samples: np.ndarray) -> np.ndarray:
+        steps = samples.reshape(-1, HOP) * np.hanning(HOP)
+        pitches = 100 + 90 * np.arange(self.dims)
+        waves = np.exp(2j * np.pi * pitches[:, None] * np.arange(HOP) / RATE)
+        return np.abs(steps @ waves.T)[:, None].astype(np.float32) / 20
+
+
+@pytest.fixture(scope="module", autouse=True)
+def bands() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("phonanim.articulation.heard._encoder", lambda name: Bands())
+        yield
+
+
+TRACK = babble(0)
+TIMES = np.arange(0, TRACK.duration, 1 / 60)
+
+
+class Still:
+    """A model that hears, and sees a face that never moves."""
+
+    input_modality = "audio"
+
+    def predict(self, track: PhoneTrack, times: np.ndarray, sound: Sound | None = None) -> np.ndarray:
+        return np.zeros((len(times), 14), np.float32)
+
+
+@pytest.fixture(scope="module")
+def heard(bands: None) -> HeardArticulation:
+    tracks = [babble(seed) for seed in range(1, 13)]
+    clips = ((track, np.arange(0, track.duration, 0.04), tones(track)) for track in tracks)
+    return fit_heard_articulation("bands", clips)
+
+
+def test_sound_tells_what_phones_would(heard: HeardArticulation) -> None:
+    values, silent, _ = heard.at(tones(TRACK), TIMES)
+    wanted, said = articulate(TRACK, TIMES).values, speech_mask(TRACK, TIMES)
+    for name in ("jaw", "lip_gap", "lip_width", "protrusion"):
+        place = CHANNELS.index(name)
+        assert correlation(values[said, place], wanted[said, place]) > 0.8, name
+    assert silent[0] > 0.5 > silent[len(silent) // 2]
+
+
+def test_a_frame_does_not_depend_on_the_others(heard: HeardArticulation) -> None:
+    whole, part = heard.at(tones(TRACK), TIMES)[0], heard.at(tones(TRACK), TIMES[50:60])[0]
+    assert whole[50:60] == pytest.approx(part, abs=1e-3)
+
+
+def test_the_jaw_of_a_model_that_hears_comes_from_sound(heard: HeardArticulation) -> None:
+    still = replace(load_model("default"), regressor=Still())
+    model, rig, sound = (
+        replace(still, articulation=heard.tensors()),
+        load_cached_rig("arkit"),
+        tones(TRACK),
+    )
+    silence = silent_track(sound.duration)
+    motion = predict_controls(silence, model, rig, Options(), len(TIMES), sound=sound)
+    assert motion.articulation is not None
+    jaw = motion.values[:, rig.controls.index("jawOpen")]
+    assert correlation(jaw, articulate(TRACK, TIMES).channel("jaw")) > 0.8
+    assert predict_controls(silence, still, rig, Options(), len(TIMES), sound=sound).articulation is None
+    poses = predict_controls(silence, model, rig, Options(retarget="poses"), len(TIMES), sound=sound)
+    shapes = predict_controls(silence, model, load_cached_rig("oculus15"), Options(), len(TIMES), sound=sound)
+    assert poses.articulation is None
+    assert shapes.articulation is None  # chosen by phones
+
+
+def test_it_is_kept_in_the_folder_of_the_model(heard: HeardArticulation, tmp_path: Path) -> None:
+    regressors.save(replace(load_model("default"), articulation=heard.tensors()), tmp_path)
+    kept = HeardArticulation.from_tensors(regressors.load(tmp_path).articulation or {})
+    assert kept.encoder == "bands"
+    assert np.array_equal(kept.weights, heard.weights)
+
+
+def test_what_is_damaged_or_of_another_encoder_is_refused(heard: HeardArticulation) -> None:
+    with pytest.raises(ModelError, match="shapes do not match"):
+        HeardArticulation.from_tensors(heard.tensors() | {"offset": np.zeros(3)})
+    with pytest.raises(ModelError, match="damaged"):
+        HeardArticulation.from_tensors({"offset": np.zeros(3)})
+    with pytest.raises(ModelError, match="was learned with 'another'"):
+        replace(heard, identity="another").at(tones(TRACK), TIMES)
+
+
+def test_streams_hear_too_little_ahead() -> None:
+    assert can_hear_articulation("whisper")
+    assert not can_hear_articulation("mfcc_live")
+    assert not can_hear_articulation("phones")
