@@ -143,7 +143,7 @@ def test_tables(tmp_path: Path, rows: list[Any]) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="attacks run in forks")
-@pytest.mark.slow
+# Takes most of a minute, and is not marked slow, because CI runs it each time.
 def test_no_attack_of_the_small_suite_finds_a_fault(root: Path) -> None:
     import subprocess
 

@@ -170,8 +170,8 @@ def _curves(animation: Animation, rig: Rig, path: Path, times: Array) -> tuple[R
     for name in known:
         column = base.controls.index(name)
         offsets[:, column] = np.interp(times, animation.times, animation.channel(name)) - base.rest[column]
-    told = f"overlay {path}: left out what {rig.name} has no control for: {', '.join(lost[:6])}"
-    return base, offsets, [told + (" ..." if len(lost) > 6 else "")] if lost else []
+    note = f"overlay {path}: left out what {rig.name} has no control for: {', '.join(lost[:6])}"
+    return base, offsets, [note + (" ..." if len(lost) > 6 else "")] if lost else []
 
 
 def _base(names: Sequence[str] | dict[str, Any], rig: Rig) -> Rig:

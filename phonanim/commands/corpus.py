@@ -74,12 +74,12 @@ def datasets(name: str | None, console: Console) -> None:
     cards = {one: load_dataset(one).CARD for one in ([name] if name else dataset_names())}
     facts = {one: asdict(card) for one, card in cards.items()}
     if name:
-        told = "\n".join(f"{field:<8} {text}" for field, text in facts[name].items() if text)
+        listing = "\n".join(f"{field:<8} {text}" for field, text in facts[name].items() if text)
     else:
-        told = "\n".join(
+        listing = "\n".join(
             f"{one:<10} {card.kind:<9} {card.title}: {card.content}" for one, card in cards.items()
         )
-    console.print_result(facts, told)
+    console.print_result(facts, listing)
 
 
 @command.command("import")
@@ -115,6 +115,6 @@ def import_(
     with console.progress(name) as progress:
         rows = import_dataset(name, folder, output, every, splits, progress)
     counts = Counter(row["split"] or "no split" for row in rows)
-    told = ", ".join(f"{count} {split}" for split, count in sorted(counts.items()))
-    console.print(f"wrote {output}: {len(rows)} recordings ({told})")
+    text = ", ".join(f"{count} {split}" for split, count in sorted(counts.items()))
+    console.print(f"wrote {output}: {len(rows)} recordings ({text})")
     console.print_result({"dataset": name, "output": str(output), "recordings": len(rows), "splits": counts})

@@ -150,16 +150,16 @@ def join_phones(codes: Iterable[int]) -> str:
 
 def format_lines(facts: Mapping[str, Any]) -> list[str]:
     """The same as text: one fact per line, tables indented."""
-    told = []
+    lines = []
     for name, value in facts.items():
         if isinstance(value, Mapping):
-            told += [
+            lines += [
                 f"{name}:",
                 *(f"  {key or repr(key):<12} {format_cell(cell)}" for key, cell in value.items()),
             ]
         else:
-            told.append(f"{name}: {format_cell(value)}")
-    return told
+            lines.append(f"{name}: {format_cell(value)}")
+    return lines
 
 
 def format_cell(value: object) -> str:

@@ -38,6 +38,6 @@ def model_facts(entry: ModelEntry) -> dict[str, Any]:
 def model_line(entry: ModelEntry) -> str:
     """One model as text: name, kind, size and held-out scores."""
     scores = entry.card.get("provenance", {}).get("scores", {})
-    told = ", ".join(f"{name} {value:g}" for name, value in scores.items() if isinstance(value, (int, float)))
+    figures = (f"{name} {value:g}" for name, value in scores.items() if isinstance(value, (int, float)))
     origin = "shipped" if entry.shipped else str(entry.path)
-    return f"{entry.name:<16} {entry.card.get('kind', '?'):<12} {origin:<10} {told}"
+    return f"{entry.name:<16} {entry.card.get('kind', '?'):<12} {origin:<10} {', '.join(figures)}"

@@ -146,8 +146,8 @@ def _checked(
             lines.append(line)
         except (PhonanimError, OSError, ValueError) as error:
             why = str(getattr(error, "strerror", None) or error)
-            told = (id, row.place, why, row.cells.get("language", ""))
-            faults.append(Fault(*map(printable, told)))
+            fields = (id, row.place, why, row.cells.get("language", ""))
+            faults.append(Fault(*map(printable, fields)))
     if not lines and not faults:
         raise OptionError(empty)
     return Lines(tuple(lines), tuple(faults))

@@ -93,13 +93,13 @@ def _read(folder: Path, kind: str) -> Any:
     transformers.logging.set_verbosity_error()
     transformers.logging.disable_progress_bar()
     try:
-        model, told = getattr(transformers, kind).from_pretrained(
+        model, loading = getattr(transformers, kind).from_pretrained(
             folder, local_files_only=True, output_loading_info=True, use_safetensors=True, dtype=torch.float32
         )
     except (OSError, ValueError, RuntimeError, SafetensorError) as error:
         reason = str(error).strip().splitlines()[0]
         raise ModelError(f"{folder}: cannot be read as {kind} ({reason}); get it again") from error
-    missing = sorted(told["missing_keys"])
+    missing = sorted(loading["missing_keys"])
     if missing:
         raise ModelError(
             f"{folder}: lacks {len(missing)} tensors of {kind}, first {missing[0]}; get it again"
@@ -110,11 +110,11 @@ def _read(folder: Path, kind: str) -> Any:
 def _normalized(folder: Path) -> bool:
     """Whether the model was trained on audio of unit variance."""
     try:
-        told = json.loads((folder / "preprocessor_config.json").read_text("utf-8"))
+        settings = json.loads((folder / "preprocessor_config.json").read_text("utf-8"))
     except OSError:
         return True  # like most models
     except ValueError as error:
         raise ModelError(
             f"{folder / 'preprocessor_config.json'}: is not valid JSON ({error}); get it again"
         ) from error
-    return bool(told.get("do_normalize", True))
+    return bool(settings.get("do_normalize", True))

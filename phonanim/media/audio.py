@@ -176,22 +176,22 @@ def _wav_durations(path: Path) -> tuple[float, float] | None:
         size = os.fstat(file.fileno()).st_size
         riff = file.read(12)
         while riff[:4] + riff[8:] == b"RIFFWAVE" and len(head := file.read(8)) == 8:
-            told = int.from_bytes(head[4:], "little")
+            declared = int.from_bytes(head[4:], "little")
             if head[:4] == b"data":
-                there = min(told, size - file.tell())
-                return ((there if told >= UNTOLD else told) / speed, there / speed) if speed else None
+                there = min(declared, size - file.tell())
+                return ((there if declared >= UNTOLD else declared) / speed, there / speed) if speed else None
             body = file.read(FORMAT) if head[:4] == b"fmt " else b""
             if body[:2] in PLAIN:
                 speed = int.from_bytes(body[8:12], "little")
-            file.seek(told + told % 2 - len(body), os.SEEK_CUR)
+            file.seek(declared + declared % 2 - len(body), os.SEEK_CUR)
     return None
 
 
 def truncation_note(path: Path) -> tuple[str, ...]:
     """A warning when a WAV file contains less than its header says. Raises AudioError."""
-    told, there = _wav_durations(path) or (0.0, 0.0)
-    line = f"the recording is truncated: it contains {there:.2f} s of {told:.2f} s; copy it again"
-    return (line,) * (told - there > SPARE)
+    declared, there = _wav_durations(path) or (0.0, 0.0)
+    line = f"the recording is truncated: it contains {there:.2f} s of {declared:.2f} s; copy it again"
+    return (line,) * (declared - there > SPARE)
 
 
 @dataclass

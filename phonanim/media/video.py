@@ -43,12 +43,12 @@ def open_film(path: Path) -> Film:
     """Open a video. Raises CorpusError when it cannot be read or its frame rate is not constant."""
     with _opened(path) as (_, stream):
         instants = sorted(_shown(stream.container.demux(stream)))
-        told, step = stream.average_rate, Fraction(stream.time_base)
+        declared, step = stream.average_rate, Fraction(stream.time_base)
         has_sound = bool(stream.container.streams.audio)
     if len(instants) < 2 or instants[-1] == instants[0]:
         raise CorpusError(f"{path}: contains {len(instants)} frames; a recording needs at least two")
     seconds = [(pts - instants[0]) * step for pts in instants]
-    rate = frame_rate(seconds, told)
+    rate = frame_rate(seconds, declared)
     worst, off = _worst(seconds, rate)
     if abs(off) > RATE_TOLERANCE:
         raise CorpusError(
@@ -68,13 +68,13 @@ def _shown(packets: Iterable[Any]) -> Iterator[int]:
     return (packet.pts for packet in packets if packet.pts is not None and not packet.is_discard)
 
 
-def frame_rate(seconds: Sequence[Fraction], told: Fraction | None) -> Fraction:
+def frame_rate(seconds: Sequence[Fraction], declared: Fraction | None) -> Fraction:
     """The rate that the file declares, or the rate of its instants (from 0), whichever fits these better.
 
     The declared rate may include a pause at the end of the video.
     """
     seen = (len(seconds) - 1) / seconds[-1]
-    return min((told or seen, seen), key=lambda rate: abs(_worst(seconds, rate)[1]))
+    return min((declared or seen, seen), key=lambda rate: abs(_worst(seconds, rate)[1]))
 
 
 def _worst(seconds: Sequence[Fraction], rate: Fraction) -> tuple[int, float]:

@@ -24,9 +24,9 @@ class AudioRegressor(AudioModel):
 
     def tensors(self) -> Tensors:
         """The decoder's weights, the scaling and mixing of features, and the encoder's identity in bytes."""
-        told = np.frombuffer(self.identity.encode(), np.uint8)
-        heard: Tensors = {"centre": self.centre, "scale": self.scale, "mix": self.mix, "identity": told}
-        return heard | {f"decoder_{name}": tensor for name, tensor in self.weights.items()}
+        identity = np.frombuffer(self.identity.encode(), np.uint8)
+        scaling: Tensors = {"centre": self.centre, "scale": self.scale, "mix": self.mix, "identity": identity}
+        return scaling | {f"decoder_{name}": tensor for name, tensor in self.weights.items()}
 
     @classmethod
     def from_tensors(cls: type[Self], config: Any, tensors: Tensors) -> Self:

@@ -36,9 +36,9 @@ class FaceDiffuser(Denoiser):
 
     def tensors(self) -> Tensors:
         """The network's weights, the scaling of features and targets, and the encoder's identity in bytes."""
-        told = np.frombuffer(self.identity.encode(), np.uint8)
+        identity = np.frombuffer(self.identity.encode(), np.uint8)
         scaling = {name: getattr(self, name) for name in ("centre", "scale", "low", "span")}
-        return scaling | {f"network_{n}": t for n, t in self.weights.items()} | {"identity": told}
+        return scaling | {f"network_{n}": t for n, t in self.weights.items()} | {"identity": identity}
 
     @classmethod
     def from_tensors(cls, config: Any, tensors: Tensors) -> FaceDiffuser:
@@ -71,10 +71,11 @@ class FaceDiffuser(Denoiser):
         from phonanim.regressors._torch_diffusion import fit_diffusion
 
         check_sounds(train)
-        told = {*train.styles, *validation.styles}
-        if told - set(range(config.styles)):
+        styles = {*train.styles, *validation.styles}
+        if styles - set(range(config.styles)):
+            most = max(styles)
             raise ModelError(
-                f"facediffuser: the examples have style {max(told)}; set styles to {max(told) + 1} or more"
+                f"facediffuser: the examples have style {most}; set styles to {most + 1} or more"
             )
         return fit_diffusion(cls, config, train, validation, rng, progress, journal)
 

@@ -107,8 +107,8 @@ def _pieces(glb: Glb, morphs: Morphs) -> list[Piece]:
         named = primitive.get("targets", ()) if controls else ()
         moves = np.array([_moved(glb, target, len(points)) for target in named]).reshape(-1, *points.shape)
         faces = glb.faces(primitive, len(points))
-        told = _tells_colour(material, primitive)
-        colors = vertex_colors(glb, primitive, points) if told else np.full_like(points, GREY)
+        coloured = _tells_colour(material, primitive)
+        colors = vertex_colors(glb, primitive, points) if coloured else np.full_like(points, GREY)
         placed = points @ turn + matrix[:3, 3]
         pieces.append(Piece(name, placed, faces, moves @ turn, controls, colors))
     return pieces

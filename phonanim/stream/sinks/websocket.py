@@ -48,7 +48,7 @@ class Broadcast:
         from websockets.asyncio.server import broadcast
 
         self.where = f"http://{address[0]}:{address[1]}/"
-        self.told = json.dumps({"rig": stage.rig, "fps": stage.fps, "controls": stage.controls})
+        self.header = json.dumps({"rig": stage.rig, "fps": stage.fps, "controls": stage.controls})
         self.page = page
         self.host = address[0]
         self.origins = frozenset(origin.rstrip("/") for origin in stage.origins)
@@ -90,7 +90,7 @@ class Broadcast:
         )
 
     async def _greet(self, connection: Any) -> None:
-        await connection.send(self.told)
+        await connection.send(self.header)
         await connection.wait_closed()
 
     def _answer(self, connection: Any, request: Any) -> Any:
