@@ -29,7 +29,7 @@ from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
-from mouth_shapes import closed_lips, lip_shapes, low_tongue, upright_teeth
+from mouth_shapes import closed_lips, flat_stretch, low_tongue, rounded_lips, upright_teeth
 from tongue_shapes import lifted_out, tongue_shapes
 
 from phonanim.core.files import atomic_path
@@ -130,11 +130,13 @@ def build(data: Path) -> tuple[dict[str, Part], tuple[str, ...]]:
     """The parts of the head in their order, and the names of its targets."""
     base = read_base(data / "mpfb2" / "3dobjs" / "base.obj")
     names, moves = read_units(data / "faceunits01" / "targets" / "faceunits", len(base.points))
-    moves = lip_shapes(names, moves)
+    moves = flat_stretch(names, moves)
     parts = {"skin": skin(base, moves, data / "mpfb2" / "textures")}
     parts |= {name: piece(base, moves, base.quads[group]) for name, group in GROUPS.items()}
     parts |= {name: eye(base, moves, base.quads[group]) for name, group in EYES.items()}
     parts |= mended(parts, parts["skin"].deltas[names.index("jawOpen")])
+    skin_ = parts["skin"]
+    parts["skin"] = replace(skin_, deltas=rounded_lips(names, skin_.points, skin_.deltas))
     tongue, out = parts["tongue"], names.index("tongueOut")
     tongue.deltas[out] = lifted_out(tongue.points, tongue.deltas[out])
     shapes = tongue_shapes(tongue.points)

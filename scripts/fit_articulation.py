@@ -41,7 +41,11 @@ OPTIONS = {
 ROUNDING = ("lip_width", "protrusion")  # channels whose rounded gestures may begin early
 START = {"sigma": 0.036, "lead": 0.0, "target": 1.0, "weight": 0.3}
 CLIPS_OF_SEARCH = 20
+# Least weight of the rounded vowels and w: few sentences of sensors have them, and where the fit leaves them
+# weak, neighbours flatten them.
+RESISTING = {"lip_width": 0.2, "protrusion": 0.8}
 PRICE = 0.01  # of r
+ROUND = GESTURES.articulation[:, GESTURES.columns.index("rounding")] >= 0.5
 # sd in speech, mm, beside those of the recordings given. First JW11, 43,260 frames of x-ray microbeam. Then
 # Haskins M01 (two sentences) and the quietest and the loudest of three Mandarin speakers (5th to 95th
 # percentile over 3.3), and for the width the median of seventeen speakers in films of natural talk.
@@ -151,8 +155,11 @@ def correlation(fitted: Channel, one: Observation) -> float:
 def scaled(name: str, fitted: Channel, recordings: list[Recording]) -> Channel:
     """Targets scaled so that their sd over the recordings is that of a middling speaker.
 
-    Teeth that meet and lips that touch stay where they are, others keep their mean.
+    Teeth that meet and lips that touch stay where they are, others keep their mean. Rounded gestures have a
+    least weight (RESISTING).
     """
+    least = np.where(ROUND, RESISTING.get(name, 0.0), 0.0)
+    fitted = replace(fitted, weight=np.maximum(fitted.weight, least))
     blend = np.concatenate([fitted.predict(one.track, one.times[one.speech]) for one in recordings])
     kept = {"jaw": fitted.target[GESTURES.names.index("s")], "lip_gap": 0.0}.get(name, blend.mean())
     factor = amplitude(name, recordings) / blend.std()

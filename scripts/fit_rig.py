@@ -35,7 +35,7 @@ from phonanim.rig.head import load_head
 from phonanim.rig.landmark_rig import LandmarkRig, make_landmark_rig
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.measures import write_measures
-from phonanim.rig.measuring import ALWAYS, ARKIT, measure
+from phonanim.rig.measuring import ARKIT, SHAPE, measure
 from phonanim.rig.motion import SHIPPED, Motion, closed_face, read_motion, sample_motion, write_motion
 from phonanim.rig.neck import TURNS
 from phonanim.rig.tables import VRM, read_viseme_shapes, write_shapes
@@ -68,11 +68,11 @@ def main() -> None:
     preset = replace(arkit(tuple(sorted(columns()[:N_ARKIT]))), mouth=measure(head, spots, face, ARKIT))
     write_rig(RIGS / "arkit.toml", fit_rig(preset, landmark_rig, face, modes))
     visemes, shapes = viseme_landmark_rig(landmark_rig), add_viseme_shapes(head)
-    mouth = measure(shapes, spots, face, dict.fromkeys(VRM, (ALWAYS, EFFORT)))
+    mouth = measure(shapes, spots, face, dict.fromkeys(VRM, (SHAPE, EFFORT)))
     write_rig(RIGS / "vrm.toml", fit_rig(replace(vrm(), mouth=mouth), vrm_landmark_rig(visemes), face, modes))
     write_oculus(visemes, face, closed_face(face, modes))
     own = [f"viseme_{name}" for name in visemes.controls]
-    mouth = measure(shapes, spots, face, dict.fromkeys(own, (ALWAYS, EFFORT)))
+    mouth = measure(shapes, spots, face, dict.fromkeys(own, (SHAPE, EFFORT)))
     write_measures(RIGS / "oculus15.mouth.csv", mouth)
     if chosen.corpus:
         write_rig(RIGS / "face.toml", identity(face, closed_face(face, modes)))

@@ -48,8 +48,25 @@ UNDERSIDE = (
     (650, 629, 636, 639, 646, 654, 657, 657.5, 655, 656),
 )
 
-FURTHER, FLATTER = 0.2, 0.25  # of how far mouthPucker pushes the lips forward
-FUNNEL = {"mouthFunnel": 0.6, "mouthUpperUp": 0.2, "mouthLowerDown": 0.55, "mouthPucker": 0.7}
+FLATTER = 0.25  # of how far mouthPucker pushes the lips forward
+
+# Rounding, in mm from the middle of the lips: where the skin takes part, by the share of an ellipse about it,
+# and how deep behind the front of the face.
+ELLIPSE, SHARES, DEPTHS = (52.0, 40.0), (0.42, 1.0), (9.0, 42.0)
+FACE_FRONT, FACE_BEND = 157.0, 0.0165  # mm forward at the middle, and its bend by x²
+CORNER = 26.0  # mm from the middle
+# Of each shape: the share of the base mesh's own pucker that it keeps, how much narrower the mouth is, mm
+# forward at the middle, and the share of that at the corners.
+PUCKER = (0.35, 0.22, 8.0, 0.65)
+FUNNEL = (0.35, 0.2, 7.0, 0.65)
+FULLER, LIP_HEIGHT = 0.18, 9.0  # of its height, mm of it: a lip that is drawn in grows as much
+HOLE = (
+    5.6,
+    15.0,
+    0.55,
+)  # mm of half its height, of half its width at rest, share of it that the upper lip has
+HOLE_FADE = (2.0, 22.0)  # mm from the line of the lips
+TRUMPET = 1.5  # mm that the rims of the lips turn outward round the hole
 
 
 def closed_lips(points: Array, opening: Array) -> Array:
@@ -85,22 +102,54 @@ def low_tongue(points: Array) -> Array:
     return np.column_stack([points[:, 0] * np.interp(z, *NARROWS), height / 1000, points[:, 2]])
 
 
-def lip_shapes(names: tuple[str, ...], deltas: Array) -> Array:
-    """The shapes with lips that stand out and round, or lie flat, as speech has them, (targets, n, 3).
-
-    mouthPucker pushes further, mouthStretch draws the lips back onto the teeth, and mouthFunnel makes a round
-    opening and pushes it forward.
-    """
+def flat_stretch(names: tuple[str, ...], deltas: Array) -> Array:
+    """The shapes with a mouthStretch that draws the lips back onto the teeth, (targets, n, 3)."""
     shaped, forward = deltas.copy(), deltas[names.index("mouthPucker")] * [0, 0, 1]
-    shaped[names.index("mouthPucker")] += FURTHER * forward
     for name in sided("mouthStretch")[1:]:
         shaped[names.index(name)] -= FLATTER * forward
-    deltas = shaped.copy()
-    mixed = np.zeros_like(deltas[0])
-    for name, share in FUNNEL.items():
-        mixed += share * sum(deltas[row] for row, full in enumerate(names) if full in sided(name))
-    shaped[names.index("mouthFunnel")] = mixed
     return shaped
+
+
+def rounded_lips(names: tuple[str, ...], points: Array, deltas: Array) -> Array:
+    """The shapes with lips that round, (n, 3) metres and (targets, n, 3) -> the same.
+
+    mouthPucker draws the corners in and pushes closed lips forward; mouthFunnel does so with a round hole.
+    """
+    opening, own = deltas[names.index("jawOpen")], deltas[names.index("mouthPucker")]
+    shaped = deltas.copy()
+    shaped[names.index("mouthPucker")] = PUCKER[0] * own + drawn_in(points, *PUCKER[1:])
+    hole = round_hole(points, opening)
+    shaped[names.index("mouthFunnel")] = FUNNEL[0] * own + drawn_in(points, *FUNNEL[1:]) + hole
+    return shaped
+
+
+def drawn_in(points: Array, narrower: float, forward: float, corners: float) -> Array:
+    """Corners drawn to the middle and lips pushed forward, (n, 3) metres -> (n, 3)."""
+    x, y, _ = (points * 1000).T
+    near = _round_the_mouth(points)
+    aside = np.clip(np.abs(x) / CORNER, 0, 1) ** 2
+    fuller = FULLER * near * np.clip(y - LIP_LINE, -LIP_HEIGHT, LIP_HEIGHT)
+    return _millimetres(-narrower * near * x, fuller, forward * near * (1 - (1 - corners) * aside))
+
+
+def round_hole(points: Array, opening: Array) -> Array:
+    """Lips parted as an ellipse, their rims turned outward; `opening` (n, 3) is what jawOpen moves."""
+    x, y, _ = (points * 1000).T
+    middle = -17.0 + 4.5 * np.clip(np.abs(x) / CORNER, 0, 1)  # mm of y that jawOpen moves between the lips
+    lower = opening[:, 1] * 1000 < middle
+    half, reach, share = HOLE
+    round_ = np.sqrt(np.clip(1 - (x / reach) ** 2, 0, 1))
+    fade = (1 - _smooth(np.abs(y - LIP_LINE), *HOLE_FADE)) * _round_the_mouth(points)
+    apart = half * round_ * fade
+    return _millimetres(0 * x, np.where(lower, share - 2, share) * apart, TRUMPET * round_ * fade)
+
+
+def _round_the_mouth(points: Array) -> Array:
+    """Share of a rounding that each point takes, 0 to 1: the lips all of it, cheeks nothing."""
+    x, y, z = (points * 1000).T
+    off = np.hypot(x / ELLIPSE[0], (y - LIP_LINE) / ELLIPSE[1])
+    deep = FACE_FRONT - FACE_BEND * x**2 - z
+    return (1 - _smooth(off, *SHARES)) * (1 - _smooth(deep, *DEPTHS))
 
 
 def sided(name: str) -> tuple[str, ...]:
@@ -115,3 +164,9 @@ def _millimetres(x: Array, y: Array, z: Array) -> Array:
 def _ramp(values: Array, low: float, high: float) -> Array:
     """0 below `low`, 1 above `high`, straight between."""
     return np.clip((values - low) / (high - low), 0, 1)
+
+
+def _smooth(values: Array, low: float, high: float) -> Array:
+    """0 below `low`, 1 above `high`, along a cubic between."""
+    share = _ramp(values, low, high)
+    return np.asarray(share**2 * (3 - 2 * share))

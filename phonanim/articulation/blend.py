@@ -26,6 +26,7 @@ LEARNED = {"lip_gap": 0.45, "lip_width": 0.5}
 """Share of the learned face in each channel. Targets have the rest, and all of a channel not named here."""
 ROUNDED_OWN = 0.7
 """Reduction of the learned face's share of the width in rounded gestures, which it rounds too little."""
+CLEAR = 1.5  # mm between the lower lip and the teeth, at least, away from f and v
 HUSH = 0.06  # seconds: the spread of silence in time
 
 
@@ -79,7 +80,8 @@ def blend_channels(
         blended[:, place] = share * (seen[name] - rest[name]) + (1 - share) * values[:, place]
     gap, teeth = CHANNELS.index("lip_gap"), CHANNELS.index("lower_lip_to_teeth")
     change = blended[:, gap] - values[:, gap]
-    blended[:, teeth] = np.maximum(blended[:, teeth] + change, 0)  # the lower lip follows the gap
+    # The lower lip follows the gap, but does not reach the teeth where the phones do not ask for it.
+    blended[:, teeth] = np.maximum(values[:, teeth] + change, np.minimum(values[:, teeth], CLEAR))
     return blended
 
 

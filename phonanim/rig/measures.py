@@ -35,9 +35,9 @@ MEASURES = (
 corner; distance of the corners; upper lip forward and up; lower lip up and forward. At rest, the last two are
 measured from the edge of the upper incisors, the gaps from contact, the others from rest."""
 REST = "rest"
-USES = ("free", "closed", "tucked", "pressed")
+USES = ("free", "closed", "tucked", "pressed", "shared")
 """When a control is used: for free lips, for closed lips, for a lower lip on the teeth, or only to press lips
-that already touch."""
+that already touch. Weights of controls that are `shared`, such as visemes, add up to 1 at most."""
 
 
 @dataclass(frozen=True)

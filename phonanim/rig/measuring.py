@@ -18,7 +18,7 @@ from phonanim.face.model import (
 from phonanim.rig.head import Head
 from phonanim.rig.landmark_rig import to_face_axes
 from phonanim.rig.landmarks import MeshLandmarks
-from phonanim.rig.measures import USES, MouthMeasures
+from phonanim.rig.measures import MEASURES, USES, MouthMeasures
 from phonanim.rig.morphs import plain_name
 
 Array = NDArray[np.float64]
@@ -35,12 +35,14 @@ TONGUE_PART = "tongue"
 SENSORS, WITHIN = (8.0, 45.0), 5.0  # mm behind the foremost point of the tongue, and how near a point must be
 SIDES = ("", "Left", "Right")
 ALWAYS = "free closed tucked"
+SHAPE = "free tucked shared"  # visemes: several mix, and lips close by their absence
+CLOSING = -0.8  # mm of lip gap: a viseme that closes them as far presses them together
 ARKIT = {
     "jawOpen": (ALWAYS, 0.5),
     "mouthClose": (ALWAYS, 0.5),
     "mouthLowerDown": ("free tucked", 3.0),
     "mouthUpperUp": ("free tucked", 3.0),
-    "mouthFunnel": ("free", 2.0),
+    "mouthFunnel": ("free", 6.0),
     "mouthPucker": (ALWAYS, 2.0),
     "mouthStretch": (ALWAYS, 3.0),
     "mouthSmile": (ALWAYS, 4.0),
@@ -70,9 +72,12 @@ def measure(
     names = [grouped[stem] for stem in controls]
     moves = np.array([sum(head.deltas[head.targets.index(name)] for name in group) for group in names])
     effects, rest = mouth_effects(replace(head, targets=tuple(controls), deltas=moves), landmarks)
+    uses = np.array([[use in when.split() for use in USES] for when, _ in controls.values()])
+    closing = uses[:, USES.index("shared")] & (effects[:, MEASURES.index("gap")] < CLOSING)
+    uses[closing] = [use in ("pressed", "shared") for use in USES]
     return MouthMeasures(
         names=tuple(names),
-        uses=np.array([[use in when.split() for use in USES] for when, _ in controls.values()]),
+        uses=uses,
         effort=np.array([effort for _, effort in controls.values()]),
         moved=effects,
         rest=rest,

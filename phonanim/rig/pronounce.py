@@ -27,15 +27,17 @@ SHARED = 4.0  # mm² of a control's square: controls with the same effect share 
 DRAWN = 0.3  # pull of a control to its ceiling, as a share of the pull of the mouth's measures
 PRESSED = 0.25  # value of the controls that press lips together, where they press by PRESSING
 PRESSING = 0.8  # mm of lip gap below contact
-# Share of the middle's gap at the four gaps: when the jaw parts the lips, and in a NARROW mouth.
-PROFILE, ROUND = np.array([1.0, 0.87, 0.67, 0.43]), np.array([1.0, 0.75, 0.35, 0.0])
-NARROW = -6.0  # mm
+# Share of the middle's gap at the four gaps: when the jaw parts the lips, and in a round mouth.
+PROFILE, ROUND = np.array([1.0, 0.87, 0.67, 0.43]), np.array([1.0, 0.85, 0.4, 0.0])
+NARROW, FORWARD = -6.0, 4.0  # mm of width and of protrusion, from rest, at which a mouth is round
+SPREADING = 5.0  # mm of width at full weight of a control that is not used in a round mouth
+HALVINGS, LEAST = 24, 1e-6  # rounds of the bisection of a sum; mm, so that nothing is divided by zero
 CONTACT = 0.3  # mm from lower lip to teeth at which they meet
 GAPS = ("gap", "gap_inner", "gap_outer", "gap_corner")
 CHANNEL_OF = {"jaw": "jaw", "width": "lip_width", "protrusion": "protrusion", "upper_lip": "upper_lip"}
 # Weight of a millimetre of each measure, in the order of MEASURES.
 WEIGHTS = {
-    "free": (4.0, 3.0, 1.0, 1.0, 1.0, 1.0, 1.5, 0.8, 0.0, 0.0),
+    "free": (4.0, 3.0, 1.0, 1.5, 3.0, 1.0, 2.0, 0.8, 0.0, 0.0),
     "closed": (4.0, 12.0, 12.0, 12.0, 12.0, 1.0, 1.0, 0.5, 0.0, 0.0),
     "tucked": (4.0, 0.0, 0.0, 0.0, 0.0, 0.7, 0.3, 1.5, 4.0, 4.0),
 }
@@ -116,9 +118,12 @@ def _solved(articulation: Articulation, mouth: _Mouth, ceiling: Array, use: str)
         jaw = wanted[:, MEASURES.index("jaw")] / measures.moved[mouth.jaw, MEASURES.index("jaw")]
         fixed[:, mouth.jaw] = np.clip(jaw, mouth.minimum[mouth.jaw], mouth.maximum[mouth.jaw])
     if use == "closed":
-        pressing = np.clip(-articulation.channel("lip_gap") / PRESSING, 0, 1)
-        fixed += PRESSED * pressing[:, None] * measures.uses[:, USES.index("pressed")]
+        fixed += _pressing(articulation, measures, ceiling)
     low, high = mouth.minimum + fixed, np.minimum(mouth.maximum + fixed, ceiling)
+    if use == "free":
+        spreading = measures.moved[:, MEASURES.index("width")] > SPREADING
+        left = np.clip(1 - 2 * _roundness(articulation), 0, 1)[:, None]
+        high[:, spreading] = np.maximum(low, high * left)[:, spreading]
     for a, b in mouth.under:
         high[:, a] = np.minimum(high[:, a], fixed[:, b])
     moving = np.flatnonzero(measures.uses[:, USES.index(use)] & (np.arange(len(fixed.T)) != mouth.jaw))
@@ -133,22 +138,40 @@ def _solved(articulation: Articulation, mouth: _Mouth, ceiling: Array, use: str)
             measures.effort[moving],
             (low - fixed)[:, moving].T,
             (high - fixed)[:, moving].T,
+            measures.uses[moving, USES.index("shared")],
         ).T
         + fixed[:, moving]
     )
     return fixed
 
 
-def _minimize(gram: Array, pull: Array, effort: Array, low: Array, high: Array) -> Array:
+def _pressing(articulation: Articulation, measures: MouthMeasures, ceiling: Array) -> Array:
+    """Controls that press closed lips together, (frames, unknowns).
+
+    A viseme that closes the lips shows as far as its phones are near, and no further than lips that press.
+    """
+    pressing = np.clip(-articulation.channel("lip_gap") / PRESSING, 0, 1)
+    pressed, shared = (measures.uses[:, USES.index(use)] for use in ("pressed", "shared"))
+    gap = MEASURES.index("gap")
+    needed = (measures.rest[gap] + PRESSING) / np.maximum(-measures.moved[:, gap], LEAST)
+    viseme = np.minimum(np.minimum(ceiling, needed.clip(0, 1)), 1.0)
+    return np.where(pressed, np.where(shared, viseme, PRESSED * pressing[:, None]), 0.0)
+
+
+def _minimize(
+    gram: Array, pull: Array, effort: Array, low: Array, high: Array, shared: NDArray[np.bool_]
+) -> Array:
     """Min over v of v·gram·v - 2 v·pull + effort·|v| within bounds, (unknowns, frames) -> the same.
 
-    Alternating directions (Boyd et al. 2011, section 6.4) with a fixed number of rounds, so that a frame's
-    result does not depend on the other frames. Controls are then within a hundredth of the minimum.
+    Those that are `shared` (unknowns,) add up to 1 at most. Alternating directions (Boyd et al. 2011, section
+    6.4) with a fixed number of rounds, so that a frame's result does not depend on the other frames.
+    Controls are then within a hundredth of the minimum.
     """
     firmness = FIRMNESS * np.diag(gram)[:, None]
     inverse = np.linalg.inv(gram + np.diag(firmness[:, 0]))
     shrink = effort[:, None] / 2 / firmness
-    values = np.clip(np.linalg.solve(gram, pull), low, high)
+    values: Array = np.linalg.solve(gram, pull)
+    _limit_within(values, low, high, shared, firmness)
     owed = np.zeros_like(values)
     other, free = np.empty_like(values), np.empty_like(values)
     for _ in range(ROUNDS):  # in place, because new arrays would take most of the time
@@ -162,19 +185,48 @@ def _minimize(gram: Array, pull: Array, effort: Array, low: Array, high: Array) 
         free += owed
         np.minimum(np.maximum(free, -shrink, out=other), shrink, out=other)
         np.subtract(free, other, out=values)
-        np.minimum(np.maximum(values, low, out=values), high, out=values)
+        _limit_within(values, low, high, shared, firmness)
         np.subtract(free, values, out=owed)
     return values
+
+
+def _limit_within(values: Array, low: Array, high: Array, shared: NDArray[np.bool_], firmness: Array) -> None:
+    """The nearest values within bounds, in place, (unknowns, frames); the shared ones in sum at most 1.
+
+    Near is measured by `firmness` (unknowns, 1). Where the sum is too great, all fall by the same over their
+    firmness, and bisection finds by how much.
+    """
+    rows = np.flatnonzero(shared)
+    over = np.flatnonzero(np.clip(values, low, high)[rows].sum(axis=0) > 1) if len(rows) else rows
+    part, floor, roof = (of[np.ix_(rows, over)] for of in (values, low, high))
+    np.minimum(np.maximum(values, low, out=values), high, out=values)
+    if len(over) == 0:
+        return
+    slope = 1 / firmness[rows]
+    least, most = np.zeros(len(over)), ((part - floor) / slope).max(axis=0).clip(0)
+    for _ in range(HALVINGS):
+        middle = (least + most) / 2
+        beyond = np.clip(part - middle * slope, floor, roof).sum(axis=0) > 1
+        least, most = np.where(beyond, middle, least), np.where(beyond, most, middle)
+    values[np.ix_(rows, over)] = np.clip(part - most * slope, floor, roof)
 
 
 def _wanted(articulation: Articulation, measures: MouthMeasures, use: str) -> Array:
     """The measures to reach from rest, (frames, channels) -> (frames, measures) mm."""
     wanted = np.zeros((len(articulation.values), len(MEASURES)))
     gap = np.maximum(articulation.channel("lip_gap"), 0) if use == "free" else 0 * articulation.channel("jaw")
-    narrow = np.clip(articulation.channel("lip_width") / NARROW, 0, 1)[:, None]
+    narrow = _roundness(articulation)[:, None]
     columns = [MEASURES.index(name) for name in GAPS]
     wanted[:, columns] = gap[:, None] * (PROFILE + narrow * (ROUND - PROFILE))
     for name, channel in CHANNEL_OF.items():
         wanted[:, MEASURES.index(name)] = articulation.channel(channel)
     wanted[:, MEASURES.index("lower_lip_up")], wanted[:, MEASURES.index("lower_lip_forward")] = LIP_ON_TEETH
     return wanted - measures.rest
+
+
+def _roundness(articulation: Articulation) -> Array:
+    """How round a mouth is asked for, 0 to 1, (frames,): narrow, or lips that stand out."""
+    narrow, forward = (
+        articulation.channel(name) / most for name, most in (("lip_width", NARROW), ("protrusion", FORWARD))
+    )
+    return np.clip(np.maximum(narrow, forward), 0, 1)

@@ -208,3 +208,25 @@ def test_a_table_that_is_amiss(tmp_path: Path, text: str, message: str) -> None:
 def test_a_table_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(RigError, match=r"none.csv: cannot be read"):
         read_measures(tmp_path / "none.csv", ("jaw",))
+
+
+@pytest.mark.parametrize("name", ["vrm", "oculus15"])
+def test_weights_of_visemes_add_up_to_one_at_most(name: str) -> None:
+    rig, track = load_rig(name), track_of(LINE)
+    values = predict_controls(track, load_model("default"), rig, Options(), 80).values
+    own = [row for row, control in enumerate(rig.controls) if control != "viseme_sil"]
+    assert values[:, own].sum(axis=1).max() <= 1 + 1e-5
+    assert values[:, own].sum(axis=1).max() > 0.8
+
+
+def test_lips_close_on_the_closing_viseme_or_on_none() -> None:
+    wanted = mouths({"lip_gap": -0.5, "lip_width": -6.0, "protrusion": 4.0, "jaw": 2.0})
+    assert solved(wanted, "vrm")[0].max() == 0
+
+
+def test_a_round_mouth_is_not_spread() -> None:
+    wanted = {"lip_gap": 6.0, "lip_width": 1.0, "protrusion": 4.0, "jaw": 3.0}
+    values, controls = solved(mouths(wanted))
+    at = {name: values[0, controls.index(name)] for name in controls}
+    assert at["mouthStretchLeft"] == at["mouthSmileLeft"] == 0
+    assert at["mouthFunnel"] > 0.2
