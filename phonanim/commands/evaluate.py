@@ -28,6 +28,8 @@ LEADING = (
     "control_mse",
     "control_l1",
     "control_lag_ms",
+    "articulation_jaw_r",
+    "articulation_lip_gap_r",
 )
 
 
@@ -68,15 +70,18 @@ def command(
 
     Reads curves (.npz .json .csv .glb .usda .track.json) and vertices or controls (.npy in the layouts of
     VOCA, FaceFormer, CodeTalker and FaceDiffuser). ARKit curves are also scored in millimetres on the shipped
-    head. docs/evaluation.md explains each measure.
+    head. The reference may be articulography (*_bndl.json, .npz of sensors, or a folder of these), which
+    scores the articulation of a take. docs/evaluation.md explains each measure.
 
     \b
     Examples:
       phonanim evaluate line.npz --reference capture.csv --alignment line.TextGrid
       phonanim evaluate ofx.track.json --reference capture.glb --json
+      phonanim evaluate line.npz --reference ema/line_bndl.json
       phonanim evaluate out/ --reference vertices_npy/ --mask lips=lve.txt --mask upper=fdd.txt --fps 25
     """
     from phonanim.animation.rates import parse_rate
+    from phonanim.ema.scoring import is_articulography
     from phonanim.evaluation.predictions import pair_files, read_template
     from phonanim.evaluation.surfaces import Settings
     from phonanim.face.masks import parse_masks
@@ -90,15 +95,42 @@ def command(
         reference_template=read_template(reference_template) if reference_template else None,
         unit=unit,
     )
-    pairs = pair_files(predictions, reference)
+    diversities: list[float] = []
     with console.progress("scoring") as progress:
-        rows, diversities = score_all(pairs, rates, settings, alignment, language, progress)
+        if is_articulography(reference):
+            rows = score_sensors(predictions, reference)
+        else:
+            pairs = pair_files(predictions, reference)
+            rows, diversities = score_all(pairs, rates, settings, alignment, language, progress)
     facts = build_report(rows, diversities)
     for note in dict.fromkeys(note for scores in rows.values() for note in scores.notes):
         console.print(f"note: {note}")
     console.print_result(
         facts, "\n".join(score_table(rows, facts) if len(rows) == 1 else summary_table(rows, facts))
     )
+
+
+def score_sensors(predictions: Path, reference: Path) -> dict[str, Scores]:
+    """The scores of articulation against sensors, by file; files of a folder go by the recordings' names."""
+    from phonanim.ema.scoring import find_recordings, recording_of, score_recording
+    from phonanim.errors import EvaluationError, PhonanimError
+    from phonanim.evaluation.predictions import line_name, motions_of, read_motion
+
+    recordings = find_recordings(reference)
+    paths = [predictions]
+    if predictions.is_dir():
+        paths = [path for path in motions_of(predictions) if line_name(path) in recordings]
+    if not paths:
+        raise EvaluationError(
+            f"{predictions}: no file has the name of a recording in {reference}; rename them"
+        )
+    rows = {}
+    for path in paths:
+        try:
+            rows[path.name] = score_recording(read_motion(path), recording_of(path, recordings, reference))
+        except PhonanimError as error:
+            raise type(error)(f"{path} against {reference}: {error}") from error
+    return rows
 
 
 def score_all(
@@ -209,7 +241,7 @@ def summarize(rows: dict[str, Scores]) -> dict[str, dict[str, Any]]:
 def score_table(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
     """A table of measures, and one by class of phones."""
     scores = next(iter(rows.values()))
-    lines = [f"{key:<34} {value:12.4f}" for key, value in scores.measures.items()]
+    lines = [f"{key:<38} {value:12.4f}" for key, value in scores.measures.items()]
     tables = [*class_table(rows, facts), *viseme_table(facts)]
     return [f"{scores.frames} frames at {scores.fps:g} fps", *lines, *tables]
 
@@ -218,7 +250,7 @@ def class_table(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
     """The error of each class of phones; empty without an alignment."""
     if not facts["classes"]:
         return []
-    lines = [f"{row['name']:<34} {row['mean']:12.4f}  {row['segments']} sounds" for row in facts["classes"]]
+    lines = [f"{row['name']:<38} {row['mean']:12.4f}  {row['segments']} sounds" for row in facts["classes"]]
     return ["", f"{next(iter(rows.values())).error} by class of phones", *lines]
 
 
@@ -235,7 +267,7 @@ def viseme_table(facts: dict[str, Any]) -> list[str]:
         f"visemes read right: {read:.0%} (captured motion: {captured:.0%}; chance: {1 / len(VISEMES):.0%})",
     ]
     for row in rows:
-        told = f"{row['name']:<34} {row['read']:12.0%}"
+        told = f"{row['name']:<38} {row['read']:12.0%}"
         lines.append(f"{told}  captured {row['captured']:.0%}, {row['sounds']} sounds")
     return lines
 
@@ -249,10 +281,10 @@ def summary_table(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
         lines.append(
             " ".join([f"{name:<{width}}", *(f"{scores.measures.get(k, math.nan):22.4f}" for k in chosen)])
         )
-    lines += ["", f"{'mean of files':<34} {'':>12}  95 % interval"]
+    lines += ["", f"{'mean of files':<38} {'':>12}  95 % interval"]
     for key, entry in facts["summary"].items():
         low, high = entry.get("interval", (math.nan, math.nan))
-        lines.append(f"{key:<34} {entry['mean']:12.4f}  {low:.4f} to {high:.4f}")
+        lines.append(f"{key:<38} {entry['mean']:12.4f}  {low:.4f} to {high:.4f}")
     return [*lines, *class_table(rows, facts), *viseme_table(facts)]
 
 

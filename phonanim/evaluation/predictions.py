@@ -111,8 +111,11 @@ def resample_motion(motion: Motion, times: Array) -> Motion:
     if isinstance(motion, Vertices):
         flat = interpolate_rows(motion.points.reshape(len(motion.points), -1), motion, times)
         return Vertices(flat.reshape(len(times), -1, 3), fps, float(times[0]))
-    values = interpolate_rows(motion.values.astype(np.float64), motion, times)
-    return replace(motion, values=values.astype(np.float32), fps=fps, start=float(times[0]))
+    values = interpolate_rows(motion.values.astype(np.float64), motion, times).astype(np.float32)
+    mouth = motion.articulation
+    if mouth is not None:
+        mouth = interpolate_rows(mouth.astype(np.float64), motion, times).astype(np.float32)
+    return replace(motion, values=values, articulation=mouth, fps=fps, start=float(times[0]))
 
 
 def interpolate_rows(values: Array, motion: Motion, times: Array) -> Array:
@@ -133,9 +136,11 @@ def pair_files(predictions: Path, reference: Path) -> list[tuple[Path, Path]]:
         raise EvaluationError(f"{predictions} and {reference}: give two files or two folders")
     if not predictions.is_dir():
         return [(predictions, reference)]
-    references = {line_name(path): path for path in _motions(reference)}
+    references = {line_name(path): path for path in motions_of(reference)}
     found = [
-        (path, references[line]) for path in _motions(predictions) if (line := line_name(path)) in references
+        (path, references[line])
+        for path in motions_of(predictions)
+        if (line := line_name(path)) in references
     ]
     if not found:
         raise EvaluationError(f"{predictions}: no file has the stem of a file in {reference}; rename them")
@@ -149,7 +154,7 @@ def line_name(path: Path) -> str:
     return name.removesuffix(name[len(name) - len(suffix) :]).split("_condition_")[0]
 
 
-def _motions(folder: Path) -> list[Path]:
+def motions_of(folder: Path) -> list[Path]:
     """Files that may be motion in a folder: no pages, no videos, no reports of `batch`."""
     known = (".npy", *readable_suffixes())
     return sorted(

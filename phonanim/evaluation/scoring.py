@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.errors import EvaluationError
+from phonanim.evaluation.channels import CHANNEL_OF, articulation_of, channel_error, channel_measures
 from phonanim.evaluation.legibility import VisemeRow, viseme_scores
 from phonanim.evaluation.measures import control_measures, lip_measures, vertex_measures
 from phonanim.evaluation.predictions import Motion, resample_motion
@@ -25,6 +26,7 @@ from phonanim.metrics import (
     by_phone,
     diversity,
     mean_vertex_error,
+    speech_mask,
     squared_error,
 )
 from phonanim.rig.morphs import plain_name
@@ -49,48 +51,98 @@ class Scores:
     visemes: tuple[VisemeRow, ...] = ()
 
 
+@dataclass
+class _Found:
+    """What has been measured so far: per-frame `errors` in the order of their precedence, last first."""
+
+    measures: dict[str, float]
+    errors: dict[str, Array]
+    notes: list[str]
+    visemes: tuple[VisemeRow, ...] = ()
+
+
 def score(predicted: Motion, captured: Motion, settings: Settings) -> Scores:
     """Every measure that the two sides allow.
 
-    Raises EvaluationError when they share no instants, no controls or no mesh.
+    Raises EvaluationError when they share no instants, no controls, no mesh and no articulation.
     """
     predicted, captured, notes = match_instants(predicted, captured)
-    measures: dict[str, float] = {}
-    errors: dict[str, Array] = {}
-    visemes: tuple[VisemeRow, ...] = ()
-    if isinstance(predicted, Animation) and isinstance(captured, Animation):
-        upper = upper_face_measures(predicted)
-        upper |= {f"captured_{name}": value for name, value in upper_face_measures(captured).items()}
-        predicted, captured, remarks = match_channels(without_turns(predicted), without_turns(captured))
-        measures |= control_measures(predicted, captured) | upper
-        errors["control_mse"] = squared_error(predicted.values, captured.values)
-        notes += remarks
-    surfaces = match_surfaces(predicted, captured, settings)
-    if surfaces:
-        ours, theirs = surfaces
-        measures |= vertex_measures(ours, theirs, captured.fps)
-        if theirs.lips:
-            measures |= lip_measures(ours.lips, theirs.lips, captured.times, captured.fps, settings.track)
-            if settings.track is not None:
-                legible, visemes = viseme_scores(ours.lips, theirs.lips, captured.times, settings.track)
-                measures |= legible
-        rows = ours.masks.get("lips", np.arange(ours.points.shape[1]))
-        errors["tmve_lips_mm" if "lips" in ours.masks else "mve_mm"] = mean_vertex_error(
-            ours.points, theirs.points, rows
-        )
-        notes += [*theirs.notes, *_doubts(ours, theirs)]
-    if not errors:
+    found = _Found({}, {}, notes)
+    mouth, wanted, said = match_articulation(predicted, captured, settings)
+    if wanted:
+        found.measures |= channel_measures(mouth, wanted, said)
+        found.errors["articulation_error_mm"] = channel_error(mouth, wanted, said)
+    for compare in (_compare_controls, _compare_surfaces):
+        try:
+            compare(predicted, captured, settings, found)
+        except EvaluationError as trouble:
+            if not wanted:
+                raise
+            found.notes.append(f"articulation is scored, other measures are not: {trouble}")
+    if not found.errors:
         raise EvaluationError(
             "controls can be compared only with vertices of the package's head, and this is another mesh; "
             "give both as controls or both as vertices"
         )
-    name, error = list(errors.items())[-1]
-    tables = [
-        f(error, captured.times, settings.track) if settings.track else [] for f in (by_phone, by_class)
-    ]
-    return Scores(
-        measures, len(error), captured.fps, name, tuple(tables[0]), tuple(tables[1]), tuple(notes), visemes
+    name, error = list(found.errors.items())[-1]
+    phones, classes = (
+        tuple(table(error, captured.times, settings.track)) if settings.track else ()
+        for table in (by_phone, by_class)
     )
+    told = tuple(found.notes)
+    return Scores(found.measures, len(error), captured.fps, name, phones, classes, told, found.visemes)
+
+
+def _compare_controls(predicted: Motion, captured: Motion, settings: Settings, found: _Found) -> None:
+    """Add the measures of curves, where both sides are curves."""
+    if not isinstance(predicted, Animation) or not isinstance(captured, Animation):
+        return
+    upper = upper_face_measures(predicted)
+    upper |= {f"captured_{name}": value for name, value in upper_face_measures(captured).items()}
+    predicted, captured, remarks = match_channels(without_turns(predicted), without_turns(captured))
+    found.measures |= control_measures(predicted, captured) | upper
+    found.errors["control_mse"] = squared_error(predicted.values, captured.values)
+    found.notes += remarks
+
+
+def _compare_surfaces(predicted: Motion, captured: Motion, settings: Settings, found: _Found) -> None:
+    """Add the measures of vertices and lips, where both sides move one mesh."""
+    if isinstance(predicted, Animation) and isinstance(captured, Animation):
+        predicted, captured, _ = match_channels(without_turns(predicted), without_turns(captured))
+    surfaces = match_surfaces(predicted, captured, settings)
+    if not surfaces:
+        return
+    ours, theirs = surfaces
+    found.measures |= vertex_measures(ours, theirs, captured.fps)
+    if theirs.lips:
+        lips = ours.lips, theirs.lips, captured.times
+        found.measures |= lip_measures(*lips, captured.fps, settings.track)
+        if settings.track is not None:
+            legible, found.visemes = viseme_scores(*lips, settings.track)
+            found.measures |= legible
+    rows = ours.masks.get("lips", np.arange(ours.points.shape[1]))
+    error = mean_vertex_error(ours.points, theirs.points, rows)
+    found.errors["tmve_lips_mm" if "lips" in ours.masks else "mve_mm"] = error
+    found.notes += [*theirs.notes, *_doubts(ours, theirs)]
+
+
+def match_articulation(
+    predicted: Motion, captured: Motion, settings: Settings
+) -> tuple[dict[str, Array], dict[str, Array], NDArray[np.bool_]]:
+    """The channels of articulation of both sides, and a mask of speech (frames,), or of all frames.
+
+    Captured lips stand for the channels that they show. Nothing is wanted where the prediction has none.
+    """
+    mouth, wanted = (articulation_of(m) if isinstance(m, Animation) else {} for m in (predicted, captured))
+    if mouth and not wanted:
+        rest = settings.template if settings.reference_template is None else settings.reference_template
+        surface = make_surface(captured, settings, rest)
+        lips = surface.lips if surface is not None else {}
+        wanted = {CHANNEL_OF[name]: curve for name, curve in lips.items()}
+    said = np.ones(len(captured.times), bool)
+    if settings.track is not None and speech_mask(settings.track, captured.times).any():
+        said = speech_mask(settings.track, captured.times)
+    return mouth, {name: curve for name, curve in wanted.items() if name in mouth}, said
 
 
 def match_instants(predicted: Motion, captured: Motion) -> tuple[Motion, Motion, list[str]]:

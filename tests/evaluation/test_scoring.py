@@ -5,6 +5,7 @@ import pytest
 from animations import speaking
 
 from phonanim.animation.animation import Animation
+from phonanim.articulation import CHANNELS, articulate
 from phonanim.errors import EvaluationError
 from phonanim.evaluation.predictions import Vertices
 from phonanim.evaluation.scoring import score, takes_diversity
@@ -195,3 +196,18 @@ def test_lips_of_the_head_are_those_of_its_landmarks():
     assert correlation(lips["aperture"], speaking().channel("jawOpen")) > 0.95
     assert lips["aperture"].max() > 5
     assert 40 < lips["width"].mean() < 60
+
+
+def test_articulation_is_scored_against_captured_lips_of_another_mesh():
+    times = np.arange(60) / 30
+    moved = articulate(SAID, times)
+    take = Animation(moved.values.astype(np.float32), CHANNELS, 30, "articulation")
+    points = shipped_landmarks().of(
+        load_head().shape(load_head().weights(speaking().values, speaking().channels))
+    )
+    scores = score(take, Vertices(points, 30), Settings(track=SAID))
+    assert {"articulation_lip_gap_r", "articulation_lip_width_rmse_mm"} <= set(scores.measures)
+    assert "articulation_jaw_r" not in scores.measures
+    assert score(take, take, Settings(track=SAID)).measures["articulation_jaw_slope"] == pytest.approx(1)
+    late = replace(take, values=take.values[::2], fps=15)
+    assert score(late, take, Settings()).measures["articulation_jaw_r"] > 0.8
