@@ -37,6 +37,7 @@ from phonanim.life import Life, add_life, idle_life, life_of, mouth_freedom
 from phonanim.media.audio import Sound, find_audio
 from phonanim.options import DEFAULTS, Options, make_options
 from phonanim.rig import Rig, load_rig
+from phonanim.rig.reference import face_notes
 from phonanim.rig.retarget import retarget
 from phonanim.speech.loudness import Loudness
 from phonanim.speech.phones import PhoneTrack
@@ -107,6 +108,8 @@ def animate_detailed(path: Path, options: Options = DEFAULTS, audio: Path | None
     )
     values, laid = _add_layers(motion, line, model.face, rig, options, life)
     remarks = (*unused_option_warnings(options, rig), *idle_life(options, rig), *laid, *_whispered(line))
+    if motion.articulation is None:
+        remarks += face_notes(model.face, rig.through.rig.face if rig.through else rig.face)
     animation = Animation(
         values=values,
         channels=rig.controls,

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from phonanim.core.files import write_text
 from phonanim.core.lexicon import LEXICON
 from phonanim.errors import RigError
+from phonanim.face.correspondence import map_faces
 from phonanim.face.model import FaceModel, lip_aperture
+from phonanim.rig.reference import shipped_face
 
 Array = NDArray[np.float64]
 
@@ -27,13 +29,19 @@ class Motion:
     standardized: Array
 
     def modes(self, face: FaceModel) -> Array:
-        """Shape parameters, (frames, modes) mm. Raises RigError when they belong to another face."""
-        if self.face != face.id:
+        """Shape parameters, (frames, modes) mm; those of another face by the landmarks that both have.
+
+        Raises RigError when the sample is neither of this face nor of the shipped one.
+        """
+        if self.face == face.id:
+            return self.standardized * face.std
+        source = shipped_face()
+        if self.face != source.id:
             raise RigError(
                 f"the motion sample is of the reference face {self.face}, the model's face is {face.id}; "
                 "rebuild it: python scripts/fit_rig.py"
             )
-        return self.standardized * face.std
+        return map_faces(source, face)(self.standardized * source.std).astype(np.float64)
 
 
 def sample_motion(modes: Array, face: FaceModel, frames: int, rng: np.random.Generator) -> Motion:

@@ -15,6 +15,7 @@ from phonanim.errors import RigError
 from phonanim.face.model import FaceModel
 from phonanim.rig.accents import add_accents, read_accents
 from phonanim.rig.pronounce import pronounce
+from phonanim.rig.reference import move_to_face
 from phonanim.rig.rig import HingeMap, Rig, Through, pose_map
 from phonanim.rig.tongue import place_tongue, read_places
 from phonanim.rig.visemes import shape_weights, speak
@@ -42,14 +43,15 @@ def retarget(
     "poses" is Taylor 2017, equations 2 and 3; "direct" is the rig's own finer map; "solve" fits the landmarks
     of the rig's head, frame by frame. Rigs of mouth shapes choose shapes by the phones of `track` at `times`
     (frames,) seconds. Other rigs place their tongue by phones and, when moved by modes, add accents for what
-    landmarks cannot show, unless `accents` is off. Values keep the rig's limits. Raises RigError when the
-    rig lacks the map or was made for another face.
+    landmarks cannot show, unless `accents` is off. Values keep the rig's limits. Where the rig was made for
+    the shipped face, the modes of any other face are first expressed in its modes, by their common landmarks.
+    Raises RigError when the rig lacks the map or was made for a face that is neither.
     """
     if how in ("auto", "articulation") and articulation is not None and rig.speaks:
         return _articulated(articulation, rig, track, times)
     if how == "articulation":
         raise RigError(f"rig {rig.name} {_why_silent(rig)}")
-    _check_face(face, rig)
+    modes, face = move_to_face(modes, face, rig.face, f"rig {rig.name}")
     if rig.visemes is not None:
         return _limit(shape_weights(modes, face, rig, track, times), rig)
     if rig.through is not None:
@@ -146,14 +148,6 @@ def _solved(modes: NDArray[np.floating], face: FaceModel, rig: Rig) -> NDArray[n
     landmark_rig = make_landmark_rig(load_character(rig.head), read_landmarks(rig.landmarks), face)
     closed = closed_face(face, read_motion().modes(face))
     return solve(face.instance(modes), face, landmark_rig, rig, closed).astype(np.float32)
-
-
-def _check_face(face: FaceModel, rig: Rig) -> None:
-    if rig.face and rig.face != face.id:
-        raise RigError(
-            f"rig {rig.name} was made for the reference face {rig.face}, but the model's is {face.id}; "
-            "use the model it was made with, or fit the rig again: phonanim rig fit"
-        )
 
 
 def _limit(values: NDArray[np.float32], rig: Rig) -> NDArray[np.float32]:

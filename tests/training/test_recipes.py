@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 from speech import made_up_face
 
+import phonanim
 from phonanim.corpus.corpus import PUPILS, RIGID, build_corpus, load_corpus, remove_pose_leak, stabilize
 from phonanim.errors import CorpusError, ModelError
 from phonanim.face.fit import fit_face
@@ -266,6 +267,19 @@ def test_commands_build_and_train(recordings: Path, recipe: Path, tmp_path: Path
     done = CliRunner().invoke(train_command, [str(recipe), "-o", str(tmp_path / "m"), "--json"])
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout)["model"] == str(tmp_path / "m")
+
+
+@pytest.mark.parametrize("rig", ["arkit", "vrm", "metahuman", "oculus15", "face"])
+def test_a_model_of_another_speaker_moves_every_rig(recipe: Path, tmp_path: Path, rig: str) -> None:
+    pytest.importorskip("torch")
+    train(recipe, tmp_path / "mine")
+    (tmp_path / "a.TextGrid").write_text(TEXTGRID)
+    chosen = {"model": str(tmp_path / "mine"), "rig": rig, "fps": 60.0}
+    for how in ("auto", "direct" if rig == "face" else "poses"):
+        moved = phonanim.animate(tmp_path / "a.TextGrid", retarget=how, life=0, **chosen)
+        assert np.ptp(moved.values, axis=0).max() > 0.2
+    notes = moved.provenance["notes"]
+    assert any("the model's face is not the rig's" in note for note in notes)
 
 
 @pytest.mark.slow
