@@ -62,7 +62,7 @@ def gesture_kernels(track: PhoneTrack, times: Array, sigma: float, lead: float) 
     kernel = box_kernel(times[rows], begins[segments], ends[segments], sigma)
     count = len(GESTURES.names)
     places = rows * count + gestures[segments]
-    total: Array = np.bincount(places, kernel, len(times) * count)
+    total = np.asarray(np.bincount(places, kernel, len(times) * count), np.float64)
     return total.reshape(len(times), count)
 
 
