@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 
 RAISED, LOWERED = 0.2, 0.05  # share of accents at which brows go up, and down
 STRONG = 0.45  # least strength of an accent that moves them
+APART = 1.2  # seconds after a chosen accent in which the brows are not moved anew
 LEAD = 0.16  # seconds before the middle of the vowel at which the motion begins
 HEIGHT, MORE = 0.1, 0.22  # of full weight, and more for strong accents
 FROWN = 0.14
@@ -28,8 +29,7 @@ PERIOD = 3.0  # seconds
 
 def raised(seed: int, prosody: Prosody, times: Array) -> Array:
     """How far the brows are up, (frames,) 0 to 1."""
-    numbers = number_of(prosody.accents)
-    kept = (prosody.strengths >= STRONG) & (uniform(seed, "raised", numbers) < RAISED)
+    kept = _apart(prosody, _chance(seed, prosody) < RAISED)
     accents = _moved(seed, prosody, times, kept, HEIGHT + MORE * prosody.strengths)
     begins, ends = prosody.questions.T
     each = np.ones(len(begins))
@@ -40,9 +40,22 @@ def raised(seed: int, prosody: Prosody, times: Array) -> Array:
 
 def lowered(seed: int, prosody: Prosody, times: Array) -> Array:
     """How far the brows are down, (frames,) 0 to 1."""
-    chance = uniform(seed, "raised", number_of(prosody.accents))
-    kept = (prosody.strengths >= STRONG) & (chance > 1 - LOWERED)
+    kept = _apart(prosody, _chance(seed, prosody) > 1 - LOWERED)
     return _moved(seed, prosody, times, kept, FROWN * np.ones(len(kept)))
+
+
+def _chance(seed: int, prosody: Prosody) -> Array:
+    """A random number from 0 to 1 for each accent, (accents,)."""
+    return uniform(seed, "raised", number_of(prosody.accents))
+
+
+def _apart(prosody: Prosody, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The chosen accents that are strong and do not follow another of them too soon, (accents,)."""
+    chosen = chosen & (prosody.strengths >= STRONG)
+    before = np.diff(prosody.accents[chosen], prepend=-np.inf)
+    kept = np.zeros(len(chosen), bool)
+    kept[np.flatnonzero(chosen)[before >= APART]] = True
+    return kept
 
 
 def _moved(seed: int, prosody: Prosody, times: Array, kept: NDArray[np.bool_], heights: Array) -> Array:

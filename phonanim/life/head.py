@@ -87,11 +87,16 @@ def _nods(seed: int, prosody: Prosody, times: Array) -> Array:
 
 
 def _posture(seed: int, prosody: Prosody, times: Array, axis: str, size: float) -> Array:
-    """The posture at the start of each phrase, held and then left."""
+    """The posture at the start of each phrase, held and then left; the next one takes over smoothly."""
     heights = size * np.clip(normal(seed, f"posture {axis}", number_of(prosody.starts)), -2, 2)
     onsets = np.maximum(prosody.starts - 0.2, prosody.starts_from)
-    each = np.ones(len(onsets))
-    return bumps(times, onsets, TAKES * each, KEEPS * each, LEAVES * each, heights)
+    total = np.zeros(len(times))
+    seen = (onsets <= times[-1:]) & (onsets + TAKES + KEEPS + LEAVES >= times[:1])
+    for onset, height in zip(onsets[seen], heights[seen], strict=True):
+        taken = eased((times - onset) / TAKES)
+        leaving = eased((onset + TAKES + KEEPS + LEAVES - times) / LEAVES)
+        total += taken * (height * leaving - total)
+    return total
 
 
 def _bows(prosody: Prosody, times: Array) -> Array:

@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 def bumps(times: Array, onsets: Array, rises: Array, holds: Array, falls: Array, heights: Array) -> Array:
     """The largest of bumps that rise, hold and fall, all (bumps,) seconds, at instants, (frames,).
 
-    Heights may have either sign. Where bumps overlap, the one farther from 0 wins.
+    Heights are not negative, so that the curve does not jump where bumps overlap.
     """
     total = np.zeros(len(times))
     seen = (onsets <= times[-1:]) & (onsets + rises + holds + falls >= times[:1])
@@ -22,7 +22,7 @@ def bumps(times: Array, onsets: Array, rises: Array, holds: Array, falls: Array,
         rows = slice(*np.searchsorted(times, [onset, onset + rise + hold + fall]))
         past = times[rows] - onset
         going = height * eased(past / rise) * eased((rise + hold + fall - past) / fall)
-        total[rows] = np.where(np.abs(going) > np.abs(total[rows]), going, total[rows])
+        total[rows] = np.maximum(going, total[rows])
     return total
 
 

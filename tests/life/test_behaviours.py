@@ -5,6 +5,7 @@ import pytest
 from prosodies import sentences, track_of
 
 from phonanim.life import AHEAD, blinks, brows, gaze, head
+from phonanim.speech.alignment import Interval
 from phonanim.speech.prosody import read_prosody
 
 MINUTES = 10
@@ -96,6 +97,25 @@ def test_heads_move_little_and_nod_at_accents():
         assert np.abs(axis).max() < 9
     rows = np.rint((PROSODY.accents + 0.05) * 60).astype(int)
     assert turned.pitch[rows].mean() > turned.pitch.mean() + 0.3
+
+
+def test_the_head_goes_from_posture_to_posture_without_a_jump():
+    """Phrases that follow each other fast, so that postures to either side overlap."""
+    words = [(1.0 * n, 1.0 * n + 0.7) for n in range(60)]
+    prosody = read_prosody(track_of(tuple(Interval("AA1", a, b) for a, b in words), 61.0))
+    times = np.arange(61 * 60) / 60
+    turned = head.turn(4, prosody, times, (np.zeros(0), np.zeros((0, 2))), (0.0, 0.0))
+    assert np.ptp(turned.roll) > 2
+    for axis in (turned.pitch, turned.yaw, turned.roll):
+        assert np.abs(np.diff(axis)).max() * 60 < 40
+
+
+def test_brows_do_not_rise_again_at_once():
+    for seed in range(3):
+        up = brows.raised(seed, PROSODY, TIMES) > 0.15
+        onsets = TIMES[1:][up[1:] & ~up[:-1]]
+        assert len(onsets) > 20
+        assert np.diff(onsets).min() > 0.8
 
 
 def test_brows_rise_at_few_accents_and_at_questions():
