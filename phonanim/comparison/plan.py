@@ -54,9 +54,9 @@ class Plan:
 
     `reference` is the model against which the others are tested. `words` are the folds of leave-words-out,
     each a group of withheld words; `phones` are withheld together. `ema` is a folder of EMU bundles, `tools`
-    a file of benchmarks/tools.py. `mouths` are models that are also trained on the joint modes, `test_only`
-    those that are not trained again for withheld words and phones. `conditions` are other sounds of the test
-    clips (comparison/conditions.py).
+    a file of benchmarks/tools.py, `legibility` one of benchmarks/legibility.py. `mouths` are models that are
+    also trained on the joint modes, `test_only` those that are not trained again for withheld words and
+    phones. `conditions` are other sounds of the test clips (comparison/conditions.py).
     """
 
     corpus: Path
@@ -67,6 +67,7 @@ class Plan:
     phones: tuple[str, ...] = ()
     ema: Path | None = None
     tools: Path | None = None
+    legibility: Path | None = None
     mouths: tuple[str, ...] = ()
     test_only: tuple[str, ...] = ()
     seed: int = 0
@@ -86,7 +87,7 @@ def read_plan(path: Path) -> Plan:
         if key not in table:
             raise ModelError(f"{path}: lacks {key!r}; see benchmarks/compare.toml")
     folder = path.parent
-    for key in ("corpus", "ema", "tools"):
+    for key in ("corpus", "ema", "tools", "legibility"):
         if key in table:
             table[key] = folder / table[key]
     table["models"] = {name: _existing(folder / where, path, name) for name, where in table["models"].items()}

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from phonanim.comparison import tables, tools
+from phonanim.comparison import legibility, tables, tools
 from phonanim.comparison.figures import draw_all
 from phonanim.comparison.fit import load_cached_corpus, reference_face
 from phonanim.comparison.mouths import WHERE
@@ -56,8 +56,8 @@ def write_report(document: Document, plan: Plan, folder: Path) -> Path:
     clip = corpus.clips.index(document["folds"]["test"]["clips"][0])
     captured = face.project(corpus.landmarks[corpus.rows([clip])])[:, 0]
     figures = draw_all(document, face, corpus.fps, captured, "raw", folder / DATA)
-    parts = [_opening(document), *_test(document, plan), *_generalization(document, plan)]
-    parts += _conditions(document, plan)
+    parts = [_opening(document), *_test(document, plan), *_legibility(document, plan)]
+    parts += [*_generalization(document, plan), *_conditions(document, plan)]
     parts += [*_sweeps(document, plan), *_cost(document, plan), *_tools(document, plan)]
     parts += [_picture(name) for name in ("first_mode", "heat") if f"{name}.png" in figures]
     path = folder / "benchmark.md"
@@ -94,6 +94,18 @@ def _test(document: Document, plan: Plan) -> list[str]:
     parts += [markdown(tables.values_table(document, "raw", "test/speech", SHORT))]
     parts += [markdown(tables.differences_table(document, "raw", "test/speech", SHORT))]
     return [*parts, _picture("bars"), _picture("sentences"), *_pixels(document, plan)]
+
+
+def _legibility(document: Document, plan: Plan) -> list[str]:
+    if "legibility" not in document:
+        return []
+    found = document["legibility"]
+    parts = ["## With articulation, and what can be read", plan.notes.get("legibility", "")]
+    parts += ["### Against captured lips", markdown(legibility.film_table(found))]
+    if found["sensors"]:
+        parts += ["### Against sensors of other speakers", plan.notes.get("sensors", "")]
+        parts += [markdown(legibility.sensor_table(found))]
+    return parts
 
 
 def _pixels(document: Document, plan: Plan) -> list[str]:

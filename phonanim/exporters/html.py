@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from phonanim.animation.animation import Animation
+from phonanim.articulation import CHANNELS
 from phonanim.core.files import write_text
 from phonanim.core.pages import fill_page, script_data
 from phonanim.errors import OutputError, RigError
@@ -55,16 +56,20 @@ def write(
 
 
 def _take(animation: Animation, glb: Glb) -> dict[str, Any]:
-    """One take for the page: curves as float32, frame after frame."""
+    """One take for the page: float32 curves, frame after frame; articulation, if known, last and in mm."""
+    channels, values = animation.channels, animation.values
+    if animation.articulation is not None:
+        channels = (*channels, *(f"{name} mm" for name in CHANNELS))
+        values = np.column_stack([values, animation.articulation])
     return {
         "name": str(animation.provenance.get("name", animation.provenance.get("input", animation.rig))),
         "fps": animation.fps,
         "start": animation.start,
-        "channels": list(animation.channels),
+        "channels": list(channels),
         "targets": character_targets(animation.channels, glb),
         "phones": pack_intervals(animation.phones),
         "words": pack_intervals(animation.words),
-        "curves": base64_text(np.ascontiguousarray(animation.values, "<f4").tobytes()),
+        "curves": base64_text(np.ascontiguousarray(values, "<f4").tobytes()),
     }
 
 

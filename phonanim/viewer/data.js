@@ -33,3 +33,8 @@ function readTake(raw) {
 function intervalAt(intervals, time) {
   return intervals.find(([, start, end]) => start <= time && time < end);
 }
+
+// What counts as one on a common axis: curves of articulation are in millimetres, controls are weights.
+function scaleOf(name) {
+  return name.endsWith(" mm") ? 10 : 1;
+}

@@ -63,14 +63,14 @@ function tick(now) {
   requestAnimationFrame(tick);
 }
 
-// A row per channel, the one that moves most first; the first three are chosen.
+// A row per channel, the one that moves most first, millimetres last; the first three are chosen.
 function listCurves() {
   const names = [...new Set(takes.flatMap((take) => take.channels))];
   const motion = (name) => Math.max(...takes.map((take) => {
     const range = take.range[take.channels.indexOf(name)];
-    const scale = TURNS.includes(name) ? FULL_TURN : 1;
+    const scale = TURNS.includes(name) ? FULL_TURN : scaleOf(name);
     return range ? (range[1] - range[0]) / scale : 0;
-  }));
+  })) - (scaleOf(name) > 1 ? 1000 : 0); // millimetres after the controls
   names.sort((a, b) => motion(b) - motion(a));
   return names.map((name, place) => curveRow(name, place < 3 && motion(name) > 0));
 }
@@ -95,7 +95,7 @@ function curveRow(name, chosen) {
     const values = takes.map((take) => [take, take.channels.indexOf(name)]).filter(([, channel]) => channel >= 0)
       .map(([take, channel]) => take.at(channel, time));
     value.value = values[0].toFixed(3);
-    bar.style.width = `${Math.min(Math.abs(values[0]), 1) * 85}%`;
+    bar.style.width = `${Math.min(Math.abs(values[0]) / scaleOf(name), 1) * 85}%`;
   };
   return { name, row, show };
 }

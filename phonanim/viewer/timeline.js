@@ -124,10 +124,10 @@ class Timeline {
     return intervals.length ? top + height : top;
   }
 
-  // The first take is drawn in full lines, the second in broken ones.
+  // The first take is drawn in full lines, the second in broken ones; 10 mm of articulation are as high as a weight of 1.
   drawCurves(pen, top, height, width) {
-    const ranges = this.shown.flatMap(({ name }) => this.takes.map((take) => take.range[take.channels.indexOf(name)]));
-    const known = ranges.filter(Boolean);
+    const rangeOf = (take, name) => take.range[take.channels.indexOf(name)]?.map((edge) => edge / scaleOf(name));
+    const known = this.shown.flatMap(({ name }) => this.takes.map((take) => rangeOf(take, name))).filter(Boolean);
     const low = Math.min(0, ...known.map(([a]) => a)), high = Math.max(0.05, ...known.map(([, b]) => b));
     pen.fillStyle = "#8e96a3";
     pen.textAlign = "left";
@@ -141,7 +141,7 @@ class Timeline {
         pen.setLineDash(number ? [4, 4] : []);
         pen.beginPath();
         for (let x = 0; x <= width; x++) {
-          const y = top + height * (1 - (take.at(channel, this.time(x)) - low) / (high - low));
+          const y = top + height * (1 - (take.at(channel, this.time(x)) / scaleOf(name) - low) / (high - low));
           x ? pen.lineTo(x, y) : pen.moveTo(x, y);
         }
         pen.stroke();

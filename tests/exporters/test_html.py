@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from animations import line, only
 
+from phonanim.articulation import CHANNELS
 from phonanim.errors import OutputError, RigError
 from phonanim.exporters import save
 from phonanim.exporters.html import SCRIPTS
@@ -36,6 +37,19 @@ def test_the_page_holds_everything(tmp_path):
     assert second["channels"] == first["channels"]
     assert data["audio"] == "data:audio/wav;base64," + base64.b64encode(b"RIFF").decode()
     assert base64.b64decode(data["head"]) == SHIPPED.read_bytes()
+
+
+def test_articulation_follows_the_controls_in_millimetres(tmp_path):
+    mouth = np.random.default_rng(0).normal(0, 5, (61, len(CHANNELS))).astype(np.float32)
+    animation = replace(line(), articulation=mouth)
+    save(animation, tmp_path / "a.html", beside=line())
+    spoken, plain = data_of(tmp_path / "a.html")["takes"]
+    curves = np.frombuffer(base64.b64decode(spoken["curves"]), "<f4").reshape(-1, len(spoken["channels"]))
+    assert spoken["channels"][-len(CHANNELS) :] == [f"{name} mm" for name in CHANNELS]
+    np.testing.assert_array_equal(curves[:, -len(CHANNELS) :], mouth)
+    np.testing.assert_array_equal(curves[:, : -len(CHANNELS)], animation.values)
+    assert spoken["targets"] == plain["targets"]
+    assert plain["channels"] == spoken["channels"][: -len(CHANNELS)]
 
 
 def test_nothing_is_fetched_and_nothing_breaks_out(tmp_path):
