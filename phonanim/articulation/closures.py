@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 CORE = 0.4  # share of the gesture that has full contact
 LEAST = 0.042  # minimum seconds of contact: a frame of film
 RAMP = 0.06  # seconds before and after it
+THRUST = 0.08  # the same for the tip of the tongue between the teeth
 RISE = 16.0  # mm, more than any channel exceeds its limit, so that the bound ends with its ramp
 # Column of lexicon/gestures.csv, channel, limit in mm. Lips press on each other (Löfqvist and Gracco 1996).
 LIMITS = (
@@ -25,6 +26,8 @@ LIMITS = (
     ("lip_to_teeth", "lower_lip_to_teeth", 0.3),
     ("sibilant", "jaw", 1.2),
 )
+# The same from below: the tip of the tongue comes between the teeth, and the jaw gives it room.
+LEAST_LIMITS = (("dental", "tongue_tip_front", 9.5), ("dental", "jaw", 3.6))
 
 
 def enforce_contacts(values: Array, track: PhoneTrack, times: Array) -> None:
@@ -32,20 +35,35 @@ def enforce_contacts(values: Array, track: PhoneTrack, times: Array) -> None:
     parts = split_parts(track)
     gestures = GESTURES.part_gesture[parts.parts]
     for column, channel, limit in LIMITS:
-        named = GESTURES.articulation[:, GESTURES.columns.index(column)] > 0
-        bound = _bound(np.flatnonzero(named[gestures]), parts.bounds, times, limit)
+        bound = _bound(_named(column, gestures), parts.bounds, times, limit)
         place = CHANNELS.index(channel)
         values[:, place] = np.minimum(values[:, place], bound)
+    for column, channel, limit in LEAST_LIMITS:
+        bound = _bound(_named(column, gestures), parts.bounds, times, -limit, limit, THRUST)
+        place = CHANNELS.index(channel)
+        values[:, place] = np.maximum(values[:, place], -bound)
 
 
-def _bound(segments: NDArray[np.int64], bounds: Array, times: Array, limit: float) -> Array:
+def _named(column: str, gestures: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Which of some gestures have a column of lexicon/gestures.csv, as rows of them."""
+    return np.flatnonzero((GESTURES.articulation[:, GESTURES.columns.index(column)] > 0)[gestures])
+
+
+def _bound(
+    segments: NDArray[np.int64],
+    bounds: Array,
+    times: Array,
+    limit: float,
+    rise: float = RISE,
+    ramp: float = RAMP,
+) -> Array:
     """The largest value allowed, (frames,) mm; inf where free."""
     bound = np.full(len(times), np.inf)
     begin, end = bounds[segments], bounds[segments + 1]
     middles, halves = (begin + end) / 2, np.maximum(CORE * (end - begin), LEAST) / 2
-    first = np.searchsorted(times, middles - halves - RAMP)
-    last = np.searchsorted(times, middles + halves + RAMP)
+    first = np.searchsorted(times, middles - halves - ramp)
+    last = np.searchsorted(times, middles + halves + ramp)
     near, rows = pair_rows(first, last)
-    away = np.clip((np.abs(times[rows] - middles[near]) - halves[near]) / RAMP, 0, 1)
-    np.minimum.at(bound, rows, limit + RISE * (1 - np.cos(np.pi * away)) / 2)
+    away = np.clip((np.abs(times[rows] - middles[near]) - halves[near]) / ramp, 0, 1)
+    np.minimum.at(bound, rows, limit + rise * (1 - np.cos(np.pi * away)) / 2)
     return bound

@@ -21,7 +21,7 @@ from phonanim.rig.neck import Neck, find_bone
 SHIPPED = LEXICON / "rigs" / "head.glb"
 PARTS = ("skin", "tongue", "teeth_u", "teeth_l", "eye_l", "eye_r")
 # Shapes of the shipped head that ARKit lacks. They move only its tongue, so no landmark shows them.
-TONGUE = ("tongueBackUp", "tongueFrontUp", "tongueTipForward", "tongueTipUp")
+TONGUE = ("tongueBackUp", "tongueFrontUp", "tongueTipBack", "tongueTipForward", "tongueTipUp")
 
 
 @dataclass(frozen=True)

@@ -131,7 +131,7 @@ def _solved(articulation: Articulation, mouth: _Mouth, ceiling: Array, use: str)
     drawn = np.isfinite(ceiling[:, moving]).T
     own = DRAWN * (seen**2).sum(axis=1) * drawn.any(axis=1)
     fixed[:, moving] = (
-        _minimize(
+        minimize(
             seen @ seen.T + np.diag(SHARED + own),
             seen @ ((wanted - fixed @ measures.moved) * weights).T
             + own[:, None] * np.where(drawn, ceiling[:, moving].T, 0),
@@ -158,7 +158,7 @@ def _pressing(articulation: Articulation, measures: MouthMeasures, ceiling: Arra
     return np.where(pressed, np.where(shared, viseme, PRESSED * pressing[:, None]), 0.0)
 
 
-def _minimize(
+def minimize(
     gram: Array, pull: Array, effort: Array, low: Array, high: Array, shared: NDArray[np.bool_]
 ) -> Array:
     """Min over v of v·gram·v - 2 v·pull + effort·|v| within bounds, (unknowns, frames) -> the same.
@@ -170,7 +170,7 @@ def _minimize(
     firmness = FIRMNESS * np.diag(gram)[:, None]
     inverse = np.linalg.inv(gram + np.diag(firmness[:, 0]))
     shrink = effort[:, None] / 2 / firmness
-    values: Array = np.linalg.solve(gram, pull)
+    values: Array = np.asarray(np.linalg.solve(gram, pull), np.float64)
     _limit_within(values, low, high, shared, firmness)
     owed = np.zeros_like(values)
     other, free = np.empty_like(values), np.empty_like(values)

@@ -10,14 +10,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.articulation import Articulation
+from phonanim.articulation import Articulation, articulate
 from phonanim.errors import RigError
 from phonanim.face.model import FaceModel
 from phonanim.rig.accents import add_accents, read_accents
 from phonanim.rig.pronounce import pronounce
 from phonanim.rig.reference import move_to_face
 from phonanim.rig.rig import HingeMap, Rig, Through, pose_map
-from phonanim.rig.tongue import place_tongue, read_places
+from phonanim.rig.tongue import place_tongue, read_tongue
 from phonanim.rig.visemes import shape_weights, speak
 from phonanim.speech.phones import PhoneTrack
 
@@ -77,7 +77,7 @@ def _articulated(
     elif rig.through is not None:
         values = _through(_articulated(articulation, rig.through.rig, track, times), rig.through)
     if track is not None and times is not None:
-        values = _spoken(values, rig, track, times, accents=False)
+        values = _spoken(values, rig, track, times, False, articulation)
     return _limit(values, rig)
 
 
@@ -88,13 +88,19 @@ def _why_silent(rig: Rig) -> str:
 
 
 def _spoken(
-    values: NDArray[np.float32], rig: Rig, track: PhoneTrack, times: NDArray[np.float64], accents: bool
+    values: NDArray[np.float32],
+    rig: Rig,
+    track: PhoneTrack,
+    times: NDArray[np.float64],
+    accents: bool,
+    articulation: Articulation | None = None,
 ) -> NDArray[np.float32]:
     """Add what depends on phones to controls, in place: accents, and the tongue."""
     if accents and rig.accents is not None:
         values = add_accents(values, read_accents(rig.accents, rig.controls), track, times)
     if rig.tongue is not None:
-        values = place_tongue(values, read_places(rig.tongue, rig.controls), rig.controls, track, times)
+        mouth = articulate(track, times) if articulation is None else articulation
+        values = place_tongue(values, read_tongue(rig.tongue, rig.controls), mouth)
     return values
 
 

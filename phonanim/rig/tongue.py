@@ -1,9 +1,13 @@
-"""The tongue by place of articulation: a prior where there are no data.
+"""The tongue: its articulation in millimetres -> a rig's controls.
 
-Cameras do not show the tongue, so a model of the face does not move it. A rig may name a table of places
-(gesture, control, amount, shut) that maps each articulation of `lexicon/gestures.csv` to controls. Each
-gesture is held in the middle of its time. Between gestures the tongue glides, also through phones that leave
-it free (p b m f v h), so that it is already in place for the next phone while the lips are closed.
+No camera shows the tongue, so its channels come from phones alone (phonanim/articulation). A rig may name a
+table of its tongue, with a row for each control:
+
+- `jaw`: the control that opens the jaw, and what full weight does to the tongue, which rides on it; `amount`
+  is its value in a mouth at rest.
+- `free`: what full weight does to the tip and the body of the tongue. Least squares of the four measures.
+- `dental`: the control that puts the tip between the teeth, by rule, as far as the tip is asked forward;
+  `amount` is its value then, `shut` the share of it that is left with the jaw shut.
 """
 
 from __future__ import annotations
@@ -16,90 +20,112 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.articulation import Articulation
+from phonanim.core.files import write_text
 from phonanim.errors import RigError
-from phonanim.speech.gestures import GESTURES, split_parts
-from phonanim.speech.phones import PhoneTrack
+from phonanim.rig.pronounce import minimize
 
 Array = NDArray[np.float64]
 
-GLIDE = 0.06  # largest part of a gesture, in seconds, for the glide on either side
-SHARE = 0.42  # of its time, at most
-# The jaw opening at which amounts apply; the tongue moves with the jaw and rises less when it is closed.
-JAW, OPEN = "jawOpen", 0.11
-RESTING = ("silence", "vowel")  # gestures that place the tongue even where the table has no amount
+CHANNELS = ("tongue_tip_height", "tongue_tip_front", "tongue_body_height", "tongue_body_front")
+COLUMNS = ("control", "use", "amount", "shut", *CHANNELS)
+USES = ("jaw", "free", "dental")
+WEIGHTS = np.array([1.0, 0.7, 1.0, 0.4])  # of a millimetre of each channel
+SHARED = 4.0  # mm² of a control's square: few controls are used in full
+# mm of the tip in front of where a raised body takes it: from the first on it comes between the teeth, and at
+# the second it is there.
+FORWARD = (3.0, 9.0)
+OPEN = 0.11  # of the jaw's control, at which the tip has room between the teeth
 
 
 @dataclass(frozen=True)
-class Places:
-    """Amounts of the controls in each gesture, (gestures, controls).
+class Tongue:
+    """A table: `controls` (rows,) as columns of the rig, `uses` (rows,), `amounts`, `shut` (rows,).
 
-    `free` (gestures,) marks gestures that leave the tongue free; `shut` (controls,) is the share of an amount
-    that remains with the jaw closed.
+    `moved` (rows, 4) mm of CHANNELS at full weight.
     """
 
+    controls: NDArray[np.int64]
+    uses: tuple[str, ...]
     amounts: Array
-    free: NDArray[np.bool_]
     shut: Array
+    moved: Array
+
+    def rows(self, use: str) -> NDArray[np.int64]:
+        """The rows of a use."""
+        return np.flatnonzero(np.array(self.uses) == use)
 
 
 @lru_cache(maxsize=64)
-def read_places(path: Path, controls: tuple[str, ...]) -> Places:
-    """Read a table of places. Raises RigError naming the row that is wrong."""
-    table, shut = np.zeros((len(GESTURES.columns), len(controls))), np.ones(len(controls))
+def read_tongue(path: Path, controls: tuple[str, ...]) -> Tongue:
+    """Read a table of the tongue. Raises RigError naming the row that is wrong."""
     try:
         with path.open(encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
     except (OSError, UnicodeDecodeError) as error:
         raise RigError(f"{path}: cannot be read: {error}") from error
+    places, uses, numbers = [], [], []
     for number, row in enumerate(rows, start=2):
         try:
-            control = controls.index(row["control"])
-            table[GESTURES.columns.index(row["gesture"]), control] = float(row["amount"])
-            shut[control] = float(row["shut"])
+            places.append(controls.index(row["control"]))
+            uses.append(USES[USES.index(row["use"])])
+            numbers.append([float(row[name] or 0) for name in COLUMNS[2:]])
         except (KeyError, ValueError, AttributeError, TypeError) as error:
             raise RigError(
-                f"{path} row {number}: needs a column of gestures.csv, a control of the rig, an amount and "
-                f"the share of it with the jaw shut ({error})"
+                f"{path} row {number}: needs a control of the rig, a use ({', '.join(USES)}) and numbers in "
+                f"{', '.join(COLUMNS[2:])} ({error})"
             ) from error
-    known = table.any(axis=1) | np.isin(GESTURES.columns, RESTING)
-    articulation = GESTURES.articulation.astype(np.float64)
-    free = np.asarray(articulation[:, known].sum(axis=1) == 0)
-    return Places((articulation @ table).clip(0, 1), free, shut)
+    table = np.array(numbers, np.float64).reshape(-1, len(COLUMNS) - 2)
+    if not np.isfinite(table).all():
+        raise RigError(f"{path}: holds a value that is not finite; write numbers")
+    return Tongue(np.array(places, np.int64), tuple(uses), table[:, 0], table[:, 1], table[:, 2:])
+
+
+def write_tongue(path: Path, tongue: Tongue, controls: tuple[str, ...]) -> None:
+    """Write a table of the tongue atomically."""
+    numbers = np.column_stack([tongue.amounts, tongue.shut, tongue.moved])
+    lines = [",".join(COLUMNS)]
+    for place, use, row in zip(tongue.controls, tongue.uses, numbers, strict=True):
+        lines.append(",".join([controls[place], use, *(f"{round(value, 2) + 0.0:g}" for value in row)]))
+    write_text(path, "\n".join(lines) + "\n")
 
 
 def place_tongue(
-    values: NDArray[np.float32],
-    places: Places,
-    controls: tuple[str, ...],
-    track: PhoneTrack,
-    times: Array,
+    values: NDArray[np.float32], tongue: Tongue, articulation: Articulation
 ) -> NDArray[np.float32]:
-    """Add the tongue to controls at `times` (frames,) seconds, in place, (frames, controls) -> the same."""
-    moved = _glide(*_held(places, track), times)
-    if JAW in controls:
-        opened = np.clip(values[:, [controls.index(JAW)]] / OPEN, 0, 1)
-        moved *= places.shut + (1 - places.shut) * opened
-    values += moved.astype(np.float32)
+    """Set the tongue's controls, in place, (frames, controls) and (frames, channels) mm -> the controls.
+
+    The jaw is the one that the controls have.
+    """
+    jaw, free, dental = (tongue.rows(use) for use in USES)
+    opened = values[:, tongue.controls[jaw]].astype(np.float64)
+    wanted = np.column_stack([articulation.channel(name) for name in CHANNELS])
+    wanted = wanted - (opened - tongue.amounts[jaw]) @ tongue.moved[jaw]
+    between = _between_teeth(articulation) if len(dental) else np.zeros(len(values))
+    if len(free):
+        solved = _solve(wanted, tongue.moved[free])
+        values[:, tongue.controls[free]] += (solved * (1 - between[:, None])).astype(np.float32)
+    room = np.clip(opened.sum(axis=1, keepdims=True) / OPEN, 0, 1) if len(jaw) else np.ones((len(values), 1))
+    held = tongue.amounts[dental] * (tongue.shut[dental] + (1 - tongue.shut[dental]) * room)
+    values[:, tongue.controls[dental]] += (between[:, None] * held).astype(np.float32)
     return values
 
 
-def _held(places: Places, track: PhoneTrack) -> tuple[Array, Array]:
-    """When the tongue is held, (2 gestures,) seconds, and the controls then, (2 gestures, controls)."""
-    parts = split_parts(track)
-    gestures = GESTURES.part_gesture[parts.parts]
-    bound = ~places.free[gestures]
-    begin, end, gestures = parts.bounds[:-1][bound], parts.bounds[1:][bound], gestures[bound]
-    glide = np.minimum(SHARE * (end - begin), GLIDE)
-    return np.column_stack([begin + glide, end - glide]).ravel(), np.repeat(
-        places.amounts[gestures], 2, axis=0
-    )
+def _between_teeth(articulation: Articulation) -> Array:
+    """How far the tip is asked between the teeth, 0 to 1, (frames,)."""
+    ahead = articulation.channel(CHANNELS[1]) - np.maximum(articulation.channel(CHANNELS[2]), 0)
+    return np.clip((ahead - FORWARD[0]) / (FORWARD[1] - FORWARD[0]), 0, 1)
 
 
-def _glide(knots: Array, held: Array, times: Array) -> Array:
-    """Cosine interpolation between knots, (knots,), (knots, controls), (frames,) -> (frames, controls)."""
-    if len(knots) == 0:
-        return np.zeros((len(times), held.shape[1]))
-    after = np.searchsorted(knots, times, side="right").clip(1, len(knots) - 1)
-    length = np.maximum(knots[after] - knots[after - 1], 1e-9)
-    eased = (1 - np.cos(np.pi * np.clip((times - knots[after - 1]) / length, 0, 1))) / 2
-    return np.asarray(held[after - 1] + eased[:, None] * (held[after] - held[after - 1]))
+def _solve(wanted: Array, moved: Array) -> Array:
+    """Controls from 0 to 1 by bounded least squares, (frames, 4) mm, (controls, 4) -> (frames, controls)."""
+    seen = moved * WEIGHTS
+    count = len(moved), len(wanted)
+    return minimize(
+        seen @ seen.T + SHARED * np.eye(len(moved)),
+        seen @ (wanted * WEIGHTS).T,
+        np.zeros(len(moved)),
+        np.zeros(count),
+        np.ones(count),
+        np.zeros(len(moved), bool),
+    ).T

@@ -9,12 +9,13 @@ import pytest
 from numpy.typing import NDArray
 from speech import track_of
 
+from phonanim.articulation import articulate
 from phonanim.errors import RigError
 from phonanim.options import Options
 from phonanim.pipeline import load_model, predict_controls
 from phonanim.rig import load_rig
 from phonanim.rig.head import TONGUE, Head, load_head
-from phonanim.rig.tongue import place_tongue, read_places
+from phonanim.rig.tongue import COLUMNS, place_tongue, read_tongue
 from phonanim.speech.phones import PhoneTrack
 
 LINE = (
@@ -42,9 +43,9 @@ def within(track: PhoneTrack, number: int) -> int:
         ("d", "tongueTipUp"),
         ("g", "tongueBackUp"),
         ("ng", "tongueBackUp"),
-        ("sh", "tongueFrontUp"),
         ("iy", "tongueFrontUp"),
-        ("uw", "tongueBackUp"),
+        ("w", "tongueBackUp"),
+        ("r", "tongueTipBack"),
     ],
 )
 def test_each_place_moves_its_part_of_the_tongue_most(phone: str, control: str) -> None:
@@ -71,7 +72,7 @@ def test_the_tongue_glides() -> None:
     tongue = values[:, [controls.index(name) for name in TONGUE]]
     assert tongue.min() >= 0
     assert tongue.max() <= 1
-    assert np.abs(np.diff(tongue, axis=0)).max() < 0.45
+    assert np.abs(np.diff(tongue, axis=0)).max() < 0.5
     assert (tongue[:10] == 0).all()
     assert (tongue[-10:] == 0).all()
 
@@ -79,7 +80,7 @@ def test_the_tongue_glides() -> None:
 def test_lips_that_shut_leave_the_tongue_where_it_goes_next() -> None:
     values, controls = moved("sil 0.3 b 0.1 l 0.1 ah 0.2 sil 0.3")
     tip = values[:, controls.index("tongueTipUp")]
-    assert tip[within(track_of("sil 0.3 b 0.1"), 1)] > 0.2
+    assert tip[23] > 0.4  # b ends at frame 24
 
 
 def test_the_rest_is_what_arkit_does_but_for_dentals() -> None:
@@ -122,29 +123,62 @@ def triangles_of(head: Head, part: str) -> NDArray[np.int64]:
     return head.triangles[((head.triangles >= rows.start) & (head.triangles < rows.stop)).all(axis=1)]
 
 
+HEADER = ",".join(COLUMNS)
+
+
 @pytest.mark.parametrize(
     "row",
-    ["alveolor,tip,1,1", "alveolar,tip,much,1", "alveolar,tap,1,1", "alveolar,tip,1"],
-    ids=["gesture", "amount", "control", "short"],
+    ["tip,up,0,0,1,1,1,1", "tip,free,much,0,1,1,1,1", "tap,free,0,0,1,1,1,1", "tip"],
+    ids=["use", "amount", "control", "short"],
 )
 def test_a_row_that_is_amiss_is_named(tmp_path: Path, row: str) -> None:
-    path = tmp_path / "mine.places.csv"
-    path.write_text(f"gesture,control,amount,shut\ndental,tip,1,0\n{row}\n")
+    path = tmp_path / "mine.tongue.csv"
+    path.write_text(f"{HEADER}\ntip,dental,1,0,0,0,0,0\n{row}\n")
     with pytest.raises(
-        RigError, match=r"mine.places.csv row 3: needs a column of gestures.csv, a control of"
+        RigError, match=r"mine.tongue.csv row 3: needs a control of the rig, a use \(jaw, free"
     ):
-        read_places(path, ("tip",))
+        read_tongue(path, ("tip",))
+
+
+def test_numbers_are_finite(tmp_path: Path) -> None:
+    path = tmp_path / "mine.tongue.csv"
+    path.write_text(f"{HEADER}\ntip,free,0,0,nan,0,0,0\n")
+    with pytest.raises(RigError, match=r"mine.tongue.csv: holds a value that is not finite; write numbers"):
+        read_tongue(path, ("tip",))
 
 
 def test_a_table_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(RigError, match=r"none.csv: cannot be read"):
-        read_places(tmp_path / "none.csv", ("tip",))
+        read_tongue(tmp_path / "none.csv", ("tip",))
 
 
 def test_a_rig_without_a_jaw_moves_its_tongue_all_the_same(tmp_path: Path) -> None:
-    path = tmp_path / "mine.places.csv"
-    path.write_text("gesture,control,amount,shut\ndental,tip,0.5,0\n")
+    path = tmp_path / "mine.tongue.csv"
+    path.write_text(f"{HEADER}\ntip,dental,0.5,0,0,0,0,0\n")
     values = np.zeros((len(TIMES), 1), np.float32)
     track = track_of("sil 0.5 th 0.2 sil 0.5")
-    place_tongue(values, read_places(path, ("tip",)), ("tip",), track, TIMES)
+    place_tongue(values, read_tongue(path, ("tip",)), articulate(track, TIMES))
     assert values[36, 0] == pytest.approx(0.5)
+
+
+def test_a_lower_jaw_asks_more_of_the_tongue() -> None:
+    rig = load_rig("arkit_tongue")
+    assert rig.tongue is not None
+    table = read_tongue(rig.tongue, rig.controls)
+    mouth = articulate(track_of("sil 0.4 t 0.2 sil 0.4"), np.array([0.5, 0.5]))
+    values = np.zeros((2, len(rig.controls)), np.float32)
+    values[:, rig.controls.index("jawOpen")] = 0.02, 0.08
+    low, high = place_tongue(values, table, mouth)[:, rig.controls.index("tongueTipUp")]
+    assert 0.4 < low < high <= 1
+
+
+def test_a_short_dental_comes_between_the_teeth() -> None:
+    values, controls = moved("sil 0.3 aa 0.15 dh 0.03 aa 0.15 sil 0.3")
+    assert values[:, controls.index("tongueTipForward")].max() > 0.9
+
+
+def test_metahumans_raise_the_tip_and_the_body() -> None:
+    values, controls = moved("sil 0.3 ah 0.1 t 0.2 ah 0.1 k 0.2 ah 0.1", "metahuman")
+    tip, body = (values[:, controls.index(f"CTRL_expressions_tongue{name}")] for name in ("TipUp", "Up"))
+    assert tip[30] > 0.5 > body[30]
+    assert body[48] > 0.5 > tip[48]
