@@ -6,7 +6,7 @@ Prints seconds, lines and frames per second, the processor time of each tenth of
 on the machine hardly changes), and the most memory that all processes together held (shared pages count
 once). Then runs the first 300 lines undisturbed, and again
 with a SIGKILL to the whole process group at random moments, and compares every byte. Then the processor time
-of single lines of 4 seconds to 10 minutes, joined from the same files.
+of single lines of 4 seconds to 10 minutes, joined from the same files, and of the same run once more.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import resource
 import shutil
 import signal
 import subprocess
@@ -103,8 +104,28 @@ def timed(source: Path, out: Path) -> None:
     print(f"{laps[-1]:.1f} processor seconds in all, {frames / laps[-1]:.0f} frames in each")
 
 
-def contents(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+def contents(folder: Path) -> dict[str, object]:
+    """The bytes of every file, and the ledger without sizes and times of files."""
+    found: dict[str, object] = {
+        str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()
+    }
+    entries = map(json.loads, (folder / "ledger.jsonl").read_text("utf-8").splitlines())
+    return found | {"ledger.jsonl": [{**entry, "stamps": None} for entry in entries]}
+
+
+def again(source: Path, out: Path) -> None:
+    """Processor time of the same command and of an audit, on unchanged lines."""
+    commands = {
+        "resume": ["batch", str(source), "-o", str(out)],
+        "audit": ["audit", str(source), "--outputs", str(out)],
+    }
+    for name, words in commands.items():
+        for more in ([], ["--verify"]):
+            before = resource.getrusage(resource.RUSAGE_CHILDREN)
+            subprocess.run([sys.executable, str(ROOT / "cli.py"), *words, *more], capture_output=True)
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            cost = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+            print(f"{' '.join([name, *more])}: {cost:.1f} s of processor time")
 
 
 def killed(source: Path, folder: Path, kills: int) -> None:
@@ -164,6 +185,7 @@ def lengths(source: Path, folder: Path) -> None:
 def main(source: Path, kills: int) -> None:
     with tempfile.TemporaryDirectory() as name:
         timed(source, Path(name) / "all")
+        again(source, Path(name) / "all")
         killed(source, Path(name), kills)
         lengths(source, Path(name))
 

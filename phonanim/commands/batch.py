@@ -54,6 +54,7 @@ SOME_FAILED = 1
     help="Where to run: processes of this machine, or a dask cluster.",
 )
 @click.option("--scheduler", help="Address of the dask scheduler, such as tcp://10.0.0.1:8786.")
+@click.option("--verify", is_flag=True, help="Read every file again, also those of the same size and time.")
 @click.option("--dry-run", is_flag=True, help="Report what would be made, and write nothing.")
 @console_options
 def command(
@@ -68,6 +69,7 @@ def command(
     workers: int | None,
     engine: str,
     scheduler: str | None,
+    verify: bool,
     dry_run: bool,
     console: Console,
 ) -> int:
@@ -108,7 +110,7 @@ def command(
     started = time.monotonic()
     with console.progress(source) as progress:
         tell = event_reporter(len(lines.lines), console, progress)
-        outcomes = run(lines, target, formats, choose_engine(engine, scheduler, workers), tell)
+        outcomes = run(lines, target, formats, choose_engine(engine, scheduler, workers), tell, verify)
     totals = count_totals(outcomes)
     console.print_event(
         "end", **totals, wall_seconds=round(time.monotonic() - started, 3), report=target / "report.html"

@@ -87,8 +87,9 @@ def parse_json(text: str | bytes) -> Any:
         tree = json.loads(text, parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
         raise DecodeError(f"it is not JSON: {_reason(error)}") from error
-    check_depth(tree)
     written = text.decode("utf-8", "replace") if isinstance(text, bytes) else text
+    if written.count("[") + written.count("{") > MAX_DEPTH:  # else it cannot be deeper
+        check_depth(tree)
     if SURROGATE.search(written):
         try:
             json.dumps(tree, ensure_ascii=False).encode()

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import tempfile
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
-from phonanim.animation.animation import Animation
+from phonanim.core.threads import use_one_thread
 from phonanim.dubbing.align_lines import alignment_place
 from phonanim.dubbing.ledger import read_ledger
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.lines import Lines, files_below, path_below
+from phonanim.dubbing.motion import measure_motion, motion_problems
 from phonanim.dubbing.outcome import Outcome
-from phonanim.dubbing.provenance import file_entry, output_hash, rig_hash
+from phonanim.dubbing.provenance import input_entry, keeps_stamps, output_hash, rig_hash
 from phonanim.dubbing.reserve import OWN
 from phonanim.dubbing.staging import Copies
 from phonanim.dubbing.storage import Place
@@ -25,10 +27,8 @@ from phonanim.exporters import find_exporter, load, suffixes
 from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import audio_duration
 from phonanim.pipeline import model_hash
-from phonanim.speech.labels import is_silent
 
-STILL = 0.01  # of a control's range: less motion is not seen
-TOLERANCE = 0.15  # seconds between the end of a line and the end of its animation
+FEW = 16  # lines that are not worth a process
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,10 +41,12 @@ class Finding:
     text: str
 
 
-def audit(lines: Lines, folder: Place) -> list[Finding]:
+def audit(lines: Lines, folder: Place, workers: int = 1, verify: bool = False) -> list[Finding]:
     """Compare the lines with the files in `folder`, in the order of the lines, orphans last.
 
-    Raises OptionError when there is no such folder.
+    Outputs that are as the ledger says are not read again, and files with the sizes and times of the ledger
+    are as it says, unless `verify` is set. What has to be read is read by `workers` processes. Raises
+    OptionError when there is no such folder.
     """
     if not folder.is_dir():
         raise OptionError(f"{folder}: there is no such folder; name the one with the outputs")
@@ -54,9 +56,11 @@ def audit(lines: Lines, folder: Place) -> list[Finding]:
         Finding("missing", fault.id, fault.language, f"{fault.place}: {fault.message}")
         for fault in lines.faults
     ]
-    for line in lines.lines:
-        files = delivered.pop(str(line.output), [])
-        findings += _findings(line, files, ledger.get(line.id), folder)
+    questions = [
+        Question(line, delivered.pop(str(line.output), []), ledger.get(line.id), folder, verify)
+        for line in lines.lines
+    ]
+    findings += [finding for found in _answered(questions, workers) for finding in found]
     orphans = sorted(str(path_below(path, folder)) for files in delivered.values() for path in files)
     return findings + [Finding("orphan", name, "", "no line has it") for name in orphans]
 
@@ -80,29 +84,74 @@ def delivered_files(folder: Place) -> dict[str, list[Place]]:
     return found
 
 
-def _findings(line: Line, files: list[Place], known: Outcome | None, folder: Place) -> Iterator[Finding]:
-    language = line.options.language
-    if not files:
-        yield Finding("missing", line.id, language, f"{folder / line.output}.*: does not exist")
-        return
-    changed = _changes(line, files, known, folder)
-    if changed:
-        yield Finding("stale", line.id, language, "; ".join(changed))
-    for path in files:
-        if hasattr(find_exporter(Path(path.name)), "read"):
-            for problem, text in _looked_at(line, path, alignment_place(line, folder)):
-                yield Finding(problem, line.id, language, text)
+@dataclass(frozen=True, slots=True)
+class Question:
+    """A line to look over, its delivered files, its entry in the ledger, and whether to read all files."""
+
+    line: Line
+    files: list[Place]
+    known: Outcome | None
+    folder: Place
+    verify: bool
 
 
-def _changes(line: Line, files: list[Place], known: Outcome | None, folder: Place) -> list[str]:
+def _answered(questions: list[Question], workers: int) -> Iterator[list[Finding]]:
+    """The findings of each line, in order; workers answer where files have to be read."""
+    slow = [question for question in questions if not _is_quick(question)]
+    with ExitStack() as stack:
+        read: Iterator[list[Finding]] = map(_findings, slow)
+        if workers > 1 and len(slow) > FEW:
+            use_one_thread()  # in the workers, which inherit it
+            pool = stack.enter_context(ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")))
+            read = pool.map(_findings, slow, chunksize=FEW)
+        waiting = set(map(id, slow))
+        for question in questions:
+            yield next(read) if id(question) in waiting else _findings(question)
+
+
+def _is_quick(question: Question) -> bool:
+    """Whether the findings need no file."""
+    known = question.known
+    if not question.files:
+        return True
+    if known is None or not known.done or question.verify or not _remembers(known, question):
+        return False
+    return keeps_stamps(known, question.line, question.folder)
+
+
+def _remembers(known: Outcome, question: Question) -> bool:
+    """Whether the ledger has the motion of every delivered file."""
+    return bool(known.motion) and set(question.files) <= {question.folder / name for name in known.outputs}
+
+
+def _findings(question: Question) -> list[Finding]:
+    """The findings of a line; the motion of files that did not change is in the ledger."""
+    line, known, language = question.line, question.known, question.line.options.language
+    if not question.files:
+        return [Finding("missing", line.id, language, f"{question.folder / line.output}.*: does not exist")]
+    changed = _changes(question)
+    found = [Finding("stale", line.id, language, "; ".join(changed))] if changed else []
+    for path in question.files:
+        if not hasattr(find_exporter(Path(path.name)), "read"):
+            continue
+        if known is not None and known.done and not changed and _remembers(known, question):
+            problems = [(problem, f"{path}: {text}") for problem, text in motion_problems(known.motion)]
+        else:
+            problems = _looked_at(line, path, alignment_place(line, question.folder))
+        found += [Finding(problem, line.id, language, text) for problem, text in problems]
+    return found
+
+
+def _changes(question: Question) -> list[str]:
     """Changes since the outputs were made; by modification times if there is no ledger."""
+    line, known, folder = question.line, question.known, question.folder
     if known is None or not known.done:
-        return _newer(line, files)
-    changed = [
-        f"{name} has changed" for name, value in _now(line, known).items() if known.origin.get(name) != value
-    ]
+        return _newer(line, question.files)
+    given = None if question.verify else known
+    now = _now(line, known, given)
+    changed = [f"{name} has changed" for name, value in now.items() if known.origin.get(name) != value]
     for name, digest in known.outputs.items():
-        found = output_hash(folder / name)
+        found = output_hash(name, folder, given)
         if found != digest:
             changed.append(f"{folder / name} {'was changed after it was made' if found else 'is gone'}")
     return changed
@@ -119,19 +168,21 @@ def _newer(line: Line, files: list[Place]) -> list[str]:
     ]
 
 
-def _now(line: Line, known: Outcome) -> Mapping[str, object]:
+def _now(line: Line, known: Outcome, given: Outcome | None) -> Mapping[str, object]:
     """The origin of a line as it would be now, with the options of the run that made it.
+
+    Files with the stamps of `given` are not read.
 
     Only edits that the line itself names are included: a folder of edits is an option of the run.
     """
     options = known.origin["options"]
     return {
-        "alignment": file_entry(line.alignment),
+        "alignment": input_entry(line, "alignment", given),
         "text": line.text,
-        "audio": file_entry(line.audio),
+        "audio": input_entry(line, "audio", given),
         "model": model_hash(options["model"]),
         "rig": rig_hash(options["rig"]),
-        **({"edits": file_entry(line.edits)} if line.edits else {}),
+        **({"edits": input_entry(line, "edits", given)} if line.edits else {}),
     }
 
 
@@ -155,12 +206,5 @@ def _faults(line: Line, path: Path, alignment_path: Path, audio: Path | None) ->
     except PhonanimError as error:
         yield "unreadable", str(error)
         return
-    if _still(animation) and not all(is_silent(interval.label) for interval in alignment.intervals):
-        yield "still", f"{path}: nothing moves, but the line speaks"
-    end = (len(animation.values) - 1) / animation.fps
-    if abs(end - seconds) > TOLERANCE:
-        yield "mistimed", f"{path}: ends at {end:.2f} s, the line at {seconds:.2f} s"
-
-
-def _still(animation: Animation) -> bool:
-    return bool(np.ptp(animation.values, axis=0).max(initial=0.0) < STILL)
+    for problem, text in motion_problems(measure_motion(animation, alignment.intervals, seconds)):
+        yield problem, f"{path}: {text}"

@@ -7,6 +7,7 @@ import os
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import IO
 
@@ -85,22 +86,26 @@ def lock_folder(folder: Place) -> Iterator[None]:
 
 @contextmanager
 def _appending(folder: Path) -> Iterator[Record]:
-    """The same for a path; first adds a missing line end. Everything is synced to disk every few seconds."""
+    """The same for a path; first adds a missing line end. Everything is synced to disk every few seconds.
+
+    An outcome gets its stamps once its outputs are on the disk: after a power loss a file may have the right
+    size and time, but not its content.
+    """
     path = folder / NAME
     with _ledger_errors(path):
         stream = os.fdopen(_open_own(path), "a+", encoding="utf-8")
-    waiting: list[Path] = []
+    waiting: list[Outcome] = []
     last = time.monotonic()
 
     def record(outcome: Outcome) -> None:
         nonlocal last
         with _ledger_errors(path):
-            stream.write(encode_outcome(outcome))
+            stream.write(encode_outcome(replace(outcome, stamps={})))
             stream.flush()  # now the operating system has it, so a kill does not lose it
-        waiting.extend(folder / name for name in outcome.outputs)
+        waiting.append(outcome)
         if time.monotonic() - last >= PERIOD:
             with _ledger_errors(path):
-                _store(stream, waiting)
+                _store(stream, waiting, folder)
             last = time.monotonic()
 
     try:
@@ -108,7 +113,7 @@ def _appending(folder: Path) -> Iterator[Record]:
             _end_line(stream)
         yield record
         with _ledger_errors(path):
-            _store(stream, waiting)
+            _store(stream, waiting, folder)
     finally:
         with suppress(OSError):
             stream.close()
@@ -128,8 +133,9 @@ def _ledger_errors(path: Path) -> Iterator[None]:
         raise OutputError(f"{path}: cannot be written: {link or error.strerror or error}") from error
 
 
-def _store(stream: IO[str], outputs: list[Path]) -> None:
+def _store(stream: IO[str], waiting: list[Outcome], folder: Path) -> None:
     """Sync outputs to disk, then the ledger with their outcomes, so that a power loss keeps both."""
+    outputs = [folder / name for outcome in waiting for name in outcome.outputs]
     for path in (*outputs, *{path.parent for path in outputs}):
         with suppress(FileNotFoundError):
             descriptor = os.open(path, os.O_RDONLY)
@@ -137,7 +143,9 @@ def _store(stream: IO[str], outputs: list[Path]) -> None:
                 os.fsync(descriptor)
             finally:
                 os.close(descriptor)
-    outputs.clear()
+    stream.writelines(encode_outcome(outcome) for outcome in waiting if outcome.stamps)
+    stream.flush()
+    waiting.clear()
     os.fsync(stream.fileno())
 
 

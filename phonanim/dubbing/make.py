@@ -13,9 +13,11 @@ from phonanim.dubbing.align_lines import align_line, alignment_place
 from phonanim.dubbing.checks import line_facts
 from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.line import Line
+from phonanim.dubbing.motion import line_motion
 from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.provenance import find_extensions, is_current, origin_of, rig_hash, shared_file_entry
 from phonanim.dubbing.staging import Copies, forget_copies, open_copies, stage_inputs, upload_outputs
+from phonanim.dubbing.stamps import OUTPUTS, stamp_inputs, stamp_outputs
 from phonanim.dubbing.storage import forget_listings
 from phonanim.errors import OptionError, PhonanimError
 from phonanim.exporters import assign_options, save
@@ -69,15 +71,21 @@ def reset_caches(run: str) -> None:
 
 def _made(job: Job, near: Copies) -> Result:
     """The result of a line, whose files are downloaded and whose outputs are uploaded if necessary."""
+    stamps = stamp_inputs(job.line)  # before the files are read
     here = stage_inputs(job, near)
     origin = origin_of(here.line, job.formats)
     if job.known and is_current(job.known, origin, job.folder):
-        return Result(replace(job.known, place=job.line.place), made=False)
+        stamped = {**stamps, OUTPUTS: stamp_outputs(job.known.outputs, job.folder)}
+        return Result(replace(job.known, place=job.line.place, stamps=stamped), made=False)
     folder = cast("Path", here.folder)
     performance, outputs = _written(here.line, folder, origin["outputs"])
     upload_outputs(list(outputs), folder, job.folder)
-    facts = line_facts(performance, cast("Path | None", here.line.audio))
-    return Result(Outcome(job.line.id, job.line.place, origin, outputs, facts), made=True)
+    audio = cast("Path | None", here.line.audio)
+    facts, motion = line_facts(performance, audio), line_motion(performance, audio)
+    stamped = {**stamps, OUTPUTS: stamp_outputs(outputs, job.folder)}
+    return Result(
+        Outcome(job.line.id, job.line.place, origin, outputs, facts, stamps=stamped, motion=motion), made=True
+    )
 
 
 def _written(line: Line, folder: Path, names: list[str]) -> tuple[AnimationResult, dict[str, str]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from phonanim.core.decode import (
@@ -16,6 +16,7 @@ from phonanim.core.decode import (
     decode_text,
     parse_json,
 )
+from phonanim.dubbing.stamps import check_stamps
 
 MOST = 1e12  # of a count
 
@@ -26,6 +27,8 @@ class Outcome:
 
     `origin` is everything that the outputs depend on; `outputs` are paths relative to the output folder with
     their content hashes; `facts` are for the report; `error` is the reason when there are no outputs.
+    `stamps` are sizes and times of inputs and outputs (`phonanim.dubbing.stamps`), empty where they are not
+    known; `motion` is what an audit asks of outputs.
     """
 
     id: str
@@ -34,6 +37,8 @@ class Outcome:
     outputs: Mapping[str, str] = field(default_factory=dict)
     facts: Mapping[str, Any] = field(default_factory=dict)
     error: str = ""
+    stamps: Mapping[str, Any] = field(default_factory=dict)
+    motion: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def done(self) -> bool:
@@ -41,9 +46,12 @@ class Outcome:
         return not self.error
 
 
+_NAMES = tuple(field.name for field in fields(Outcome))
+
+
 def encode_outcome(outcome: Outcome) -> str:
     """One outcome as one line of JSON."""
-    return json.dumps(asdict(outcome), ensure_ascii=False) + "\n"
+    return json.dumps({name: getattr(outcome, name) for name in _NAMES}, ensure_ascii=False) + "\n"
 
 
 def decode_outcomes(lines: Iterable[str]) -> dict[str, Outcome]:
@@ -65,8 +73,10 @@ def _check(outcome: Outcome) -> None:
     """Raise DecodeError for an outcome that no run writes, because the report and the audit rely on it."""
     for name in ("id", "place", "error"):
         decode_text(getattr(outcome, name), name)
-    for name in ("origin", "outputs", "facts"):
+    for name in ("origin", "outputs", "facts", "stamps", "motion"):
         decode_table(getattr(outcome, name), name)
+    check_stamps(outcome.stamps)
+    check_motion(outcome.motion)
     for name, digest in outcome.outputs.items():
         decode_text(digest, "a hash")
         if name.startswith(("/", "\\")) or ".." in name or "\0" in name:
@@ -79,3 +89,13 @@ def _check(outcome: Outcome) -> None:
             decode_text(flag["check"], "check")
             decode_text(flag["text"], "text")
             decode_number(flag["severity"], "severity", 0, MOST)
+
+
+def check_motion(motion: Mapping[str, Any]) -> None:
+    """Raise DecodeError for a motion that no run writes; an empty one is not known."""
+    if not motion:
+        return
+    for name in ("end", "seconds"):
+        decode_number(motion[name], name, 0, MOST)
+    if not isinstance(motion["still"], bool):
+        raise DecodeError("still is true or false")

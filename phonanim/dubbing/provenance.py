@@ -16,23 +16,22 @@ from phonanim.core.plugins import plugin_packages
 from phonanim.core.version import __version__
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.outcome import Outcome
+from phonanim.dubbing.stamps import INPUTS, OUTPUTS, Stamp, stamp_file
 from phonanim.dubbing.storage import Place, Remote, is_url, parse_place, place_hash
-from phonanim.errors import OptionError, RigError
+from phonanim.errors import OptionError, PhonanimError, RigError
 from phonanim.options import Options, Overlay
 from phonanim.pipeline import model_hash
 from phonanim.rig.read import FILES, find_rig, read_document
 
 
-def origin_of(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
+def origin_of(line: Line, formats: tuple[str, ...], known: Outcome | None = None) -> dict[str, Any]:
     """Everything that the outputs depend on: contents, options, model, rig, version, names.
 
-    It is the same for a file and its copy under the same name.
+    It is the same for a file and its copy under the same name. Files with the stamps of `known` are not read.
     """
     origin = {
-        "alignment": file_entry(line.alignment),
+        **{name: input_entry(line, name, known) for name in INPUTS},
         "text": line.text,
-        "audio": file_entry(line.audio),
-        "edits": file_entry(line.edits),
         "exports": {name: _export(value) for name, value in sorted(line.exports.items())},
         "options": _options(line.options),
         "model": model_hash(line.options.model),
@@ -55,19 +54,58 @@ def find_extensions() -> dict[str, Any]:
     return {name: values for name, values in found.items() if values}
 
 
-def is_current(known: Outcome, origin: Mapping[str, Any], folder: Place) -> bool:
-    """Whether the outputs in the ledger have this origin and exist unchanged."""
+def is_current(known: Outcome, origin: Mapping[str, Any], folder: Place, trusting: bool = False) -> bool:
+    """Whether the outputs in the ledger have this origin and exist unchanged; `trusting` goes by stamps."""
     if not known.done or known.origin != origin:
         return False
-    return all(output_hash(folder / name) == digest for name, digest in known.outputs.items())
+    given = known if trusting else None
+    return all(output_hash(name, folder, given) == digest for name, digest in known.outputs.items())
 
 
-def output_hash(path: Place) -> str:
-    """The content hash of an output; empty when it does not exist."""
+def is_unchanged(known: Outcome | None, line: Line, formats: tuple[str, ...], folder: Place) -> bool:
+    """Whether the outputs are current, by the stamps of all files, so that none but shared ones are read."""
+    if known is None or not known.done or not keeps_stamps(known, line, folder):
+        return False
+    try:
+        return is_current(known, origin_of(line, formats, known), folder, trusting=True)
+    except (PhonanimError, OSError):  # told by the worker that makes the line
+        return False
+
+
+def keeps_stamps(known: Outcome, line: Line, folder: Place) -> bool:
+    """Whether every file of a line has the size and time that the ledger has."""
+    inputs = {name: place for name in INPUTS if (place := getattr(line, name)) is not None}
+    stamps = known.stamps.get(OUTPUTS, {})
+    return all(_is_stamped(place, known.stamps.get(name)) for name, place in inputs.items()) and all(
+        _is_stamped(folder / name, stamps.get(name)) for name in known.outputs
+    )
+
+
+def output_hash(name: str, folder: Place, known: Outcome | None = None) -> str:
+    """The content hash of an output; empty when it does not exist. It is not read if `known` has its
+    stamp.
+    """
+    path = folder / name
+    if known is not None and _is_stamped(path, known.stamps.get(OUTPUTS, {}).get(name)):
+        return known.outputs[name]
     try:
         return place_hash(path) if isinstance(path, Remote) or path.is_file() else ""
     except OptionError:  # avoids a second request for the same file
         return ""
+
+
+def input_entry(line: Line, name: str, known: Outcome | None = None) -> list[str] | None:
+    """`file_entry` of a file of a line, by its name in the origin; not read if `known` has its stamp."""
+    path: Place | None = getattr(line, name)
+    if known is not None and path is not None and _is_stamped(path, known.stamps.get(name)):
+        entry = known.origin.get(name)
+        if isinstance(entry, list) and entry[:1] == [path.name]:
+            return entry
+    return file_entry(path)
+
+
+def _is_stamped(path: Place, stamp: Stamp | None) -> bool:
+    return stamp is not None and stamp_file(path) == stamp
 
 
 def file_entry(path: Place | None) -> list[str] | None:

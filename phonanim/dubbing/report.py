@@ -6,7 +6,6 @@ import html
 import json
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
 from typing import Any
 
 from phonanim.core.pages import page_policy
@@ -108,10 +107,8 @@ def html_page(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Seque
 
 
 def _entry(outcome: Outcome) -> dict[str, Any]:
-    """A line of the report: an outcome without its origin, which the ledger has."""
-    entry = asdict(outcome)
-    del entry["origin"]
-    return entry
+    """A line of the report: an outcome without what only the ledger needs."""
+    return {name: getattr(outcome, name) for name in ("id", "place", "outputs", "facts", "error")}
 
 
 def _row(outcome: Outcome) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 
 from phonanim.dubbing import ledger, ledger_parts
 from phonanim.dubbing.align_lines import SUFFIX
@@ -23,11 +23,12 @@ def reserve_outputs(lines: Lines, folder: Place, formats: Sequence[str]) -> Line
     files = {collision_key(PurePosixPath(name)): "the run itself" for name in OWN}
     folders: dict[str, str] = {}
     inputs = {str(place) for line in lines.lines for place in (line.alignment, line.audio, line.edits)}
+    target = folder.absolute()
     kept: list[Line] = []
     faults: list[Fault] = []
     for line in lines.lines:
         names = output_files(line, formats)
-        problem = next(_problems(names, files, folders, inputs, folder), "")
+        problem = next(_problems(names, files, folders, inputs, target), "")
         if problem:
             faults.append(Fault(line.id, line.place, problem, line.options.language))
             continue
@@ -58,6 +59,5 @@ def _problems(
         taken = taken or next((files[k] for k in map(collision_key, name.parents) if k in files), None)
         if taken:
             yield f"the output {str(name)!r} is already used by {taken}; {mend}"
-        place = folder / name
-        if str(place.absolute() if isinstance(place, Path) else place) in inputs:
+        if str(folder / name) in inputs:
             yield f"the output {str(name)!r} would overwrite an input; {mend}, or name another folder"

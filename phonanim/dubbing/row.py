@@ -66,12 +66,17 @@ def parse_row(id: str, row: Row, root: Place, common: Common) -> Line:
         place=row.place,
         alignment=alignment,
         audio=_found(cells["audio"], root) if "audio" in cells else _beside(alignment),
-        options=replace(common.options, **_overrides(cells, root, common)),
+        options=_options(cells, root, common),
         output=output,
         text=cells["text"] if spoken else None,
         edits=_found(cells["edits"], root) if "edits" in cells else _sidecar(common.edits, str(output)),
         exports={**common.exports, **_exports(cells, root)},
     )
+
+
+def _options(cells: Mapping[str, str], root: Place, common: Common) -> Options:
+    chosen = _overrides(cells, root, common)
+    return replace(common.options, **chosen) if chosen else common.options
 
 
 def is_character(cell: str) -> bool:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from pathlib import PurePosixPath
 
 from phonanim.core.files import is_leftover
 from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.ledger import NAME, ledger_writer, lock_folder, read_ledger, write_ledger
 from phonanim.dubbing.lines import Lines
+from phonanim.dubbing.make import reset_caches
 from phonanim.dubbing.outcome import Outcome
-from phonanim.dubbing.provenance import is_current, origin_of
+from phonanim.dubbing.provenance import is_current, is_unchanged, origin_of
 from phonanim.dubbing.report import write_reports
 from phonanim.dubbing.storage import Place, Remote
 from phonanim.errors import OutputError, PhonanimError
@@ -25,9 +27,11 @@ def run(
     formats: tuple[str, ...],
     engine: Engine,
     tell: Callable[[Result], None] = lambda result: None,
+    verify: bool = False,
 ) -> list[Outcome]:
     """Make every line in `folder`, and return the outcomes in the order of the lines, faults last.
 
+    A line whose files have the sizes and times that the ledger says is kept; `verify` reads them all.
     `tell` is called with the result of each line as it ends. The folder gets the outputs, ledger.jsonl,
     report.json, report.html and summary.txt. Raises OutputError when the folder cannot be written.
     """
@@ -37,7 +41,8 @@ def run(
         remove_unfinished(folder, output_folders(lines, known.values()))
         found: dict[str, Outcome] = {}
         with ledger_writer(folder) as record:
-            for result in engine(make_jobs(lines, folder, formats, known)):
+            jobs = make_jobs(lines, folder, formats, known)
+            for result in chain_results(jobs, engine, verify):
                 found[result.outcome.id] = result.outcome
                 if result.made:
                     record(result.outcome)
@@ -53,7 +58,21 @@ def make_jobs(
 ) -> Iterator[Job]:
     """A job for each line, with its entry in the ledger."""
     run = secrets.token_hex(4)
-    return (Job(line, folder.absolute(), formats, known.get(line.id), run) for line in lines.lines)
+    target = folder.absolute()
+    return (Job(line, target, formats, known.get(line.id), run) for line in lines.lines)
+
+
+def chain_results(jobs: Iterator[Job], engine: Engine, verify: bool) -> Iterator[Result]:
+    """The lines that are kept by their stamps, then those that the engine makes or keeps by content."""
+    left = []
+    for job in jobs:
+        reset_caches(job.run)
+        if not verify and job.known and is_unchanged(job.known, job.line, job.formats, job.folder):
+            yield Result(replace(job.known, place=job.line.place), made=False)
+        else:
+            left.append(job)
+    if left:
+        yield from engine(iter(left))
 
 
 def fault_outcomes(lines: Lines) -> list[Outcome]:
@@ -65,7 +84,9 @@ def plan_run(lines: Lines, folder: Place, formats: tuple[str, ...]) -> Iterator[
     """What a run would do with each line: (id, "make" | "keep" | reason of a failure); writes nothing."""
     for job in make_jobs(lines, folder, formats, read_ledger(folder)):
         try:
-            kept = job.known and is_current(job.known, origin_of(job.line, formats), folder)
+            kept = is_unchanged(job.known, job.line, formats, folder) or (
+                job.known and is_current(job.known, origin_of(job.line, formats), folder)
+            )
             yield job.line.id, "keep" if kept else "make"
         except (PhonanimError, OSError) as error:
             yield job.line.id, str(error)
@@ -85,7 +106,8 @@ def output_folders(lines: Lines, known: Iterable[Outcome]) -> set[PurePosixPath]
     """The folders of the outputs of this run and of earlier ones, relative to the output folder."""
     outputs = [line.output for line in lines.lines]
     outputs += [PurePosixPath(name) for outcome in known for name in outcome.outputs]
-    return {above for output in outputs for above in output.parents}
+    below = {output.parent for output in outputs}
+    return below | {above for folder in below for above in folder.parents}
 
 
 def remove_unfinished(folder: Place, below: Iterable[PurePosixPath]) -> None:

@@ -12,6 +12,7 @@ import time
 
 import numpy as np
 import pytest
+from ledgers import plain_ledger
 
 from phonanim.__main__ import run
 from phonanim.core.files import PARTIAL
@@ -46,9 +47,11 @@ def batch(*arguments):
 
 
 def contents(folder):
-    return {
+    """The bytes of every file, and the entries of the ledger."""
+    found = {
         path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()
     }
+    return found | {name: plain_ledger(data) for name, data in found.items() if name == NAME}
 
 
 def events(capsys):

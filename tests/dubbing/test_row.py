@@ -5,6 +5,7 @@ import shutil
 
 import numpy as np
 import pytest
+from ledgers import plain_ledger
 
 from phonanim.__main__ import run
 from phonanim.dubbing.lines import read_lines
@@ -177,7 +178,8 @@ def test_outputs_do_not_tell_where_files_lay(folder):
     for out, file in [("one", "brow.toml"), ("two", "deep/brow.toml")]:
         assert batch("a.*", "-o", out, "--format", "npz", "--overlay", file, "--smooth", "0.05", "-q") == 0
     assert (folder / "one/a.npz").read_bytes() == (folder / "two/a.npz").read_bytes()
-    assert (folder / "one/ledger.jsonl").read_bytes() == (folder / "two/ledger.jsonl").read_bytes()
+    ledgers = [(folder / name / "ledger.jsonl").read_bytes() for name in ("one", "two")]
+    assert plain_ledger(ledgers[0]) == plain_ledger(ledgers[1])
 
 
 def test_a_language_that_nobody_wrote(folder):

@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from ledgers import plain_ledger
 
 from phonanim.__main__ import run as phonanim
 from phonanim.dubbing import ledger_parts
@@ -66,13 +67,17 @@ def memory(lines):
 
 
 def contents(folder):
-    return {
-        path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()
-    }
+    found = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
+    return {name: content(name, path.read_bytes()) for name, path in found.items()}
+
+
+def content(name, data):
+    return plain_ledger(data) if name == NAME else data
 
 
 def stored(storage, folder):
-    return {path.removeprefix(folder + "/"): storage.cat_file(path) for path in storage.find(folder)}
+    found = {path.removeprefix(folder + "/"): path for path in storage.find(folder)}
+    return {name: content(name, storage.cat_file(path)) for name, path in found.items()}
 
 
 @pytest.mark.parametrize("source", ["", "/script.csv", "/**/*.TextGrid"])
