@@ -22,28 +22,37 @@ if TYPE_CHECKING:
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 OUTPUT = click.Path(dir_okay=False, path_type=Path)
 HEAD_RIG = "arkit_tongue"  # every control of the shipped head
+SPOKEN = Path("speech.glb")  # default output of --text alone
 
 
 @click.command()
-@click.argument("alignment", type=FILE)
+@click.argument("alignment", type=FILE, required=False)
 @click.option("-o", "--output", "outputs", type=OUTPUT, multiple=True, help="File to write. Repeatable.")
 @animation_options
-@click.option("--text", help="What is said, when ALIGNMENT is a recording; needs phonanim[align].")
+@click.option(
+    "--text",
+    help="What is said in the recording ALIGNMENT (phonanim[align]); without ALIGNMENT, what to speak "
+    "(phonanim[espeak]).",
+)
+@click.option("--voice", help="Voice of eSpeak NG for --text alone, such as de; --language by default.")
 @click.option("--audio", type=FILE, help="The recording; by default the one beside the alignment.")
 @click.option("--edits", type=FILE, help="An animator's edits to apply, written by `phonanim edit diff`.")
 @renamed_option(
     "--contact-sheet", "--sheet", type=OUTPUT, help="Also draw a contact sheet of the face, as PNG."
 )
+@click.option("--view", is_flag=True, help="Open the animation in the browser.")
 @export_options
 @console_options
 def command(
-    alignment: Path,
+    alignment: Path | None,
     outputs: tuple[Path, ...],
     options: Options,
     text: str | None,
+    voice: str | None,
     audio: Path | None,
     edits: Path | None,
     sheet: Path | None,
+    view: bool,
     exports: dict[str, object],
     console: Console,
 ) -> None:
@@ -61,12 +70,15 @@ def command(
       phonanim animate line.TextGrid -o line.glb --character mine.glb --key-tolerance 0.01
       phonanim animate line.TextGrid -o line.glb --edits line.edits.json
       phonanim animate speech.wav --text "What is said."
+      phonanim animate --text "Guten Morgen." --voice de -o morgen.glb
       phonanim animate speech.wav --model models/phisanet
     """
     from phonanim.pipeline import animate, apply_edit_file
 
-    if text is not None:
-        audio, alignment = audio or alignment, align_recording(alignment, text)
+    if alignment is None or text is not None:
+        beside = outputs[0] if outputs else SPOKEN
+        alignment, options, recording = make_alignment(alignment, text, voice, beside, options)
+        audio = audio or recording
     if not outputs:
         outputs = (alignment.with_suffix(".glb"),)
         if click.get_current_context().get_parameter_source("rig") is ParameterSource.DEFAULT:
@@ -79,21 +91,45 @@ def command(
     facts = describe(animation, alignment, options, written)
     for line in (*report_lines(facts), *key_notes(animation, outputs, exports)):
         console.print(line)
+    if view:
+        show(animation, outputs, console)
+    elif outputs[0].suffix.lower() == ".glb":
+        console.print(f"to see it: --view, or open {outputs[0]} in any glTF viewer")
     console.print_result(facts)
 
 
-def align_recording(recording: Path, text: str) -> Path:
-    """Align a recording with its text, into a TextGrid beside it. Raises OptionError if one exists."""
-    from phonanim.aligners.pocketsphinx import align
-    from phonanim.errors import OptionError
-    from phonanim.speech.textgrid import write_textgrid
+def make_alignment(
+    recording: Path | None, text: str | None, voice: str | None, beside: Path, options: Options
+) -> tuple[Path, Options, Path | None]:
+    """The alignment of a recording and its text, or of speech that is made from text; and the recording.
 
-    path = recording.with_suffix(".TextGrid")
-    if path.exists():
-        raise OptionError(f"{path}: is there already; animate it, or remove it to have it made from --text")
-    found = align(recording, text)
-    write_textgrid(path, {"words": found.words, "phones": found.phones}, found.duration)
-    return path
+    Without a recording the speech and its alignment are written beside the first output, and the phones are
+    read as IPA. Raises click.UsageError when there is neither.
+    """
+    from phonanim.commands._speech import align_recording, speak_text
+
+    if text is None:
+        raise click.UsageError("give an ALIGNMENT, a recording, or --text")
+    if recording is not None:
+        return align_recording(recording, text), options, recording
+    from phonanim.aligners.espeak import VOICE
+
+    spoken_in = voice or (VOICE if options.language == "auto" else options.language)
+    return speak_text(text, spoken_in, beside), replace(options, language="ipa"), None
+
+
+def show(animation: Animation, outputs: Sequence[Path], console: Console) -> None:
+    """Open the animation in the browser: the page among the outputs, or a temporary one."""
+    import tempfile
+
+    from phonanim.commands._view import open_page
+
+    pages = [path for path in outputs if path.suffix.lower() in (".html", ".htm")]
+    if not pages:
+        folder = Path(tempfile.mkdtemp(prefix="phonanim-view-"))
+        pages = [folder / f"{outputs[0].stem}.html"]
+        animation.save(pages[0])
+    open_page(pages[0], console)
 
 
 def check_outputs(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:

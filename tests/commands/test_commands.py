@@ -67,7 +67,7 @@ def test_the_folder_is_the_registry(root):
     ("arguments", "line"),
     [
         (["animte"], "phonanim: No such command 'animte'"),
-        (["animate"], "phonanim animate: Missing argument 'ALIGNMENT'; see phonanim animate --help"),
+        (["animate"], "phonanim animate: give an ALIGNMENT, a recording, or --text; see"),
         (["animate", "missing.TextGrid"], "'missing.TextGrid' does not exist"),
         (["models", "--colour"], "phonanim models: No such option"),
         (["corpus", "build", "missing", "-o", "x"], "Directory 'missing' does not exist"),

@@ -1,0 +1,110 @@
+"""The process that speaks: a request as JSON on its input, samples and events as JSON on its output.
+
+eSpeak NG keeps the state of its noise and pitch from one text to the next, so that only the first text of a
+process always gives the same samples. It speaks one text and ends.
+"""
+
+from __future__ import annotations
+
+import base64
+import ctypes
+import json
+import sys
+from difflib import get_close_matches
+from typing import Any
+
+# Numbers of speak_lib.h.
+SYNCHRONOUS, PHONEME_EVENTS, IPA, DO_NOT_EXIT = 2, 1, 2, 0x8000
+LAST = 0
+CHARACTERS, UTF8 = 1, 1
+DEFAULT = "en-us"  # the voice of "english", which many voices are named
+
+
+class _EventId(ctypes.Union):
+    _fields_ = [("number", ctypes.c_int), ("name", ctypes.c_char_p), ("string", ctypes.c_char * 8)]
+
+
+class _Event(ctypes.Structure):
+    _fields_ = [
+        ("type", ctypes.c_int),
+        ("unique_identifier", ctypes.c_uint),
+        ("text_position", ctypes.c_int),
+        ("length", ctypes.c_int),
+        ("audio_position", ctypes.c_int),
+        ("sample", ctypes.c_int),
+        ("user_data", ctypes.c_void_p),
+        ("id", _EventId),
+    ]
+
+
+class _Voice(ctypes.Structure):
+    _fields_ = [("name", ctypes.c_char_p), ("languages", ctypes.c_void_p), ("identifier", ctypes.c_char_p)]
+
+
+_Callback = ctypes.CFUNCTYPE(
+    ctypes.c_int, ctypes.POINTER(ctypes.c_short), ctypes.c_int, ctypes.POINTER(_Event)
+)
+
+
+def speak(text: str, voice: str) -> dict[str, Any]:
+    """The rate, the samples (16 bit, base64) and the events of a text, or an error.
+
+    An event is its type, its sample, its position and length in the text, and the phone.
+    """
+    import espeakng_loader
+
+    library = ctypes.CDLL(espeakng_loader.get_library_path())
+    library.espeak_ListVoices.restype = ctypes.POINTER(ctypes.POINTER(_Voice))
+    data = espeakng_loader.get_data_path().encode()
+    rate = library.espeak_Initialize(SYNCHRONOUS, 0, data, PHONEME_EVENTS | IPA | DO_NOT_EXIT)
+    if rate <= 0:
+        return {"error": "eSpeak NG does not start; install it again: pip install 'phonanim[espeak]'"}
+    codes = {key: code for code, name in reversed(_voices(library)) for key in (name, code)}
+    code = DEFAULT if voice.lower() == "english" else codes.get(voice.lower(), "")
+    if not code or library.espeak_SetVoiceByName(code.encode()) != 0:
+        near = get_close_matches(voice.lower(), codes, n=1)
+        hint = f"did you mean {near[0]!r}?" if near else "voices are language codes, such as de or pt-br"
+        return {"error": f"eSpeak NG has no voice {voice!r}; {hint}"}
+    sound, events = _synthesize(library, text)
+    return {"rate": rate, "samples": base64.b64encode(sound).decode(), "events": events}
+
+
+def _synthesize(library: Any, text: str) -> tuple[bytes, list[tuple[int, int, int, int, str]]]:
+    sound, events = bytearray(), list[tuple[int, int, int, int, str]]()
+
+    def collect(samples: Any, count: int, given: Any) -> int:
+        if samples and count > 0:
+            sound.extend(ctypes.string_at(samples, 2 * count))
+        index = 0
+        while given[index].type != LAST:
+            event = given[index]
+            label = bytes(event.id.string).split(b"\0")[0].decode("utf-8", "ignore")
+            events.append((event.type, event.sample, event.text_position, event.length, label))
+            index += 1
+        return 0
+
+    callback = _Callback(collect)
+    library.espeak_SetSynthCallback(callback)
+    encoded = text.encode("utf-8")
+    library.espeak_Synth(encoded, len(encoded) + 1, 0, CHARACTERS, 0, UTF8, None, None)
+    library.espeak_Synchronize()
+    return bytes(sound), events
+
+
+def _voices(library: Any) -> list[tuple[str, str]]:
+    """Every language code with the name of its voice in lower case, without what is in brackets."""
+    found = []
+    listed, index = library.espeak_ListVoices(None), 0
+    while listed[index]:
+        voice = listed[index].contents
+        place = voice.languages  # each a byte of priority and a text that ends with 0; the last is empty
+        while ctypes.string_at(place, 1) != b"\0":
+            code = ctypes.string_at(place + 1)
+            found.append((code.decode(), voice.name.decode().lower().split(" (")[0]))
+            place += len(code) + 2
+        index += 1
+    return found
+
+
+if __name__ == "__main__":
+    json.dump(speak(**json.load(sys.stdin)), sys.stdout)

@@ -1,0 +1,116 @@
+"""Speech from text by eSpeak NG, offline, in about a hundred languages, with the times of words and phones.
+
+eSpeak NG is under the GPL (version 3 or later). phonanim contains nothing of it: the extra `espeak` installs
+the package espeakng-loader, which carries the library and its voices, and the library is loaded at run time.
+Times are those that the synthesizer itself reports (`speak_lib.h`, events of phonemes and words).
+"""
+
+from __future__ import annotations
+
+import base64
+import importlib.util
+import json
+import subprocess
+import sys
+import wave
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.core.files import atomic_path
+from phonanim.errors import MissingExtraError, OptionError
+from phonanim.speech.alignment import Interval
+
+VOICE = "en-us"
+MARGIN = 0.25  # seconds of silence before and after, so that a mouth can open and rest
+
+WORD, PHONEME = 1, 7  # types of events in speak_lib.h
+
+
+@dataclass(frozen=True)
+class SpokenText:
+    """Speech: `samples` (n,) 16-bit at `rate` Hz, and its words and phones (IPA with stress) in seconds."""
+
+    samples: NDArray[np.int16]
+    rate: int
+    words: tuple[Interval, ...]
+    phones: tuple[Interval, ...]
+
+    @property
+    def duration(self) -> float:
+        """Seconds."""
+        return len(self.samples) / self.rate
+
+
+def speak(text: str, voice: str = VOICE) -> SpokenText:
+    """Speak a text.
+
+    `voice` is a language code (`de`, `en-us`, `cmn`) or a name (`german`) that eSpeak NG has. Raises
+    OptionError for an unknown voice, suggesting the nearest, and for a text without anything to say;
+    MissingExtraError without the extra.
+    """
+    if importlib.util.find_spec("espeakng_loader") is None:
+        raise MissingExtraError("speech from text needs eSpeak NG: pip install 'phonanim[espeak]'")
+    done = subprocess.run(
+        [sys.executable, "-m", "phonanim.aligners._espeak_process"],
+        input=json.dumps({"text": text, "voice": voice}),
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
+    if done.returncode:
+        reason = done.stderr.strip().splitlines() or [f"it ended with {done.returncode}"]
+        raise MissingExtraError(f"eSpeak NG cannot speak ({reason[-1]}); install phonanim[espeak] again")
+    answer = json.loads(done.stdout)
+    if "error" in answer:
+        raise OptionError(answer["error"])
+    samples = np.frombuffer(base64.b64decode(answer["samples"]), "<i2")
+    spoken = _timed(samples, answer["rate"], answer["events"], text)
+    if not spoken.phones:
+        raise OptionError(f"{text[:40]!r}: the voice {voice} finds nothing to say in it; give another text")
+    return spoken
+
+
+def write_speech(path: Path, spoken: SpokenText) -> None:
+    """Write the sound as a 16-bit WAV file, atomically."""
+    with atomic_path(path) as partial, wave.open(str(partial), "wb") as stream:
+        stream.setnchannels(1)
+        stream.setsampwidth(2)
+        stream.setframerate(spoken.rate)
+        stream.writeframes(spoken.samples.astype("<i2").tobytes())
+
+
+def _timed(
+    samples: NDArray[np.int16], rate: int, events: list[tuple[int, int, int, int, str]], text: str
+) -> SpokenText:
+    """Events -> intervals, with MARGIN of silence around all. A phone lasts until the next event begins."""
+    margin = np.zeros(round(MARGIN * rate), np.int16)
+    marks = [(MARGIN + sample / rate, label) for kind, sample, _, _, label in events if kind == PHONEME]
+    ends = [*(start for start, _ in marks[1:]), MARGIN + len(samples) / rate]
+    phones = tuple(
+        Interval(label, start, end)
+        for (start, label), end in zip(marks, ends, strict=True)
+        if label and end > start
+    )
+    words = _words([event for event in events if event[0] == WORD], text, phones, rate)
+    return SpokenText(np.concatenate([margin, samples, margin]), rate, words, phones)
+
+
+def _words(
+    events: list[tuple[int, int, int, int, str]], text: str, phones: tuple[Interval, ...], rate: int
+) -> tuple[Interval, ...]:
+    """The words that are heard; what is spoken as several words, such as a number, is one."""
+    begins: list[tuple[float, int, int]] = []  # seconds, first and last + 1 character
+    for _, sample, at, length, _ in events:
+        if not begins or at > begins[-1][2]:
+            begins.append((MARGIN + sample / rate, at, at - 1 + length))
+    words = []
+    stops = [*(start for start, _, _ in begins[1:]), float("inf")]
+    for (start, at, end), stop in zip(begins, stops, strict=False):
+        inside = [phone for phone in phones if start <= phone.start < stop]
+        if inside and (word := text[at - 1 : end].strip()):
+            words.append(Interval(word, inside[0].start, inside[-1].end))
+    return tuple(words)

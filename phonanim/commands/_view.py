@@ -1,0 +1,16 @@
+"""Open a page in the browser."""
+
+from __future__ import annotations
+
+import webbrowser
+from pathlib import Path
+
+from phonanim.commands import Console
+
+
+def open_page(path: Path, console: Console) -> None:
+    """Open an HTML file in the browser, or say how where there is none."""
+    if webbrowser.open(path.resolve().as_uri()):
+        console.print(f"opened {path} in the browser")
+    else:
+        console.print(f"there is no browser here: open {path} in one")

@@ -1,0 +1,62 @@
+from __future__ import annotations
+
+import wave
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("espeakng_loader", reason="needs the extra espeak")
+
+from phonanim.aligners.espeak import MARGIN, speak, write_speech
+from phonanim.errors import OptionError
+from phonanim.speech.ipa import parse_ipa
+
+
+def test_words_and_phones_have_their_times() -> None:
+    spoken = speak("My father moved. Bob!")
+    assert [word.label for word in spoken.words] == ["My", "father", "moved", "Bob"]
+    assert spoken.phones[0].label == "m"
+    assert spoken.phones[0].start == pytest.approx(MARGIN, abs=0.02)
+    assert spoken.phones[-1].end <= spoken.duration - MARGIN + 1e-9
+    assert all(a.end <= b.start + 1e-9 for a, b in zip(spoken.phones, spoken.phones[1:], strict=False))
+    bob = spoken.words[-1]
+    assert [phone.label for phone in spoken.phones if bob.start <= phone.start < bob.end][::2] == ["b", "b"]
+
+
+def test_sound_is_there_where_phones_are() -> None:
+    spoken = speak("A sharp saw.")
+    level = np.abs(spoken.samples.astype(float))
+    begin, end = (round(t * spoken.rate) for t in (spoken.phones[0].start, spoken.phones[-1].end))
+    assert level[begin:end].mean() > 300
+    assert level[: round(0.9 * MARGIN * spoken.rate)].max() < 50
+
+
+def test_a_number_is_one_word() -> None:
+    assert [word.label for word in speak("Take 21 worlds").words] == ["Take", "21", "worlds"]
+
+
+@pytest.mark.parametrize(
+    ("voice", "text", "has"),
+    [("de", "Über Königs Tür", "y"), ("fr", "tu bois", "b"), ("ja", "ママ", "m"), ("german", "Tür", "y")],
+)
+def test_languages(voice: str, text: str, has: str) -> None:
+    labels = [phone.label for phone in speak(text, voice).phones]
+    assert any(has in label for label in labels)
+    assert all(parse_ipa(label) for label in labels)
+
+
+def test_the_same_text_gives_the_same_bytes(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        write_speech(tmp_path / f"{name}.wav", speak("Again and again."))
+    assert (tmp_path / "a.wav").read_bytes() == (tmp_path / "b.wav").read_bytes()
+    with wave.open(str(tmp_path / "a.wav")) as stream:
+        assert stream.getframerate() == speak("Again.").rate
+
+
+def test_a_voice_that_is_not_there_and_nothing_to_say() -> None:
+    with pytest.raises(OptionError, match="no voice 'germann'; did you mean 'german'"):
+        speak("Hallo", "germann")
+    for text in ("", "..."):
+        with pytest.raises(OptionError, match="nothing to say"):
+            speak(text)

@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from phonanim.commands.animate import command
+from phonanim.errors import OptionError
+
+pytest.importorskip("espeakng_loader", reason="needs the extra espeak")
+
+
+def run(*arguments: str) -> dict:
+    done = CliRunner().invoke(command, [*arguments, "--json"], catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    return json.loads(done.stdout)
+
+
+def test_text_alone_is_spoken_and_animated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    facts = run("--text", "My mother moved.", "-o", "line.csv", "--rig", "arkit")
+    assert facts["alignment"] == "line.TextGrid"
+    assert facts["audio"] == "line.wav"
+    first = Path("line.csv").read_bytes()
+    assert run("--text", "My mother moved.", "-o", "line.csv", "--rig", "arkit") == facts
+    assert Path("line.csv").read_bytes() == first
+
+
+def test_the_language_chooses_the_voice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    run("--text", "Tür", "--language", "german", "-o", "a.npz")
+    assert '"y' in Path("a.TextGrid").read_text().replace("ˈ", "")
+
+
+def test_other_speech_is_not_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("line.wav").write_bytes(b"mine")
+    with pytest.raises(OptionError, match=r"line\.wav: is there already, with other speech"):
+        run("--text", "My mother.", "-o", "line.csv")
+    assert Path("line.wav").read_bytes() == b"mine"
+    assert not Path("line.TextGrid").exists()
+
+
+def test_neither_text_nor_alignment() -> None:
+    done = CliRunner().invoke(command, [])
+    assert done.exit_code == 2
+    assert "give an ALIGNMENT, a recording, or --text" in done.output
