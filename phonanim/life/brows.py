@@ -1,7 +1,8 @@
 """Brows: up on some accents and on questions, down on rare emphasis.
 
 Speakers raise their brows with some rises of pitch, and sometimes in silence (Guaïtella et al. 2009, Language
-and Speech 52). The raise begins a little before its accent (Flecha-García 2010, Speech Communication 52).
+and Speech 52). Raises tend to come with pitch accents and a little before them (Flecha-García 2010, Speech
+Communication 52); how far, how often and how long before is set by eye.
 Brows also rise in questions (Ekman 1979, About Brows).
 """
 

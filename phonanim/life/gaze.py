@@ -2,8 +2,9 @@
 
 A saccade of A degrees takes 21 + 2.2 A ms (Carpenter 1988, Movements of the Eyes), which gives peak speeds
 of the main sequence (Bahill, Clark and Stark 1975, Mathematical Biosciences 24). Durations, directions and
-sizes of looks at the listener and away follow Lee, Badler and Badler 2002 (Eyes Alive, SIGGRAPH): 3.1 s and
-0.9 s when talking, 7.9 s and 0.4 s when listening, sizes with a decay of 6.9 degrees. Speakers begin a
+sizes of looks at the listener and away are of the order that Lee, Badler and Badler 2002 report (Eyes Alive,
+SIGGRAPH): 3.1 s and 0.9 s when talking, 7.9 s and 0.4 s when listening, sizes with a decay of 6.9 degrees.
+They are quoted from memory; only the paper's abstract was at hand to check them. Speakers begin a
 turn with averted gaze and end it with gaze at the listener (Kendon 1967, Acta Psychologica 26; Ho, Foulsham
 and Kingstone 2015, PLOS ONE 10(8)). People look at both eyes and mouth (Rogers et al. 2018, Scientific
 Reports 8). One or two microsaccades a second stay below half a degree (Martinez-Conde, Macknik and Hubel

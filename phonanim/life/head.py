@@ -3,8 +3,9 @@
 Heads move with pitch and loudness (Munhall et al. 2004, Psychological Science 15(2)), nod at stressed
 syllables and change posture at boundaries (Hadar et al. 1984, Human Movement Science 3; Graf, Cosatto,
 Strom and Huang 2002, Visual Prosody). Amplitudes stay below those of lively speakers (Busso et al. 2007, IEEE
-Transactions on Audio, Speech and Language Processing 15(3)). The head follows part of a gaze shift, after the
-eyes (Freedman 2008, Experimental Brain Research 190).
+Transactions on Audio, Speech and Language Processing 15(3)). The head follows part of a large gaze shift
+(Freedman 2008, Experimental Brain Research 190, a review); shares, sizes and delays are set by eye. Monkeys
+keep the head still below 20 degrees (Freedman and Sparks 1997, Journal of Neurophysiology 77).
 """
 
 from __future__ import annotations
