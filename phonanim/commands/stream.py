@@ -72,6 +72,11 @@ class LookAhead(click.ParamType):  # type: ignore[type-arg]
     multiple=True,
     help="Let pages of this site connect to the WebSocket. Repeatable.",
 )
+@click.option(
+    "--audio",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="The recording of an alignment, whose level the mouth follows; by default the one beside it.",
+)
 @animation_options
 @console_options
 def command(
@@ -84,6 +89,7 @@ def command(
     rate: int,
     channels: int,
     origins: tuple[str, ...],
+    audio: Path | None,
     options: Options,
     console: Console,
 ) -> None:
@@ -97,13 +103,14 @@ def command(
     Examples:
       recognizer | phonanim stream --realtime --to livelink=192.168.1.5:11111
       phonanim stream line.TextGrid --realtime --to websocket
+      phonanim stream line.TextGrid --audio line.wav --look-ahead exact
       phonanim stream speech.wav --model models/cnn
       arecord -f S16_LE -r 16000 | phonanim stream --model models/cnn --to osc=127.0.0.1:9000
     """
     from phonanim.stream.play import Player, report_lines
     from phonanim.stream.sinks import Stage, open_named
 
-    engine, events, ahead = open_engine(source, microphone, rate, channels, options, look_ahead)
+    engine, events, ahead = open_engine(source, microphone, rate, channels, options, look_ahead, audio)
     check_options(realtime, ahead, delay)
     stage = Stage(engine.rig.name, engine.rig.controls, options.fps, origins)
     sinks = [open_named(place, stage) for place in places]
@@ -124,11 +131,18 @@ def command(
 
 
 def open_engine(
-    source: str, microphone: bool, rate: int, channels: int, options: Options, look_ahead: float | None
+    source: str,
+    microphone: bool,
+    rate: int,
+    channels: int,
+    options: Options,
+    look_ahead: float | None,
+    audio: Path | None = None,
 ) -> tuple[Engine, Iterator[Event], float | None]:
     """The engine that makes frames, the incoming events, and the look-ahead in seconds."""
-    from phonanim.errors import OptionError
+    from phonanim.errors import AudioError, MissingExtraError, OptionError
     from phonanim.inputs.speech_input import is_recording
+    from phonanim.media.audio import find_audio
     from phonanim.pipeline import load_model
     from phonanim.stream import inputs
     from phonanim.stream.engine import PhoneStream
@@ -146,6 +160,7 @@ def open_engine(
         engine = SoundStream(options, rate, line)
         return engine, heard, engine.look_ahead + SLACK
     events: Iterator[Event]
+    heard_rate: int | None = None
     if microphone or is_recording(Path(source)):
         given = "--microphone: gives audio" if microphone else f"{source}: is a recording"
         raise OptionError(f"{given}, and {options.model} reads phones; choose a --model of kind cnn or tcn")
@@ -154,9 +169,15 @@ def open_engine(
     elif inputs.is_lines(Path(source)):
         events = inputs.json_lines(os.open(source, os.O_RDONLY))
     else:
-        language, words, events = inputs.alignment_file(Path(source), options)
+        language, words, offset, events = inputs.alignment_file(Path(source), options)
         options = replace(options, language=language)
-    return PhoneStream(options, look_ahead, line, words), events, look_ahead
+        if (sound := audio or find_audio(Path(source))) is not None:
+            try:
+                heard_rate, events = inputs.with_recording(events, sound, offset)
+            except (AudioError, MissingExtraError):
+                if audio is not None:
+                    raise
+    return PhoneStream(options, look_ahead, line, words, heard_rate), events, look_ahead
 
 
 def check_options(realtime: bool, look_ahead: float | None, delay: float | None) -> None:

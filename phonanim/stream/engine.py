@@ -18,10 +18,12 @@ from phonanim.regressors import NEEDS
 from phonanim.speech.alignment import ROUNDING, Alignment, Interval
 from phonanim.speech.labels import is_silent
 from phonanim.speech.language import to_phones
+from phonanim.speech.loudness import Loudness
 from phonanim.speech.phones import PhoneTrack
 from phonanim.speech.prosody import Prosody
-from phonanim.stream.events import Event, Phone, Tick
-from phonanim.stream.life import HeardPhones, StreamedLife
+from phonanim.stream.events import Event, Phone, Samples, Tick
+from phonanim.stream.life import HeardPhones, HeardVoice, StreamedLife
+from phonanim.stream.loudness import StreamedLoudness
 
 REACH = float(EDGES[-1])  # seconds to either side that the features use
 BEYOND = 3  # segments after the current one that their timing uses, including a closure's release
@@ -39,13 +41,15 @@ class PhoneStream:
     phones are known for 0.8 s and three segments after it. A number of seconds limits the wait instead: the
     frame is then released when phones are known, or time has passed, for so long after it, and the unknown
     part counts as silence. Memory use does not grow, because the past is dropped. `line` is the name for the
-    seed of the life layer; `words` are the line's words, if they are known in advance.
+    seed of the life layer; `words` are the line's words, if they are known in advance. `rate` is that of the
+    recording, in hertz, if audio arrives with the phones; the mouth then follows its level.
     """
 
     options: Options
     look_ahead: float | None = None
     line: str = "stream"
     words: tuple[Interval, ...] = ()
+    rate: int | None = None
     emitted: int = 0
     ended: bool = False
     now: float = 0.0
@@ -69,6 +73,9 @@ class PhoneStream:
         self.felt = HeardPhones(self.options, self.words, ahead)
         streamed = StreamedLife(life, self.rig, self.options.fps, self._prosody)
         self.life = streamed if life.moves(self.rig) else None
+        follows = self.rate is not None and self.options.loudness > 0
+        self.heard = HeardVoice(self.rate, ahead) if self.rate is not None and follows else None
+        self.level = StreamedLoudness(self.options.level, ahead)
         if modality == "audio":
             raise OptionError(f"model {self.options.model} is audio-driven; stream audio to it, not phones")
 
@@ -99,6 +106,8 @@ class PhoneStream:
             self.push(event.label, event.start, event.end)
         elif isinstance(event, Tick):
             self.tick(event.time)
+        elif isinstance(event, Samples) and self.heard is not None:
+            self.heard.push(np.nan_to_num(event.values, nan=0.0, posinf=0.0, neginf=0.0))
 
     def push(self, label: str, start: float, end: float) -> None:
         """Add the next phone. Raises StreamError when its times are invalid, and then ignores the phone.
@@ -159,12 +168,22 @@ class PhoneStream:
         alignment, origin = self._window(self.emitted, self.emitted + count)
         track, _ = to_phones(alignment, self.options.language, self.options.unknown)
         start = self.emitted / self.options.fps - origin
-        values = predict_controls(track, self.model, self.rig, self.options, count, start).values
+        loudness = self._loudness(track, origin, count)
+        motion = predict_controls(track, self.model, self.rig, self.options, count, start, loudness=loudness)
+        values = motion.values
         if self.life is not None:
             values = self.life.add(values, self.emitted, self.emitted + ready)
         self.emitted += count
         self._forget()
         return values
+
+    def _loudness(self, track: PhoneTrack, origin: float, count: int) -> Loudness | None:
+        """The level of the next frames, on the clock of their track."""
+        if self.heard is None:
+            return None
+        fps = self.options.fps
+        voice = self.heard.hear(self.emitted / fps, self.ended)
+        return self.level.until((self.emitted + count) / fps, voice, track, origin)
 
     def _prosody(self, time: float) -> tuple[Prosody, PhoneTrack]:
         return self.felt.prosody(time, max(self.known_until, time), self.ended)

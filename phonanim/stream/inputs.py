@@ -56,8 +56,11 @@ def _lines(source: int) -> Iterator[bytes | None]:
         yield rest
 
 
-def alignment_file(path: Path, options: Options) -> tuple[str, tuple[Interval, ...], Iterator[Event]]:
-    """The language of an alignment's labels, its words, and its phones. Raises AlignmentError."""
+def alignment_file(path: Path, options: Options) -> tuple[str, tuple[Interval, ...], float, Iterator[Event]]:
+    """The language of an alignment's labels, its words, its offset in a recording, and its phones.
+
+    Raises AlignmentError.
+    """
     alignment = read_alignment(path, options.tier, options.speaker, options.lexicon)
     language = options.language
     if language == "auto":
@@ -70,7 +73,27 @@ def alignment_file(path: Path, options: Options) -> tuple[str, tuple[Interval, .
         yield Tick(alignment.duration)
         yield End()
 
-    return language, alignment.words, events()
+    return language, alignment.words, alignment.offset, events()
+
+
+def with_recording(events: Iterator[Event], path: Path, offset: float) -> tuple[int, Iterator[Event]]:
+    """The rate of a recording, and phones with the audio until their ends before them.
+
+    The alignment begins `offset` seconds into the recording. Raises AudioError.
+    """
+    rate, blocks = open_audio(path, READ)
+
+    def merged() -> Iterator[Event]:
+        skipped, given = round(offset * rate), 0
+        for event in events:
+            until = event.end if isinstance(event, Phone) else event.time if isinstance(event, Tick) else 0.0
+            while given < until * rate and (block := next(blocks, None)) is not None:
+                kept, skipped = block[skipped:], max(skipped - len(block), 0)
+                given += len(kept)
+                yield Samples(kept)
+            yield event
+
+    return rate, merged()
 
 
 def recording(path: Path) -> tuple[int, Iterator[Event]]:

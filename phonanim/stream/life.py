@@ -84,13 +84,18 @@ class HeardVoice:
 
     def prosody(self, time: float, ended: bool) -> tuple[Prosody, PhoneTrack]:
         """The prosody of the kept audio at an instant; there are no phones."""
+        self.hear(time, ended)
+        until = max((self.dropped + len(self.samples)) / self.rate, 1 / FRAMES)
+        return hear_prosody(self.voice, self.ahead, ended), silent_track(until)
+
+    def hear(self, time: float, ended: bool) -> Voice:
+        """Level and pitch of what was received, from some seconds before an instant on."""
         begun = round(self.voice.start * FRAMES)
         first, came = begun + len(self.voice.level), self.dropped + len(self.samples)
         last = -(-came * FRAMES // self.rate) if ended else int((came / self.rate - HALF) * FRAMES)
         if last > first:
             self._hear(begun, first, last - first, time)
-        until = max(came / self.rate, 1 / FRAMES)
-        return hear_prosody(self.voice, self.ahead, ended), silent_track(until)
+        return self.voice
 
     def _hear(self, begun: int, first: int, count: int, time: float) -> None:
         first -= first % 2  # pitch is found at every other frame
