@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from phonanim.commands import Console, console_options
+from phonanim.commands._lips_read import find_alignment, read_lips
+from phonanim.commands._score_tables import score_table, summary_table
 
 if TYPE_CHECKING:
     from phonanim.evaluation.scoring import Scores
@@ -19,23 +21,11 @@ PATH = click.Path(exists=True, path_type=Path)
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 SEED = 0  # of the bootstrap, so that the same files give the same intervals
 RESAMPLES = 2000  # enough for two digits of an interval, for each of some forty measures
-# A table of files shows the first four of these that were measured.
-LEADING = (
-    "lve_mm",
-    "mve_mm",
-    "aperture_r",
-    "pbm_least_gap_mm",
-    "control_mse",
-    "control_l1",
-    "control_lag_ms",
-    "articulation_jaw_r",
-    "articulation_lip_gap_r",
-)
 
 
 @click.command()
 @click.argument("predictions", type=PATH)
-@click.option("--reference", type=PATH, required=True, help="The reference: a file or a folder.")
+@click.option("--reference", type=PATH, help="The reference: a file or a folder.")
 @click.option("--mask", "masks", multiple=True, metavar="[REGION=]FILE", help="Vertices of a region.")
 @click.option("--alignment", type=PATH, help="Alignment file, or a folder of them matched by stem.")
 @click.option("--language", default="auto", help="Label set of the alignment.")
@@ -51,10 +41,12 @@ LEADING = (
 )
 @click.option("--fps", metavar="RATE", help="Rate of a .npy of predictions (default 30).")
 @click.option("--reference-fps", metavar="RATE", help="Rate of a .npy of references (default --fps).")
+@click.option("--lips-read", type=FILE, metavar="NETWORK", help="Read words from the lips (TorchScript).")
+@click.option("--words", type=FILE, metavar="LIST", help="The words that the network knows, one a line.")
 @console_options
 def command(
     predictions: Path,
-    reference: Path,
+    reference: Path | None,
     masks: tuple[str, ...],
     alignment: Path | None,
     language: str,
@@ -64,6 +56,8 @@ def command(
     unit: str | None,
     fps: str | None,
     reference_fps: str | None,
+    lips_read: Path | None,
+    words: Path | None,
     console: Console,
 ) -> None:
     """Score PREDICTIONS of any tool against a reference, file by file or folder by folder.
@@ -78,8 +72,16 @@ def command(
       phonanim evaluate line.npz --reference capture.csv --alignment line.TextGrid
       phonanim evaluate ofx.track.json --reference capture.glb --json
       phonanim evaluate line.npz --reference ema/line_bndl.json
+      phonanim evaluate line.npz --lips-read network.pt --words words.txt
       phonanim evaluate out/ --reference vertices_npy/ --mask lips=lve.txt --mask upper=fdd.txt --fps 25
     """
+    if lips_read:
+        if not words:
+            raise click.UsageError("--lips-read needs the words that the network knows: --words LIST")
+        console.print_result(*read_lips(predictions, reference, alignment, lips_read, words))
+        return
+    if not reference:
+        raise click.UsageError("Missing option '--reference'.")
     from phonanim.animation.rates import parse_rate
     from phonanim.ema.scoring import is_articulography
     from phonanim.evaluation.predictions import pair_files, read_template
@@ -175,19 +177,10 @@ def score_all(
 
 def load_phones(alignment: Path, prediction: Path, language: str) -> PhoneTrack:
     """The phones of a line, from a file or from the one of its stem in a folder. Raises EvaluationError."""
-    from phonanim.errors import EvaluationError
-    from phonanim.evaluation.predictions import line_name
     from phonanim.inputs.alignment import read_alignment
     from phonanim.speech.language import to_phones
 
-    if alignment.is_dir():
-        named = sorted(path for path in alignment.iterdir() if path.stem == line_name(prediction))
-        if not named:
-            raise EvaluationError(
-                f"{alignment}: has no alignment named {line_name(prediction)}; leave it out or add it"
-            )
-        alignment = named[0]
-    return to_phones(read_alignment(alignment), language)[0]
+    return to_phones(read_alignment(find_alignment(alignment, prediction)), language)[0]
 
 
 def build_report(rows: dict[str, Scores], diversities: list[float]) -> dict[str, Any]:
@@ -236,56 +229,6 @@ def summarize(rows: dict[str, Scores]) -> dict[str, dict[str, Any]]:
             interval = bootstrap_interval(mean_rows(values), np.random.default_rng(SEED), resamples=RESAMPLES)
             found[key]["interval"] = list(interval)
     return found
-
-
-def score_table(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
-    """A table of measures, and one by class of phones."""
-    scores = next(iter(rows.values()))
-    lines = [f"{key:<38} {value:12.4f}" for key, value in scores.measures.items()]
-    tables = [*class_table(rows, facts), *viseme_table(facts)]
-    return [f"{scores.frames} frames at {scores.fps:g} fps", *lines, *tables]
-
-
-def class_table(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
-    """The error of each class of phones; empty without an alignment."""
-    if not facts["classes"]:
-        return []
-    lines = [f"{row['name']:<38} {row['mean']:12.4f}  {row['segments']} sounds" for row in facts["classes"]]
-    return ["", f"{next(iter(rows.values())).error} by class of phones", *lines]
-
-
-def viseme_table(facts: dict[str, Any]) -> list[str]:
-    """How often each viseme is read right from the lips; empty where nothing was read."""
-    from phonanim.evaluation.legibility import VISEMES
-
-    rows = facts["visemes"]
-    if not rows:
-        return []
-    read, captured = (sum(row[side] for row in rows) / len(rows) for side in ("read", "captured"))
-    lines = [
-        "",
-        f"visemes read right: {read:.0%} (captured motion: {captured:.0%}; chance: {1 / len(VISEMES):.0%})",
-    ]
-    for row in rows:
-        told = f"{row['name']:<38} {row['read']:12.0%}"
-        lines.append(f"{told}  captured {row['captured']:.0%}, {row['sounds']} sounds")
-    return lines
-
-
-def summary_table(rows: dict[str, Scores], facts: dict[str, Any]) -> list[str]:
-    """The leading measures per file, then the mean and interval of all."""
-    chosen = [key for key in LEADING if key in facts["summary"]][:4]
-    width = max(map(len, rows))
-    lines = [" ".join([f"{'':<{width}}", *(f"{key:>22}" for key in chosen)])]
-    for name, scores in rows.items():
-        lines.append(
-            " ".join([f"{name:<{width}}", *(f"{scores.measures.get(k, math.nan):22.4f}" for k in chosen)])
-        )
-    lines += ["", f"{'mean of files':<38} {'':>12}  95 % interval"]
-    for key, entry in facts["summary"].items():
-        low, high = entry.get("interval", (math.nan, math.nan))
-        lines.append(f"{key:<38} {entry['mean']:12.4f}  {low:.4f} to {high:.4f}")
-    return [*lines, *class_table(rows, facts), *viseme_table(facts)]
 
 
 def _four(text: str) -> tuple[int, ...]:
