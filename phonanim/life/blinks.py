@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 TALKING, RESTING = 26 / 60, 17 / 60  # blinks a second
 SPREAD = 0.6  # standard deviation of the logarithm of the gaps
-LEAST = 0.6  # seconds between two blinks, so that one ends before the next begins
+LEAST = 0.6  # seconds from the start of a blink to that of the next; less looks like a flutter
 CLOSING, SHUT, OPENING = 0.08, 0.03, 0.16  # seconds
 LATE = 1.2  # seconds by which a blink may move earlier to the end of a phrase
 REST = 1.0  # seconds after the end of a phrase that count as talking
@@ -71,5 +71,5 @@ def _talks(prosody: Prosody, time: float) -> bool:
 
 
 def _apart(starts: Array) -> Array:
-    """The blinks without those that begin before the previous one ends."""
-    return starts[np.diff(starts, prepend=-np.inf) >= LASTS]
+    """The blinks without those that follow another at once, as when the eyes turn far away and back."""
+    return starts[np.diff(starts, prepend=-np.inf) >= LEAST]

@@ -4,6 +4,7 @@ import pytest
 from phonanim.animation.animation import Animation
 from phonanim.evaluation.scoring import Settings, score, without_turns
 from phonanim.evaluation.upper_face import rises, upper_face_measures
+from phonanim.pipeline import animate
 
 
 def take(**curves):
@@ -47,3 +48,13 @@ def test_a_score_has_them_of_both_sides_and_leaves_degrees_out_of_errors():
     assert measures["captured_head_sd_deg"] == pytest.approx(20.0, rel=0.01)
     assert measures["control_mse"] < 0.1
     assert "headYaw" not in without_turns(lively()).channels
+
+
+def test_what_life_adds_to_a_line_is_above_the_mouth(unheard_line):
+    on, off = (animate(unheard_line, life=life, fps=25) for life in (1.0, 0.0))
+    found = score(off, on, Settings()).measures
+    assert found["fdd_mm"] > 0.1
+    assert found["captured_blinks_per_min"] > found["blinks_per_min"] == 0
+    for name in ("lve_mm", "tmve_mouth_mm", "tmve_jaw_mm"):
+        assert found[name] < 0.01
+    assert found["aperture_r"] > 0.9999

@@ -53,6 +53,13 @@ def test_large_shifts_of_gaze_bring_blinks():
     assert more > len(starts(1, SILENCE)) + 40
 
 
+def test_a_far_look_and_back_does_not_make_the_lids_flutter():
+    onsets = np.arange(1.0, 100.0, 0.4)
+    found = blinks.blink_starts(2, SILENCE, 0.0, 100.0, (onsets, np.full(len(onsets), 25.0)))
+    assert len(found) > 20
+    assert np.diff(found).min() >= 0.6 - 1e-9
+
+
 @pytest.mark.parametrize("degrees", [1.0, 5.0, 10.0, 20.0])
 def test_saccades_lie_on_the_main_sequence(degrees):
     onsets, targets = np.array([0.0, 1.0]), np.array([[0.0, 0.0], [degrees, 0.0]])
