@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
+from phonanim.core.decode import read_json
 from phonanim.errors import ModelError
 
 FILMS = {
@@ -25,7 +25,7 @@ SENSORS = {
 def read_legibility(path: Path) -> dict[str, Any]:
     """The rows of "films" and of "sensors". Raises ModelError when the file has another structure."""
     try:
-        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        found: dict[str, Any] = read_json(path)
     except (OSError, ValueError) as error:
         raise ModelError(
             f"{path}: cannot be read ({error}); make it with benchmarks/legibility.py"

@@ -7,13 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from phonanim.core.decode import read_toml
 from phonanim.errors import ModelError
 from phonanim.training.recipes import check_keys
 
 if sys.version_info >= (3, 11):
-    import tomllib
+    pass
 else:  # pragma: no cover
-    import tomli as tomllib
+    pass
 
 FOLDS = ("test", "words", "phones", "ema")
 NOISES = ("white", "babble")
@@ -79,9 +80,9 @@ class Plan:
 def read_plan(path: Path) -> Plan:
     """Read and check a plan; its paths are relative to it. Raises ModelError, which names the key."""
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = read_toml(path)
     except (OSError, ValueError) as error:
-        raise ModelError(f"{path}: cannot be read as TOML ({error})") from error
+        raise ModelError(f"{path}: cannot be read: {error}") from error
     check_keys(table, Plan, str(path))
     for key in ("corpus", "models", "reference"):
         if key not in table:

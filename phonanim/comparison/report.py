@@ -14,6 +14,7 @@ from phonanim.comparison.plan import Plan
 from phonanim.comparison.run import model_rows
 from phonanim.comparison.scores import measure_value
 from phonanim.comparison.tables import markdown
+from phonanim.core.decode import read_json
 from phonanim.core.files import write_text
 from phonanim.errors import ModelError
 
@@ -40,10 +41,10 @@ def read_document(folder: Path) -> Document:
     """Read the output of `write_document`. Raises ModelError when it is missing, or of an older version."""
     path = folder / DATA / "benchmark.json"
     try:
-        found: Document = json.loads(path.read_text(encoding="utf-8"))
+        found: Document = read_json(path)
     except (OSError, ValueError) as error:
         raise ModelError(f"{path}: cannot be read as a comparison ({error}); run it first") from error
-    if "effort" not in found:
+    if not isinstance(found, dict) or "effort" not in found:
         raise ModelError(f"{path}: was written by an older version; run the comparison again")
     return found
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import read_json
 from phonanim.errors import ModelError
 from phonanim.evaluation.statistics import bootstrap_interval, holm, mean_rows, paired_test
 
@@ -30,10 +30,10 @@ TESTED = ("aperture_r_speech", "vertex_error_mm", "lve_mm")
 def read_tools(path: Path) -> dict[str, Any]:
     """{tool: {clip: {measure: number or null}}}. Raises ModelError when the file has another structure."""
     try:
-        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        found: dict[str, Any] = read_json(path)
     except (OSError, ValueError) as error:
         raise ModelError(f"{path}: cannot be read ({error}); make it with benchmarks/tools.py") from error
-    if OURS not in found:
+    if not isinstance(found, dict) or OURS not in found:
         raise ModelError(f"{path}: has no row {OURS!r}; make it with benchmarks/tools.py")
     return found
 

@@ -176,6 +176,13 @@ def decode_number(value: Any, name: str, low: float = -MAX_TIME, high: float = M
     return float(value)
 
 
+def decode_whole(value: Any, name: str, low: int, high: int) -> int:
+    """A whole number from `low` to `high`. Raises DecodeError, which names it."""
+    if type(value) is not int or not low <= value <= high:
+        raise DecodeError(f"{name} is {_quote(value)}; it is a whole number from {low} to {high}")
+    return value
+
+
 def decode_rate(value: Any, name: str = "fps") -> float:
     """Frames per second, above 0 and at most MAX_RATE. Raises DecodeError."""
     return decode_number(value, name, 1e-3, MAX_RATE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import os
 from collections.abc import Callable, Iterable
@@ -10,18 +11,26 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import (
+    DAMAGE,
+    decode_rate,
+    read_arrays,
+    read_json,
+    read_utf8,
+)
 from phonanim.core.files import atomic_path
+from phonanim.corpus.document import decode_corpus
 from phonanim.errors import CorpusError
 from phonanim.inputs.alignment import read_alignment
 from phonanim.speech.alignment import Interval
 from phonanim.speech.language import to_phones
 from phonanim.speech.phones import PhoneTrack
 
+MAX_CLIPS = 1 << 26  # bytes of clips.csv
 PUPIL_DISTANCE_MM = 63.0
 PUPILS = (468, 473)
 # Nose bridge, eye corners and forehead, which speech does not move. It does move lids, brows and pupils.
@@ -112,10 +121,15 @@ def read_clips(source: Path) -> list[dict[str, str]]:
     path = source / "clips.csv"
     if not path.is_file():
         raise CorpusError(f"{path}: not found; a recordings folder has clips.csv, landmarks.npz, textgrid/")
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    try:
+        rows = list(csv.DictReader(io.StringIO(read_utf8(path, MAX_CLIPS), newline="")))
+    except (OSError, ValueError, csv.Error) as error:
+        raise CorpusError(f"{path}: cannot be read as a table: {error}") from error
     if not rows or not {"clip", "frames", "split"} <= set(rows[0]):
         raise CorpusError(f"{path}: needs a row per clip with the columns clip, frames, split")
+    for number, row in enumerate(rows, start=2):
+        if not all(row[name] for name in ("clip", "split")) or not (row["frames"] or "").isdecimal():
+            raise CorpusError(f"{path} row {number}: needs a clip, a number of frames and a split")
     return rows
 
 
@@ -125,11 +139,11 @@ def read_landmarks(source: Path, rows: list[dict[str, str]]) -> tuple[Array, NDA
     if not path.is_file():
         raise CorpusError(f"{path}: not found; a recordings folder has clips.csv, landmarks.npz, textgrid/")
     try:
-        with np.load(path) as stored:
-            pixels = np.cumsum(stored["delta"].astype(np.int32), axis=0) * float(stored["scale"])
-            indices, fps = stored["indices"].astype(np.int64), float(stored["fps"])
-            names, lengths = stored["clips"].tolist(), stored["frames"].tolist()
-    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, BadZipFile) as error:
+        stored = read_arrays(path)
+        pixels = np.cumsum(stored["delta"].astype(np.int32), axis=0) * float(stored["scale"])
+        indices, fps = stored["indices"].astype(np.int64), decode_rate(float(stored["fps"]))
+        names, lengths = stored["clips"].tolist(), stored["frames"].tolist()
+    except (OSError, *DAMAGE) as error:
         raise CorpusError(f"{path}: is damaged ({error}); track the clips again") from error
     listed = [(row["clip"], int(row["frames"])) for row in rows]
     if listed != list(zip(names, lengths, strict=True)):
@@ -238,25 +252,10 @@ def load_corpus(folder: Path) -> Corpus:
     from safetensors.numpy import load_file
 
     try:
-        document = json.loads((folder / "corpus.json").read_text(encoding="utf-8"))
+        document = read_json(folder / "corpus.json")
         arrays = load_file(folder / "landmarks.safetensors")
-    except (OSError, ValueError, SafetensorError) as error:
+        return Corpus(**decode_corpus(document, arrays, folder))
+    except (OSError, *DAMAGE, SafetensorError) as error:
         raise CorpusError(
             f"{folder}: not a corpus ({error}); make one with `phonanim corpus build`"
         ) from error
-    clips = document["clips"]
-    return Corpus(
-        landmarks=arrays["landmarks"],
-        indices=arrays["indices"],
-        fps=document["fps"],
-        clips=tuple(clip["clip"] for clip in clips),
-        frames=np.array([clip["frames"] for clip in clips]),
-        tracks=tuple(
-            PhoneTrack(np.array(c["codes"], np.uint8), np.array(c["bounds"]), tuple(c["labels"]))
-            for c in clips
-        ),
-        words=tuple(tuple(Interval(*word) for word in clip["words"]) for clip in clips),
-        split=tuple(clip["split"] for clip in clips),
-        audio=tuple(folder / clip["audio"] for clip in clips),
-        provenance=document["provenance"],
-    )

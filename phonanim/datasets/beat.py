@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
 from functools import lru_cache, partial
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from phonanim.core.decode import DAMAGE, read_json
 from phonanim.datasets import Card, Frames, Recording, intervals, not_found
 from phonanim.datasets._files import sound_loader
 from phonanim.datasets._splits import EIGHTY_TEN_TEN, cut_pieces, draw_splits
@@ -75,12 +75,12 @@ def _pieces(path: Path) -> Iterator[Recording]:
 def load(path: Path) -> Frames:
     """The weights of a file, (frames, 51). Raises CorpusError."""
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
+        document = read_json(path)
         values = np.array([frame["weights"] for frame in document["frames"]], np.float32)
         times = [frame["time"] for frame in document["frames"]]
         names = tuple(document["names"])
         fps = round((len(times) - 1) / (times[-1] - times[0]), 2)
-    except (OSError, ValueError, KeyError, TypeError, IndexError, ZeroDivisionError) as error:
+    except (OSError, *DAMAGE) as error:
         raise CorpusError(f"{path}: has no facial weights ({error!r}); fetch it again") from error
     if values.shape[1:] != (len(names),):
         raise CorpusError(f"{path}: has frames of {values.shape[1:]} weights, but {len(names)} names")

@@ -51,7 +51,8 @@ def read_lines(source: str, common: Common) -> Lines:
     if path.suffix.lower() in TABLES and path.is_file():
         table = read_table(path)
         notes = [f"{path.name}: the column {name!r} is not used" for name in table.unused]
-        lines = _checked(table.rows, path.parent, common, f"{source}: has no rows")
+        damaged = [Fault(*map(printable, (place, place, why))) for place, why in table.damaged]
+        lines = _checked(table.rows, path.parent, common, f"{source}: has no rows", damaged)
     elif path.is_dir() or WILD.search(str(path)):
         root, found = (path, _walked(path)) if path.is_dir() else (_root(path), _matched(path))
         files = (

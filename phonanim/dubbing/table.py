@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, TypeAlias
 
-from phonanim.core.decode import check_depth
+from phonanim.core.decode import DecodeError, decode_table, decode_text, parse_json
+from phonanim.core.text import printable
 from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError
 
@@ -66,56 +66,70 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """The rows of a file, and the names of unused columns."""
+    """The rows of a file, the damaged rows (place, reason), and the names of unused columns."""
 
     rows: tuple[Row, ...]
+    damaged: tuple[tuple[str, str], ...]
     unused: tuple[str, ...]
 
 
 def read_table(path: Place) -> Table:
-    """Read a table of lines. Raises OptionError, which names the missing column or the damaged row."""
-    records = list(_records(path))
+    """Read a table of lines. Raises OptionError, which names the missing column.
+
+    A damaged row costs that row only, unless there is no other.
+    """
+    found = list(_records(path))
+    records = [(number, record) for number, record in found if not isinstance(record, str)]
+    damaged = tuple((f"{path.name} row {number}", why) for number, why in found if isinstance(why, str))
     if not records:
-        raise OptionError(f"{path}: has no lines; give it a header and one row per line")
+        why = f"row {found[0][0]}: {found[0][1]}" if found else "give it a header and one row per line"
+        raise OptionError(f"{path}: has no lines; {why}")
     headers = list(dict.fromkeys(header for _, record in records for header in record))
     columns = {header: _canonical(header) for header in headers}
     _check(path, columns)
     rows = tuple(Row(f"{path.name} row {number}", _cells(record, columns)) for number, record in records)
-    return Table(rows, tuple(header for header, column in columns.items() if column is None))
+    return Table(rows, damaged, tuple(header for header, column in columns.items() if column is None))
 
 
-def _records(path: Place) -> Iterator[tuple[int, dict[str, Any]]]:
-    """The row, and its number in an editor or a spreadsheet (from 1, including the header)."""
+Records: TypeAlias = Iterator[tuple[int, dict[str, Any] | str]]
+
+
+def _records(path: Place) -> Records:
+    """The number of each row in an editor or a spreadsheet (from 1, including the header), and its cells.
+
+    A row that cannot be read is the reason for it.
+    """
     text = _text(path)
     if path.suffix.lower() in (".jsonl", ".ndjson"):
-        yield from _json_records(path, text)
+        yield from _json_records(text)
         return
     delimiter = "\t" if path.suffix.lower() == ".tsv" else _delimiter(text)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
     header: list[str] = []
-    try:
-        for row in reader:
-            if header and any(cell.strip() for cell in row):
-                yield reader.line_num, dict(zip(header, row, strict=False))
-            header = header or [cell.strip() for cell in row if cell.strip()]
-    except csv.Error as error:
-        raise OptionError(f"{path} row {reader.line_num}: is not a row of a table ({error})") from error
-
-
-def _json_records(path: Place, text: str) -> Iterator[tuple[int, dict[str, Any]]]:
-    for number, line in enumerate(text.splitlines(), start=1):
-        if not line.strip():
-            continue
+    while True:
         try:
-            record = json.loads(line)
-            check_depth(record)
-        except (ValueError, RecursionError) as error:
-            raise OptionError(
-                f"{path} row {number}: is not JSON ({error}); write one object per line"
-            ) from error
-        if not isinstance(record, dict):
-            raise OptionError(f"{path} row {number}: is not a JSON object; write one object per line")
-        yield number, record
+            row = next(reader, None)
+        except csv.Error as error:
+            yield reader.line_num, f"is not a row of a table ({error}); correct it"
+            continue
+        if row is None:
+            return
+        if header and any(cell.strip() for cell in row):
+            yield reader.line_num, dict(zip(header, row, strict=False))
+        header = header or [cell.strip() for cell in row if cell.strip()]
+
+
+def _json_records(text: str) -> Records:
+    for number, line in enumerate(text.split("\n"), start=1):
+        if line.strip():
+            try:
+                record = decode_table(parse_json(line), "the row")
+                for name, value in record.items():
+                    if isinstance(value, (dict, list)):
+                        decode_text(value, printable(name))
+                yield number, record
+            except DecodeError as error:
+                yield number, f"{error}; write one object per line"
 
 
 def _text(path: Place) -> str:

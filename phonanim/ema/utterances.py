@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DAMAGE, decode_number, read_array, read_json
 from phonanim.ema.articulation import Articulation, orient_axes
 from phonanim.ema.readers import read_articulation
 from phonanim.errors import CorpusError
@@ -110,9 +110,9 @@ def _beside(path: Path) -> Alignment:
 def _imported(folder: Path) -> Iterator[Spoken]:
     path = folder / "dataset.json"
     try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
-        kind, names, rate = facts["kind"], tuple(facts["names"]), float(facts["fps"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        facts = read_json(path)
+        kind, names, rate = facts["kind"], tuple(facts["names"]), decode_number(facts["fps"], "fps", 1.0, 1e5)
+    except (OSError, *DAMAGE) as error:
         raise CorpusError(f"{path}: is damaged ({error!r}); import the data set again") from error
     if kind != "sensors":
         raise CorpusError(f"{folder}: has {kind} and no sensors; mngu0, mocha, hprc have some")
@@ -124,8 +124,8 @@ def _imported(folder: Path) -> Iterator[Spoken]:
 def _motion(path: Path, names: tuple[str, ...], rate: float) -> Articulation:
     """Imported arrays; those of the midsagittal plane get a lateral axis of zeros."""
     try:
-        values = np.load(path, allow_pickle=False).astype(np.float64)
-    except (OSError, ValueError, EOFError) as error:
+        values = read_array(path).astype(np.float64)
+    except (OSError, ValueError) as error:
         raise CorpusError(f"{path}: is not an array ({error}); import the data set again") from error
     if values.ndim != AXES or values.shape[2] not in (AXES - 1, AXES):
         raise CorpusError(f"{path}: is {values.shape}; sensors are (samples, sensors, 2 or 3)")

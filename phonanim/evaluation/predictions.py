@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
+from phonanim.core.decode import read_array
 from phonanim.errors import EvaluationError
 from phonanim.exporters import load, readable_suffixes, suffixes
 
@@ -184,6 +185,6 @@ def _unknown(source: str, shape: tuple[int, ...]) -> str:
 
 def _load(path: Path) -> NDArray[Any]:
     try:
-        return np.asarray(np.load(path, allow_pickle=False))
-    except (OSError, ValueError, EOFError) as error:
-        raise EvaluationError(f"{path}: cannot be read as a NumPy array: {error}") from error
+        return read_array(path)
+    except (OSError, ValueError) as error:
+        raise EvaluationError(f"{path}: cannot be read: {error}") from error

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DAMAGE, read_json
 from phonanim.core.files import atomic_path, write_text
 from phonanim.core.version import __version__
 from phonanim.errors import ModelError
@@ -229,12 +230,12 @@ def load_appearance(folder: Path) -> AppearanceModel:
     from safetensors.numpy import load_file
 
     try:
-        facts = json.loads((folder / "appearance.json").read_text(encoding="utf-8"))
+        facts = read_json(folder / "appearance.json")
         tensors = load_file(folder / "appearance.safetensors")
         if facts["format"] != FORMAT:
             raise ValueError(f"format {facts['format']}, not {FORMAT}")
         return _checked(_from_tensors(tensors, facts))
-    except (OSError, ValueError, KeyError, SafetensorError) as error:
+    except (OSError, *DAMAGE, SafetensorError) as error:
         raise ModelError(
             f"{folder}: is not an appearance model ({error}); make one with `phonanim corpus appearance`"
         ) from error

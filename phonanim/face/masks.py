@@ -6,7 +6,6 @@ landmarks and for its head. Masks of the user are lists of vertex numbers, as te
 
 from __future__ import annotations
 
-import json
 import re
 from functools import cache
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import read_array, read_json, read_utf8
 from phonanim.core.lexicon import LEXICON
 from phonanim.errors import EvaluationError
 from phonanim.face.model import FaceModel
@@ -22,6 +22,7 @@ from phonanim.face.model import FaceModel
 FOLDER = LEXICON / "masks"
 Rows = NDArray[np.int64]
 Masks = dict[str, Rows]
+MAX_BYTES = 1 << 26  # of a list of vertex numbers
 PICKLES = (".pkl", ".pickle", ".p")
 
 
@@ -105,7 +106,7 @@ def _numbers(values: Any, where: str) -> Rows:
 
 def _words(path: Path) -> list[int]:
     try:
-        words = [word for word in re.split(r"[\s,;]+", path.read_text(encoding="utf-8")) if word]
+        words = [word for word in re.split(r"[\s,;]+", read_utf8(path, MAX_BYTES)) if word]
         return [int(word) for word in words]
     except (OSError, ValueError) as error:
         raise EvaluationError(f"{path}: cannot be read as vertex numbers: {error}") from error
@@ -113,13 +114,13 @@ def _words(path: Path) -> list[int]:
 
 def _json(path: Path) -> Any:
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        return read_json(path, MAX_BYTES)
     except (OSError, ValueError) as error:
-        raise EvaluationError(f"{path}: cannot be read as JSON: {error}") from error
+        raise EvaluationError(f"{path}: cannot be read: {error}") from error
 
 
 def _array(path: Path) -> NDArray[Any]:
     try:
-        return np.asarray(np.load(path, allow_pickle=False))
-    except (OSError, ValueError, EOFError) as error:
-        raise EvaluationError(f"{path}: cannot be read as a NumPy array: {error}") from error
+        return read_array(path)
+    except (OSError, ValueError) as error:
+        raise EvaluationError(f"{path}: cannot be read: {error}") from error

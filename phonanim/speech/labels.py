@@ -7,10 +7,10 @@ import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
-from pathlib import Path
 from typing import Any, Literal
 from unicodedata import normalize
 
+from phonanim.core.decode import DAMAGE, read_toml
 from phonanim.core.lexicon import LEXICON, find_tables
 from phonanim.errors import LabelError
 from phonanim.speech.alignment_file import quote_label
@@ -18,9 +18,9 @@ from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.segments import SILENT
 
 if sys.version_info >= (3, 11):
-    import tomllib
+    pass
 else:
-    import tomli as tomllib
+    pass
 
 Kind = Literal["phone", "closure", "silence", "noise"]
 BRACKETS = "<>[]{}()*"
@@ -140,7 +140,7 @@ def is_silent(label: str) -> bool:
 
 @cache
 def _silences() -> dict[str, Sound]:
-    table = _toml(LEXICON / "silences.toml")
+    table = read_toml(LEXICON / "silences.toml")
     return dict.fromkeys(table["noise"], NOISE_SOUND) | dict.fromkeys(table["silent"], SILENCE_SOUND)
 
 
@@ -157,10 +157,10 @@ def _read_language(name: str) -> Language:
     """Read the language file of a name. Raises LabelError when a file of the user is not a valid language."""
     path = find_tables("languages")[name]
     try:
-        language = _build_language(name, _toml(path))
+        language = _build_language(name, read_toml(path))
         if LEXICON not in path.parents:  # the tests check the languages of the package
             _check_sounds(language)
-    except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
+    except (OSError, *DAMAGE) as error:
         reason = f"has no {error}" if isinstance(error, KeyError) else error
         raise LabelError(
             f"{path}: is not a valid language: {reason}; docs/languages.md describes the file"
@@ -227,9 +227,3 @@ def _read_sampa(label: str) -> tuple[str, ...]:
 
 
 _READ = {"IPA": _read_ipa, "SAMPA": _read_sampa}
-
-
-def _toml(path: Path) -> dict[str, Any]:
-    with path.open("rb") as file:
-        table: dict[str, Any] = tomllib.load(file)
-    return table

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from phonanim.core.decode import DAMAGE, decode_text, read_json
 from phonanim.errors import StudyError
 
+MAX_BYTES = 1 << 26  # of a file
 FORMAT = "phonanim study result 1"
 SIDES = ("left", "right")
 
@@ -103,15 +104,16 @@ def _files(path: Path) -> list[Path]:
 
 def _read(path: Path) -> Participant:
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
+        document = read_json(path, MAX_BYTES)
     except (OSError, ValueError) as error:
-        raise StudyError(f"{path}: cannot be read as JSON: {error}") from error
+        raise StudyError(f"{path}: cannot be read: {error}") from error
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise StudyError(f"{path}: has no answers of a study; its format is not {FORMAT!r}")
     try:
         answers = tuple(_answers(document))
-        return Participant(str(document["participant"]), document["study"], document["ended"] or "", answers)
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        name, study = (decode_text(document[key], key) for key in ("participant", "study"))
+        return Participant(name, study, decode_text(document["ended"] or "", "ended"), answers)
+    except DAMAGE as error:
         raise StudyError(f"{path}: is damaged ({error!r}); ask for it again") from error
 
 
@@ -119,6 +121,8 @@ def _answers(document: dict[str, Any]) -> Iterator[Answer]:
     for number, answer in enumerate(document["answers"], start=1):
         names = ("item", "kind", "left", "right", "choice", "rating", "expected")
         found = Answer(**{name: answer[name] for name in names})
+        for name in ("item", "kind", "left", "right"):
+            decode_text(answer[name], f"{name} of answer {number}")
         if found.choice not in (*SIDES, document["choices"]):
             raise ValueError(f"answer {number} chooses {found.choice!r}")
         if found.rating not in (None, 1, 2, 3, 4, 5):

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+from phonanim.core.decode import read_utf8
 from phonanim.errors import StudyError
 
+MAX_BYTES = 1 << 26  # of a file
 TYPES = {".mp4": "video/mp4", ".webm": "video/webm"}
 TABLES = (".csv", ".tsv")
 KINDS = ("test", "practice")
@@ -117,10 +119,10 @@ def non_empty_rows(rows: Sequence[list[str]]) -> list[tuple[int, list[str]]]:
 
 def _cells(path: Path) -> list[list[str]]:
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_utf8(path, MAX_BYTES).removeprefix("\ufeff")
         reader = csv.reader(io.StringIO(text), delimiter="\t" if path.suffix.lower() == ".tsv" else ",")
         return [[cell.strip() for cell in row] for row in reader] or [[]]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except (OSError, ValueError, csv.Error) as error:
         raise StudyError(f"{path}: cannot be read as a table: {error}") from error
 
 

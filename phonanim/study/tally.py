@@ -8,9 +8,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from phonanim.core.decode import read_utf8
 from phonanim.errors import StudyError
 from phonanim.study.results import SIDES, Answer, Participant
 
+MAX_BYTES = 1 << 26  # of a file
 COLUMNS = ("group", "ours", "other", "item", "for", "against")
 
 
@@ -66,8 +68,8 @@ def read_counts(path: Path) -> tuple[Tally, ...]:
     Lines that begin with # are comments. Raises StudyError, which names the damaged row.
     """
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
+        lines = read_utf8(path, MAX_BYTES).removeprefix("\ufeff").splitlines()
+    except (OSError, ValueError) as error:
         raise StudyError(f"{path}: cannot be read: {error}") from error
     kept = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
     reader = csv.DictReader(line for _, line in kept)

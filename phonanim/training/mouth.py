@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DAMAGE, read_json
 from phonanim.core.files import atomic_path, write_text
 from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
@@ -112,12 +113,12 @@ def load_mouth(folder: Path) -> Mouth:
     from safetensors.numpy import load_file
 
     try:
-        card = json.loads((folder / CARD).read_text(encoding="utf-8"))
+        card = read_json(folder / CARD)
         if card["inventory"] != list(INVENTORY.phones):
             raise ValueError("made for another phone inventory")
         config = make_config(card["kind"], card["config"], str(folder / CARD))
         learned = regressor_class(card["kind"]).from_tensors(config, load_file(folder / "joint.safetensors"))
-    except (OSError, ValueError, KeyError, SafetensorError) as error:
+    except (OSError, *DAMAGE, SafetensorError) as error:
         raise ModelError(
             f"{folder}: is not a mouth ({error}); make one with `phonanim mouth train`"
         ) from error

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from phonanim import regressors
 from phonanim.articulation.heard import can_hear_articulation, fit_heard_articulation
 from phonanim.core.catalog import DEFAULT_MODEL, find_model
+from phonanim.core.decode import read_toml
 from phonanim.core.typed import check_types
 from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
@@ -39,9 +40,9 @@ from phonanim.regressors import (
 from phonanim.speech.language import to_phones
 
 if sys.version_info >= (3, 11):
-    import tomllib
+    pass
 else:  # pragma: no cover
-    import tomli as tomllib
+    pass
 
 LONGEST_CLIP = 30.0  # seconds of one natural-text line that are used
 
@@ -160,9 +161,9 @@ def _heard_articulation(regressor: Regressor, recordings: Examples) -> Tensors |
 def read_recipe(path: Path) -> Recipe:
     """Read and check a training configuration. Raises ModelError, which names the key and the nearest one."""
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = read_toml(path)
     except (OSError, ValueError) as error:
-        raise ModelError(f"{path}: cannot be read as TOML ({error})") from error
+        raise ModelError(f"{path}: cannot be read: {error}") from error
     check_keys(table, Recipe, str(path))
     for key in ("kind", "corpus"):
         if key not in table:

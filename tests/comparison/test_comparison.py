@@ -245,7 +245,7 @@ def test_scores_by_hand() -> None:
         (('mean = "mean.toml"', 'mean = "meen.toml"'), r"models.mean: .*meen.toml does not exist"),
         (('x = "leaf"', 'y = "leaf"'), r"sweeps.leaf: there is no key 'y'"),
         (('series = "model"', ""), 'sweeps.amount: needs a recipe, or series = "model" and models in `of`'),
-        (("[models]", "[models"), "cannot be read as TOML"),
+        (("[models]", "[models"), "cannot be read: it is not TOML"),
         (('"babble"', '"babel"'), "conditions.babble, 3 dB: there is no noise 'babel'; use white, babble"),
         (("snr = 3", ""), "conditions.babble, 3 dB: noise needs snr .*; give both or neither"),
         (("voice = 4", "noises = 4"), "conditions.higher: there is no key 'noises'"),

@@ -47,7 +47,7 @@ def test_a_shipped_name_wins(own: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
-        ("title = ", "Invalid value"),
+        ("title = ", "it is not TOML: Invalid value"),
         ('code = "qq"', "has no 'title'"),
         (GOOD.replace("aa", "qqq"), "'qqq' is not one of the phones sil "),
         (

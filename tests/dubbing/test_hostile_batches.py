@@ -109,7 +109,7 @@ def test_links_to_folders_are_not_followed_and_told(tmp_path):
     [
         ({"alignment": "x" * 300}, "File name too long"),
         ({"alignment": "a\0b"}, "does not exist"),
-        ({"id": "\ud800"}, "is not UTF-8; rename the file, or write another"),
+        ({"id": "\ud800"}, "it holds half a character, \\ud800; write one object per line"),
         ({"id": "a", "fps": "nan"}, "'nan' is not a frame rate"),
         ({"id": "a", "fps": "inf"}, "'inf' is not a frame rate"),
         ({"id": "a", "fps": "1e300"}, "the rate must lie from 1 to 1000"),

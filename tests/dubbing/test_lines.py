@@ -139,10 +139,38 @@ def test_tables_of_no_use(tmp_path, text, message):
 
 
 def test_json_lines_of_no_use(tmp_path):
-    with pytest.raises(OptionError, match=r"t.jsonl row 2: is not JSON .*; write one object per line"):
-        read_table(tmp_path / table(tmp_path, '{"alignment": "a"}\n{"alignment"', "t.jsonl"))
-    with pytest.raises(OptionError, match=r"t.jsonl row 1: is not a JSON object; write one object per line"):
+    with pytest.raises(
+        OptionError, match=r"t.jsonl: has no lines; row 1: the row is list; it is a table; write"
+    ):
         read_table(tmp_path / table(tmp_path, "[1]", "t.jsonl"))
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ('{"alignment"', "it is not JSON: Expecting ':' delimiter: line 1 column 13 (char 12)"),
+        ("[1]", "the row is list; it is a table"),
+        ('{"alignment": "b.TextGrid", "fps": NaN}', "it is not JSON: it has NaN, which is not a number"),
+        ('{"alignment": ["b.TextGrid"]}', "alignment is list; it is a text"),
+        ('{"alignment": ' + "[" * 100 + "]" * 100 + "}", "it is nested deeper than 64 levels"),
+        ('{"alignment": ' + "[" * 100_000, "it is not JSON: it is nested deeper than 64 levels"),
+    ],
+)
+def test_a_damaged_row_costs_that_row_only(folder, row, message):
+    good = '{"id": "%s", "alignment": "a.TextGrid", "text": "one\u2028line"}'
+    lines = read_lines(table(folder, f"{good % 'x'}\n{row}\n{good % 'y'}\n", "t.jsonl"), Common())
+    assert [line.id for line in lines.lines] == ["x", "y"]
+    assert [(fault.id, fault.message) for fault in lines.faults] == [
+        ("t.jsonl row 2", f"{message}; write one object per line")
+    ]
+
+
+def test_a_damaged_row_of_a_csv(folder):
+    text = "id,alignment\nx,a.TextGrid\n" + "z" * 200_000 + ",a.TextGrid\ny,a.TextGrid\n"
+    lines = read_lines(table(folder, text), Common())
+    assert [line.id for line in lines.lines] == ["x", "y"]
+    assert [fault.place for fault in lines.faults] == ["table.csv row 3"]
+    assert "is not a row of a table" in lines.faults[0].message
 
 
 def test_bytes_that_are_no_table(tmp_path):

@@ -99,7 +99,7 @@ def test_arrays_that_are_no_motion(array, message):
 
 def test_files_that_are_no_arrays(tmp_path):
     (tmp_path / "torn.npy").write_bytes(b"\x93NUMPY")
-    with pytest.raises(EvaluationError, match="torn.npy: cannot be read as a NumPy array"):
+    with pytest.raises(EvaluationError, match="torn.npy: cannot be read: it has no array of numbers"):
         read_motion(tmp_path / "torn.npy")
 
 

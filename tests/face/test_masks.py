@@ -82,9 +82,9 @@ def test_masks_by_region(tmp_path):
         ("empty.txt", b"", "is not a list of vertex numbers"),
         ("minus.txt", b"-1 2", "is not a list of vertex numbers"),
         ("half.json", b"[0.5]", "is not a list of vertex numbers"),
-        ("torn.json", b"[1", "cannot be read as JSON"),
-        ("torn.npy", b"x", "cannot be read as a NumPy array"),
-        ("none.npy", b"", "cannot be read as a NumPy array"),
+        ("torn.json", b"[1", "cannot be read: it is not JSON"),
+        ("torn.npy", b"x", "cannot be read: it has no array of numbers"),
+        ("none.npy", b"", "cannot be read: it has no array of numbers"),
     ],
 )
 def test_what_is_no_mask(tmp_path, name, content, message):

@@ -160,7 +160,7 @@ def test_the_command_names_who_was_left_out(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("[", "cannot be read as JSON: Expecting value"),
+        ("[", "cannot be read: it is not JSON: Expecting value"),
         ("[]", "has no answers of a study; its format is not 'phonanim study result 1'"),
         (json.dumps({"format": FORMAT}), r"is damaged \(KeyError\('answers'\)\); ask for it again"),
     ],

@@ -108,7 +108,7 @@ def test_tables_that_cannot_be_used(tmp_path, table, told):
 
 def test_tables_stand_alone_and_are_text(tmp_path):
     (tmp_path / "takes.csv").write_bytes(b"\xff\xfe\xff")
-    assert refused(tmp_path, "takes.csv").startswith("takes.csv: cannot be read as a table: 'utf-8' codec")
+    assert refused(tmp_path, "takes.csv").startswith("takes.csv: cannot be read as a table: it is not UTF-8")
     told = "takes.csv: a table has all systems; give it alone, or give folders"
     assert refused(tmp_path, "takes.csv", "ours") == told
 

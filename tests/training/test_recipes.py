@@ -236,7 +236,7 @@ def test_a_teacher_without_lines(recipe: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("kind = ", "cannot be read as TOML"),
+        ("kind = ", "cannot be read: it is not TOML"),
         ('corpus = "x"', "lacks 'kind'; see the examples"),
         ('kind = "dnn"\ncorpus = "x"\nsed = 3', "there is no key 'sed'; did you mean 'seed'"),
         ('kind = "dnn"\ncorpus = "x"\n[teacher]\nzzz = 3', r"\[teacher\]: there is no key 'zzz'; known are"),
