@@ -31,7 +31,9 @@ from threading import Thread
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from benchmarks.hostile import CRAFTED, KINDS, Attack, Samples, make_samples
+from benchmarks.crafted import CRAFTED
+from benchmarks.hostile import KINDS, Attack, Samples, make_samples
+from benchmarks.hostile_documents import DOCUMENTS
 
 SECONDS, MEGABYTES = 20.0, 1000
 ADDRESS_SPACE = 8 << 30  # bytes that a process may ask for: enough to see what it really takes
@@ -75,7 +77,7 @@ def list_attacks(
 ) -> list[tuple[str, str, Callable[[Path], Attack]]]:
     """Every attack: its kind, its name, and what prepares it in a folder."""
     found: list[tuple[str, str, Callable[[Path], Attack]]] = []
-    for kind, make in KINDS.items():
+    for kind, make in (KINDS | DOCUMENTS).items():
         for number in range(seed, seed + count):
 
             def prepare(folder: Path, make: object = make, number: int = number) -> Attack:
@@ -149,6 +151,7 @@ def _be_the_command(arguments: Sequence[str], folder: Path, told: int) -> None:
         os.dup2(told, 2)
         sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w")
         os.chdir(folder)
+        os.environ["PHONANIM_PATH"] = str(folder / "own")
         from phonanim.__main__ import main as command
 
         sys.argv = ["phonanim", *arguments]

@@ -28,8 +28,10 @@ def decode_corpus(document: Any, arrays: Mapping[str, NDArray[Any]], folder: Pat
     clips = [decode_table(clip, "a clip") for clip in decode_list(document["clips"], "clips")]
     landmarks, indices = arrays["landmarks"], arrays["indices"]
     frames = [decode_whole(clip["frames"], "frames", 0, len(landmarks)) for clip in clips]
-    if landmarks.shape != (sum(frames), len(indices), 3) or not np.isfinite(landmarks).all():
+    if landmarks.shape != (sum(frames), len(indices), 3):
         raise DecodeError(f"it has landmarks of {landmarks.shape} for {sum(frames)} frames")
+    if not np.isfinite(landmarks).all():
+        raise DecodeError("it has landmarks that are not finite")
     return {
         "landmarks": landmarks,
         "indices": indices,

@@ -96,7 +96,10 @@ def check_masks(masks: Masks, vertices: int) -> Masks:
 
 
 def _numbers(values: Any, where: str) -> Rows:
-    array = np.asarray(values)
+    try:
+        array = np.asarray(values)
+    except ValueError:  # lists of different lengths
+        array = np.empty(0)
     if array.dtype == bool and array.ndim == 1:
         array = np.flatnonzero(array)
     if array.ndim != 1 or array.size == 0 or not np.issubdtype(array.dtype, np.integer) or array.min() < 0:

@@ -95,7 +95,9 @@ def _films(folder: Path) -> dict[str, Path]:
 def _of_table(path: Path) -> tuple[Line, ...]:
     header, *rows = _cells(path)
     if "item" not in header or len(set(header)) < len(header):
-        raise StudyError(f"{path}: needs one column 'item' and one per system; it has {', '.join(header)}")
+        raise StudyError(
+            f"{path}: needs one column 'item' and one per system; it has {', '.join(header)[:200]}"
+        )
     systems = [name for name in header if name not in ("item", "kind")]
     if len(systems) < 2:
         raise StudyError(f"{path}: names {len(systems)} systems; a study compares two or more")
