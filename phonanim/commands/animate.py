@@ -69,6 +69,8 @@ def command(
       phonanim animate line.TextGrid -o line.glb -o line.npz --contact-sheet line.png
       phonanim animate line.TextGrid -o line.glb --character mine.glb --key-tolerance 0.01
       phonanim animate line.TextGrid -o line.glb --edits line.edits.json
+      phonanim animate line.TextGrid -o line.glb --life brows=0,head=0.5 --look-at 0.4,0,1.2
+      phonanim animate line.TextGrid -o line.glb --emotion joy=0.4@1.2-3 --pitch praat
       phonanim animate speech.wav --text "What is said."
       phonanim animate --text "Guten Morgen." --voice de -o morgen.glb
       phonanim animate speech.wav --model models/phisanet
