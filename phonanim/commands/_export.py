@@ -75,11 +75,14 @@ def save_outputs(animation: Animation, outputs: Sequence[Path], exports: dict[st
         save(animation, path, **given)
 
 
-def key_notes(animation: Animation, outputs: Sequence[Path], exports: dict[str, object]) -> Iterator[str]:
-    """A line per output that was reduced to keys: the number of keys and their largest error."""
+def output_notes(animation: Animation, outputs: Sequence[Path], exports: dict[str, object]) -> Iterator[str]:
+    """What to know of an output's format; for one reduced to keys their number and largest error."""
     from phonanim.animation.keys import describe_keys, describe_shared_keys, reduce_channels, reduce_curves
-    from phonanim.exporters import option_names
+    from phonanim.exporters import find_exporter, option_names
 
+    for path in outputs:
+        if note := getattr(find_exporter(path), "NOTE", None):
+            yield f"{path}: {note}"
     error = exports.get("keys")
     if not isinstance(error, float):
         return

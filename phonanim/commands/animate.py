@@ -11,7 +11,7 @@ import click
 from click.core import ParameterSource
 
 from phonanim.commands import Console, console_options
-from phonanim.commands._export import export_options, key_notes, save_outputs
+from phonanim.commands._export import export_options, output_notes, save_outputs
 from phonanim.commands._options import animation_options
 from phonanim.commands._renamed import renamed_option
 
@@ -91,7 +91,7 @@ def command(
         animation = apply_edit_file(animation, edits, options)
     written = write_outputs(animation, outputs, sheet, exports)
     facts = describe(animation, alignment, options, written)
-    for line in (*report_lines(facts), *key_notes(animation, outputs, exports)):
+    for line in (*report_lines(facts), *output_notes(animation, outputs, exports)):
         console.print(line)
     if view:
         show(animation, outputs, console)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from phonanim.commands import Console, console_options
-from phonanim.commands._export import FILE, export_options, key_notes, save_outputs
+from phonanim.commands._export import FILE, export_options, output_notes, save_outputs
 from phonanim.commands._options import Gain
 from phonanim.commands._renamed import renamed_option
 from phonanim.commands.animate import OUTPUT, check_outputs, format_size
@@ -74,7 +74,7 @@ def command(
 
         save_sheet(animation, sheet)
     facts = describe(animation, source, [*outputs, *filter(None, [sheet])])
-    for line in (*report_lines(facts), *key_notes(animation, outputs, exports)):
+    for line in (*report_lines(facts), *output_notes(animation, outputs, exports)):
         console.print(line)
     console.print_result(facts)
 

@@ -41,14 +41,25 @@ def add_animation(glb: Glb, animation: Animation, name: str, keys: float | None 
     tracks = moving_morphs(glb, animation.channels)
     binary = Appended(glb)
     samplers = [
-        _sampler(binary, animation, morphs.weights(animation.values, animation.channels), keys)
+        key_sampler(binary, animation, morphs.weights(animation.values, animation.channels), keys)
         for morphs in tracks
     ]
     channels = [
         {"sampler": number, "target": {"node": morphs.node, "path": "weights"}}
         for number, morphs in enumerate(tracks)
     ]
-    extras = {
+    turns, bone = turns_of(animation.values, animation.channels), find_bone(glb)
+    if turns is not None and bone is not None:
+        channels.append({"sampler": len(samplers), "target": {"node": bone.node, "path": "rotation"}})
+        near = None if keys is None else np.radians(TURN_KEYS * keys) / 2
+        samplers.append(key_sampler(binary, animation, bone.rotations(turns), near, "VEC4"))
+    added = {"name": name, "samplers": samplers, "channels": channels, "extras": take_extras(animation)}
+    return binary.file({"animations": [*glb.tree.get("animations", []), added]})
+
+
+def take_extras(animation: Animation) -> dict[str, Any]:
+    """What stands beside the curves, as the `extras` of a glTF animation."""
+    return {
         "fps": animation.fps,
         "start": animation.start,
         "rig": animation.rig,
@@ -57,23 +68,16 @@ def add_animation(glb: Glb, animation: Animation, name: str, keys: float | None 
         "audio": animation.audio.name if animation.audio else None,
         "provenance": animation.provenance,
     }
-    turns, bone = turns_of(animation.values, animation.channels), find_bone(glb)
-    if turns is not None and bone is not None:
-        channels.append({"sampler": len(samplers), "target": {"node": bone.node, "path": "rotation"}})
-        near = None if keys is None else np.radians(TURN_KEYS * keys) / 2
-        samplers.append(_sampler(binary, animation, bone.rotations(turns), near, "VEC4"))
-    added = {"name": name, "samplers": samplers, "channels": channels, "extras": extras}
-    return binary.file({"animations": [*glb.tree.get("animations", []), added]})
 
 
-def _sampler(
+def key_sampler(
     binary: Appended,
     animation: Animation,
     weights: NDArray[np.float64],
     keys: float | None,
     kind: str = "SCALAR",
 ) -> dict[str, Any]:
-    """A track of weights, (frames, targets), or rotations, (frames, 4): every frame, or reduced keys."""
+    """A track of weights, (frames, targets), or of other vectors a frame: every frame, or reduced keys."""
     times = animation.times - min(0.0, animation.start)  # glTF has no time before zero
     if keys is not None:
         reduced = reduce_curves(weights, keys)
@@ -140,7 +144,7 @@ def read(path: Path) -> Animation:
 
 
 @dataclass(frozen=True)
-class _Track:
+class Track:
     """Weights of one node: the sampler, its keys in seconds, and the extras of its animation."""
 
     node: int
@@ -149,9 +153,9 @@ class _Track:
     extras: dict[str, Any]
 
 
-def _tracks(glb: Glb, morphs: dict[int, Morphs]) -> list[_Track]:
+def _tracks(glb: Glb, morphs: dict[int, Morphs]) -> list[Track]:
     """The last track of each node that is as long as the last one of all, in the order of the file."""
-    found: dict[int, _Track] = {}
+    found: dict[int, Track] = {}
     for entry in reversed(glb.tree.get("animations", [])):
         extras = entry.get("extras", {}) if isinstance(entry.get("extras", {}), dict) else {}
         for channel in entry["channels"]:
@@ -159,18 +163,18 @@ def _tracks(glb: Glb, morphs: dict[int, Morphs]) -> list[_Track]:
             if channel["target"]["path"] != "weights" or node not in morphs or node in found:
                 continue
             sampler = entry["samplers"][channel["sampler"]]
-            track = _Track(node, sampler, glb.accessor(sampler["input"])[:, 0].astype(float), extras)
+            track = Track(node, sampler, glb.accessor(sampler["input"])[:, 0].astype(float), extras)
             check_times(track.clock, f"the animation of node {node}")
             if all(_as_long(track, other) for other in found.values()):
                 found[node] = track
     return list(found.values())
 
 
-def _as_long(one: _Track, other: _Track) -> bool:
+def _as_long(one: Track, other: Track) -> bool:
     return bool(np.allclose(one.clock[[0, -1]], other.clock[[0, -1]], atol=SPAN))
 
 
-def _animation(glb: Glb, tracks: list[_Track], morphs: dict[int, Morphs], path: Path) -> Animation:
+def _animation(glb: Glb, tracks: list[Track], morphs: dict[int, Morphs], path: Path) -> Animation:
     extras, clock = tracks[0].extras, max((track.clock for track in tracks), key=len)
     if len(clock) < 2 and "fps" not in extras:
         raise OutputError(f"{path}: its animation has only one key, so there is no motion to read")
@@ -180,21 +184,21 @@ def _animation(glb: Glb, tracks: list[_Track], morphs: dict[int, Morphs], path: 
     curves: dict[str, NDArray[np.floating]] = {}
     for track in tracks:
         names = morphs[track.node].names
-        sampled = _sampled(glb, track, len(names), grid)
+        sampled = sample_track(glb, track, len(names), grid)
         for name, curve in zip(names, sampled, strict=True):
             curves[name] = merge_target_curves(curves.get(name), curve, name, path)
     if not any(
         curves[name].any() for name in TONGUE if name in curves
     ):  # channels of the package's head, which few rigs move
         curves = {name: curve for name, curve in curves.items() if name not in TONGUE}
-    curves |= _head_turns(glb, grid)
+    curves |= head_turns(glb, grid)
     values = np.empty((len(grid), len(curves)), np.float32)
     for column, curve in enumerate(curves.values()):
         values[:, column] = curve
     return build_take(values, list(curves), fps, extras.get("start", clock[0]), extras, path)
 
 
-def _head_turns(glb: Glb, grid: NDArray[np.float64]) -> dict[str, NDArray[np.floating]]:
+def head_turns(glb: Glb, grid: NDArray[np.float64]) -> dict[str, NDArray[np.floating]]:
     """Degrees of the head at instants, by channel, from the last animation that rotates its bone."""
     bone = find_bone(glb)
     for entry in reversed(glb.tree.get("animations", []) if bone else []):
@@ -206,13 +210,13 @@ def _head_turns(glb: Glb, grid: NDArray[np.float64]) -> dict[str, NDArray[np.flo
             ):
                 sampler = entry["samplers"][channel["sampler"]]
                 clock = glb.accessor(sampler["input"])[:, 0].astype(float)
-                rotations = _sampled(glb, _Track(bone.node, sampler, clock, {}), 4, grid)
+                rotations = sample_track(glb, Track(bone.node, sampler, clock, {}), 4, grid)
                 turns = bone.turns(rotations.T / np.linalg.norm(rotations.T, axis=1, keepdims=True))
                 return dict(zip(TURNS, turns.T, strict=True))
     return {}
 
 
-def _sampled(glb: Glb, track: _Track, count: int, grid: NDArray[np.float64]) -> NDArray[np.floating]:
+def sample_track(glb: Glb, track: Track, count: int, grid: NDArray[np.float64]) -> NDArray[np.floating]:
     """(targets, frames): keys on a grid of seconds, interpolated as the sampler declares."""
     sampler, keys = track.sampler, track.clock
     values = glb.accessor(sampler["output"]).astype(float).reshape(len(keys), -1, count)

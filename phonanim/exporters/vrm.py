@@ -10,6 +10,7 @@ from phonanim.exporters._gltf import add_to_character
 from phonanim.exporters._gltf import read as read
 
 SUMMARY = "VRM 0.x or 1.0: your own character, speaking"
+NOTE = "a glTF viewer plays it; programs that know VRM move its expressions by a .vrma file"
 
 
 def write(animation: Animation, path: Path, character: Path | None = None, keys: float | None = None) -> None:

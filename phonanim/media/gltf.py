@@ -102,6 +102,10 @@ SCHEMA: dict[str, Any] = {
             "expressions": {"preset": EXPRESSION, "custom": EXPRESSION},
             "humanoid": {"humanBones": {"head": BONE}},
         },
+        "VRMC_vrm_animation": {
+            "expressions": {"preset": {"*": BONE}, "custom": {"*": BONE}},
+            "humanoid": {"humanBones": {"head": BONE}},
+        },
         "VRM": {
             "humanoid": {"humanBones": [{**BONE, "bone": str}]},
             "blendShapeMaster": {"blendShapeGroups": [{"presetName": str, "name": str, "binds": [VRM_BIND]}]},

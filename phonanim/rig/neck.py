@@ -134,9 +134,10 @@ def find_bone(glb: Glb) -> Bone | None:
 
 def _humanoid_head(tree: dict[str, Any]) -> int | None:
     extensions = tree.get("extensions", {})
-    bones = extensions.get("VRMC_vrm", {}).get("humanoid", {}).get("humanBones", {})
-    if "head" in bones:
-        return int(bones["head"]["node"])
+    for kind in ("VRMC_vrm", "VRMC_vrm_animation"):
+        bones = extensions.get(kind, {}).get("humanoid", {}).get("humanBones", {})
+        if "head" in bones:
+            return int(bones["head"]["node"])
     listed = extensions.get("VRM", {}).get("humanoid", {}).get("humanBones", [])
     return next((int(bone["node"]) for bone in listed if bone.get("bone") == "head"), None)
 
