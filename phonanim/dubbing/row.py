@@ -25,12 +25,14 @@ from phonanim.options import DEFAULTS, Options, Overlay
 TEXTS = ("rig", "model", "language", "fallback", "tier", "speaker", "unknown")
 CHARACTERS = (".glb", ".vrm")
 EDITS = ".edits.json"
+PITCHES = ("builtin", "praat")
 UNKNOWN = ("error", "nearest", "silence")
 # Columns with numbers, the option of each, and its parser.
 PARSED: dict[str, tuple[str, Callable[[str], Any]]] = {
     "fps": ("fps", parse_rate),
     "smooth": ("smooth", parse_smoothing),
     "loudness": ("loudness", lambda cell: parse_gain("loudness", cell)),
+    "pitch": ("pitch", lambda cell: _pitch(cell)),
     "gain": ("gains", lambda cell: parse_gains(cell.split(";"))),
     "life": ("life", lambda cell: parse_life(cell.replace(";", ","))),
     "life_seed": ("life_seed", parse_seed),
@@ -160,6 +162,12 @@ def _rig(cells: Mapping[str, str]) -> dict[str, str]:
     if "rig" in cells:
         raise OptionError(f"character = {name!r} and rig = {cells['rig']!r} both name a rig; give one")
     return {"rig": name}
+
+
+def _pitch(cell: str) -> str:
+    if cell not in PITCHES:
+        raise OptionError(f"pitch = {cell!r}; choose builtin or praat")
+    return cell
 
 
 def _emotion(text: str, root: Place) -> str:

@@ -43,6 +43,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "hold": (),
     "loudness": (),
     "level": ("referencelevel", "levelreference"),
+    "pitch": ("pitchmethod",),
     "gain": ("gains", "controlgains"),
     "smooth": ("smoothing",),
     "overlay": ("overlays", "overlayfile", "pose"),

@@ -52,10 +52,10 @@ def test_cells(folder):
     (folder / "a.edits.json").write_text("")
     source = table(
         folder,
-        "alignment,Character,Edit,Overlays,Smoothing,Gains,TC\n"
+        "alignment,Character,Edit,Overlays,Smoothing,Gains,TC,Pitch\n"
         "a.TextGrid,hero.glb,a.edits.json,smile=0.5@1-2; brow.toml,"
-        "8Hz,jawOpen=1.2;mouthPucker=0.8,01:00:00:00\n"
-        "b.TextGrid,metahuman,,,0.1,,\n",
+        "8Hz,jawOpen=1.2;mouthPucker=0.8,01:00:00:00,praat\n"
+        "b.TextGrid,metahuman,,,0.1,,,\n",
     )
     first, second = read_lines(source, Common(exports={"keys": 0.01})).lines
     assert first.exports == {"keys": 0.01, "character": folder / "hero.glb", "timecode": "01:00:00:00"}
@@ -67,6 +67,7 @@ def test_cells(folder):
     assert first.options.gains == {"jawOpen": 1.2, "mouthPucker": 0.8}
     assert 0.0 < first.options.smooth < 0.1
     assert first.options.rig == Options().rig
+    assert (first.options.pitch, second.options.pitch) == ("praat", "builtin")
     assert (second.options.rig, second.options.smooth) == ("metahuman", 0.1)
     assert second.exports == {"keys": 0.01}
 
@@ -87,6 +88,7 @@ def test_cells(folder):
         ("overlay", ";", "an overlay names no file; write FILE=GAIN@START-END"),
         ("smooth", "much", "'much' is neither 0 to 1 seconds nor a rate such as 8Hz"),
         ("gain", "jawOpen", "'jawOpen' is not CONTROL=NUMBER, such as jawOpen=1.2"),
+        ("pitch", "prat", "pitch = 'prat'; choose builtin or praat"),
         ("lexicon", "gone.dict", "gone.dict: does not exist; correct the path"),
     ],
 )
