@@ -6,7 +6,7 @@
 Each attack runs a command in a process of its own, on files that it prepares. It ends as `held` (the command
 does its work, or leaves out what it cannot use), as `clear error` (one line, exit code 2), or as a `fault`:
 a traceback, a signal, more than 20 s, more than 1 GB, a file that is changed or a connection that is made
-without being asked for.
+without being asked for. At the end a live stream to clients that never read is interrupted.
 The table goes to stdout; every fault is told with the seed that makes it again. Needs a POSIX system.
 """
 
@@ -34,6 +34,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from benchmarks.crafted import CRAFTED
 from benchmarks.hostile import KINDS, Attack, Samples, make_samples
 from benchmarks.hostile_documents import DOCUMENTS
+from benchmarks.stuck import Ending, interrupt_stream
 
 SECONDS, MEGABYTES = 20.0, 1000
 ADDRESS_SPACE = 8 << 30  # bytes that a process may ask for: enough to see what it really takes
@@ -66,10 +67,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
             table.setdefault(kind, Counter())[end.kind] += 1
             if end.kind == "fault":
                 faults.append(f"{kind} {name}: {end.why}")
+    if options.only in (None, "stream"):
+        size, tries = ((50, 20, 2.0), 1) if options.small else ((200, 50, 6.0), 3)
+        endings = [interrupt_stream(*size) for _ in range(tries)]  # other work on the machine only adds time
+        ending = min(endings, key=lambda one: one.seconds)
+        end = judge_ending(ending, 5.0 if options.small else 1.0)
+        table["stream"] = Counter([end.kind])
+        faults += [f"stream: {end.why}"] if end.why else []
+        print(f"a stream to clients that never read ends {ending.seconds:.2f} s after an interrupt")
     print_table(table)
     for fault in faults:
         print(fault)
     return 1 if faults else 0
+
+
+def judge_ending(ending: Ending, seconds: float) -> End:
+    """Whether a stream ended as it should after an interrupt, within some seconds."""
+    if ending.code != 130 or "Traceback" in ending.told:
+        return End("fault", f"code {ending.code}: {ending.told[-300:]!r}")
+    if ending.seconds > seconds or ending.megabytes > MEGABYTES:
+        return End("fault", f"took {ending.seconds:.1f} s to end, and {ending.megabytes:.0f} MB")
+    return End("held")
 
 
 def list_attacks(

@@ -29,7 +29,7 @@ from phonanim.stream.sinks import Address, Stage
 SUMMARY = "a WebSocket with a live page: open http://127.0.0.1:8765 in a browser"
 ADDRESS = ("127.0.0.1", 8765)
 PATH = "/live"
-FAREWELL = 0.5  # seconds for clients to close the connection at the end
+FAREWELL = 0.3  # seconds for clients to close the connection at the end
 MOST_WAITING = 1 << 18  # bytes that wait for one client: a few seconds; a slower client is disconnected
 MOST_VISITORS = 1000
 MOST_SAID = 1 << 10  # bytes of a message from a client; messages are ignored
@@ -118,6 +118,9 @@ class Broadcast:
         self.broadcast(self.server.connections, message)
 
     async def _end(self) -> None:
+        for connection in self.server.connections:
+            if connection.transport.get_write_buffer_size():  # it does not read, so a farewell is lost on it
+                connection.transport.abort()
         self.server.close()
         with suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self.server.wait_closed(), FAREWELL)
