@@ -59,10 +59,10 @@ def speak(text: str, voice: str) -> dict[str, Any]:
     rate = library.espeak_Initialize(SYNCHRONOUS, 0, data, PHONEME_EVENTS | IPA | DO_NOT_EXIT)
     if rate <= 0:
         return {"error": "eSpeak NG does not start; install it again: pip install 'phonanim[espeak]'"}
-    codes = {key: code for code, name in reversed(_voices(library)) for key in (name, code)}
-    code = DEFAULT if voice.lower() == "english" else codes.get(voice.lower(), "")
-    if not code or library.espeak_SetVoiceByName(code.encode()) != 0:
-        near = get_close_matches(voice.lower(), codes, n=1)
+    files = {key: file for code, name, file in reversed(_voices(library)) for key in (name, code)}
+    file = files.get(DEFAULT if voice.lower() == "english" else voice.lower(), "")
+    if not file or library.espeak_SetVoiceByName(file.encode()) != 0:
+        near = get_close_matches(voice.lower(), files, n=1)
         hint = f"did you mean {near[0]!r}?" if near else "voices are language codes, such as de or pt-br"
         return {"error": f"eSpeak NG has no voice {voice!r}; {hint}"}
     sound, events = _synthesize(library, text)
@@ -91,8 +91,8 @@ def _synthesize(library: Any, text: str) -> tuple[bytes, list[tuple[int, int, in
     return bytes(sound), events
 
 
-def _voices(library: Any) -> list[tuple[str, str]]:
-    """Every language code with the name of its voice in lower case, without what is in brackets."""
+def _voices(library: Any) -> list[tuple[str, str, str]]:
+    """Language codes, each with a voice: its name in lower case without what is in brackets, and its file."""
     found = []
     listed, index = library.espeak_ListVoices(None), 0
     while listed[index]:
@@ -100,7 +100,8 @@ def _voices(library: Any) -> list[tuple[str, str]]:
         place = voice.languages  # each a byte of priority and a text that ends with 0; the last is empty
         while ctypes.string_at(place, 1) != b"\0":
             code = ctypes.string_at(place + 1)
-            found.append((code.decode(), voice.name.decode().lower().split(" (")[0]))
+            name = voice.name.decode().lower().split(" (")[0]
+            found.append((code.decode(), name, voice.identifier.decode()))
             place += len(code) + 2
         index += 1
     return found

@@ -15,6 +15,7 @@ import sys
 import wave
 from dataclasses import dataclass
 from pathlib import Path
+from unicodedata import category
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,15 +103,20 @@ def _timed(
 def _words(
     events: list[tuple[int, int, int, int, str]], text: str, phones: tuple[Interval, ...], rate: int
 ) -> tuple[Interval, ...]:
-    """The words that are heard; what is spoken as several words, such as a number, is one."""
+    """The words that are heard. Words that are spoken as one stay together, and so does a number."""
     begins: list[tuple[float, int, int]] = []  # seconds, first and last + 1 character
     for _, sample, at, length, _ in events:
         if not begins or at > begins[-1][2]:
             begins.append((MARGIN + sample / rate, at, at - 1 + length))
     words = []
-    stops = [*(start for start, _, _ in begins[1:]), float("inf")]
-    for (start, at, end), stop in zip(begins, stops, strict=False):
+    stops = [*((start, at) for start, at, _ in begins[1:]), (float("inf"), len(text) + 1)]
+    for (start, at, _), (stop, after) in zip(begins, stops, strict=False):
         inside = [phone for phone in phones if start <= phone.start < stop]
-        if inside and (word := text[at - 1 : end].strip()):
+        if inside and (word := _without_punctuation(text[at - 1 : after - 1])):
             words.append(Interval(word, inside[0].start, inside[-1].end))
     return tuple(words)
+
+
+def _without_punctuation(word: str) -> str:
+    kept = [number for number, sign in enumerate(word) if category(sign)[0] not in "PZSC"]
+    return word[kept[0] : kept[-1] + 1] if kept else ""

@@ -24,11 +24,12 @@ DITHER = 1e-4  # of full scale: digital silence has no spectrum to recognize
 
 @dataclass(frozen=True, slots=True)
 class SpeechAlignment:
-    """An alignment: words (lower case) and ARPAbet phones without stress, in seconds."""
+    """An alignment: words and phones in seconds (of pocketsphinx: lower case, ARPAbet without stress)."""
 
     words: tuple[Interval, ...]
     phones: tuple[Interval, ...]
     duration: float
+    notes: tuple[str, ...] = ()
 
 
 def align(audio: Path, text: str | None = None) -> SpeechAlignment:

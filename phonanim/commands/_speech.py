@@ -11,16 +11,24 @@ from phonanim.speech.textgrid import write_textgrid
 
 if TYPE_CHECKING:
     from phonanim.aligners.espeak import SpokenText
+    from phonanim.commands import Console
 
 
-def align_recording(recording: Path, text: str) -> Path:
-    """Align a recording with its text, into a TextGrid beside it. Raises OptionError if one exists."""
+def align_recording(recording: Path, text: str, voice: str | None, console: Console) -> Path:
+    """Align a recording with its text, into a TextGrid beside it; notes are printed.
+
+    In the language of `voice`, as IPA, or in English, as ARPAbet, when it is None. Raises OptionError if the
+    TextGrid exists.
+    """
     from phonanim.aligners.pocketsphinx import align
+    from phonanim.aligners.warping import align_by_speech
 
     path = recording.with_suffix(".TextGrid")
     if path.exists():
         raise OptionError(f"{path}: is there already; animate it, or remove it to have it made from --text")
-    found = align(recording, text)
+    found = align(recording, text) if voice is None else align_by_speech(recording, text, voice)
+    for note in found.notes:
+        console.print(f"note: {note}")
     write_textgrid(path, {"words": found.words, "phones": found.phones}, found.duration)
     return path
 

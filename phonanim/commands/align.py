@@ -24,10 +24,12 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="TextGrid to write.")
 @click.option(
     "--aligner",
-    type=click.Choice(["pocketsphinx", "mfa"]),
-    default="pocketsphinx",
-    help="pocketsphinx comes with phonanim[align]; mfa is an installed Montreal Forced Aligner.",
+    type=click.Choice(["pocketsphinx", "espeak", "mfa"]),
+    help="pocketsphinx (phonanim[align]) is for English, espeak (phonanim[espeak]) for any language with a "
+    "voice, mfa is an installed Montreal Forced Aligner; espeak with --voice, else pocketsphinx, by default.",
+    show_default=False,
 )
+@click.option("--voice", help="Language of the speech for --aligner espeak: a code, such as de.")
 @click.option("--mfa-model", metavar="NAME", help="Acoustic model of MFA; english_us_arpa by default.")
 @click.option(
     "--mfa-dictionary", metavar="NAME", help="Dictionary of MFA; by default the one named like the model."
@@ -38,7 +40,8 @@ def command(
     text: str | None,
     text_file: Path | None,
     output: Path | None,
-    aligner: str,
+    aligner: str | None,
+    voice: str | None,
     mfa_model: str | None,
     mfa_dictionary: str | None,
     console: Console,
@@ -46,12 +49,13 @@ def command(
     """Find the words and phones of speech, offline, and write them as a TextGrid.
 
     Without -o, the TextGrid is written beside the recording. The language is English; for other languages
-    use --aligner mfa with a model. Recordings other than 16-bit WAV need phonanim[audio].
+    give --voice, or use --aligner mfa with a model. Recordings other than 16-bit WAV need phonanim[audio].
 
     \b
     Examples:
       phonanim align speech.wav --text "The quick brown fox."
       phonanim align speech.wav --text-file speech.txt -o speech.TextGrid
+      phonanim align rede.wav --text "Guten Morgen." --voice de
       phonanim align rede.wav --text "Guten Morgen." --aligner mfa --mfa-model german_mfa
     """
     from phonanim.errors import OptionError
@@ -63,7 +67,11 @@ def command(
         text = read_text(text_file)
     if aligner != "mfa" and (mfa_model or mfa_dictionary):
         raise OptionError("--mfa-model and --mfa-dictionary are for --aligner mfa; add it, or drop them")
-    if aligner == "mfa":
+    if voice is not None and aligner not in (None, "espeak"):
+        raise OptionError("--voice is for --aligner espeak; add it, or drop the voice")
+    if aligner == "espeak" or voice is not None:
+        found = align_with_espeak(audio, text, voice)
+    elif aligner == "mfa":
         found = align_with_mfa(audio, text, mfa_model, mfa_dictionary)
     else:
         found = align_with_pocketsphinx(audio, text)
@@ -72,10 +80,11 @@ def command(
     console.print(f"read {audio}: {found.duration:.2f} s" + ("" if text else ", words recognized"))
     console.print(f"found {len(found.words)} words, {len(found.phones)} phones")
     console.print(f"wrote {target}")
+    for note in found.notes:
+        console.print(f"note: {note}")
     words = " ".join(word.label for word in found.words)
-    console.print_result(
-        {"textgrid": str(target), "words": words, "phones": len(found.phones), "seconds": found.duration}
-    )
+    facts = {"textgrid": str(target), "words": words, "phones": len(found.phones), "seconds": found.duration}
+    console.print_result({**facts, "notes": list(found.notes)})
 
 
 def align_with_pocketsphinx(audio: Path, text: str | None) -> SpeechAlignment:
@@ -83,6 +92,17 @@ def align_with_pocketsphinx(audio: Path, text: str | None) -> SpeechAlignment:
     from phonanim.aligners.pocketsphinx import align
 
     return align(audio, text)
+
+
+def align_with_espeak(audio: Path, text: str | None, voice: str | None) -> SpeechAlignment:
+    """Align with speech that eSpeak NG makes of the text. Raises OptionError without text."""
+    from phonanim.aligners.espeak import VOICE
+    from phonanim.aligners.warping import align_by_speech
+    from phonanim.errors import OptionError
+
+    if text is None:
+        raise OptionError("--aligner espeak needs the spoken words; give them with --text or --text-file")
+    return align_by_speech(audio, text, voice or VOICE)
 
 
 def align_with_mfa(

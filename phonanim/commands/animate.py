@@ -34,7 +34,9 @@ SPOKEN = Path("speech.glb")  # default output of --text alone
     help="What is said in the recording ALIGNMENT (phonanim[align]); without ALIGNMENT, what to speak "
     "(phonanim[espeak]).",
 )
-@click.option("--voice", help="Voice of eSpeak NG for --text alone, such as de; --language by default.")
+@click.option(
+    "--voice", help="Language of --text as a voice of eSpeak NG, such as de; by default --language."
+)
 @click.option("--audio", type=FILE, help="The recording; by default the one beside the alignment.")
 @click.option("--edits", type=FILE, help="An animator's edits to apply, written by `phonanim edit diff`.")
 @renamed_option(
@@ -72,6 +74,7 @@ def command(
       phonanim animate line.TextGrid -o line.glb --life brows=0,head=0.5 --look-at 0.4,0,1.2
       phonanim animate line.TextGrid -o line.glb --emotion joy=0.4@1.2-3 --pitch praat
       phonanim animate speech.wav --text "What is said."
+      phonanim animate rede.wav --text "Guten Morgen." --voice de
       phonanim animate --text "Guten Morgen." --voice de -o morgen.glb
       phonanim animate speech.wav --model models/phisanet
     """
@@ -79,7 +82,7 @@ def command(
 
     if alignment is None or text is not None:
         beside = outputs[0] if outputs else SPOKEN
-        alignment, options, recording = make_alignment(alignment, text, voice, beside, options)
+        alignment, options, recording = make_alignment(alignment, text, voice, beside, options, console)
         audio = audio or recording
     if not outputs:
         outputs = (alignment.with_suffix(".glb"),)
@@ -101,23 +104,29 @@ def command(
 
 
 def make_alignment(
-    recording: Path | None, text: str | None, voice: str | None, beside: Path, options: Options
+    recording: Path | None,
+    text: str | None,
+    voice: str | None,
+    beside: Path,
+    options: Options,
+    console: Console,
 ) -> tuple[Path, Options, Path | None]:
     """The alignment of a recording and its text, or of speech that is made from text; and the recording.
 
-    Without a recording the speech and its alignment are written beside the first output, and the phones are
-    read as IPA. Raises click.UsageError when there is neither.
+    Speech in another language than English is aligned, and text alone is spoken, with the voice, or with the
+    voice of the language; the phones are then IPA. Made speech and its alignment are written beside the first
+    output. Raises click.UsageError when there is neither a recording nor text.
     """
+    from phonanim.aligners.espeak import VOICE
     from phonanim.commands._speech import align_recording, speak_text
 
     if text is None:
         raise click.UsageError("give an ALIGNMENT, a recording, or --text")
+    named = voice or (None if options.language in ("auto", "english") else options.language)
+    in_ipa = replace(options, language="ipa")
     if recording is not None:
-        return align_recording(recording, text), options, recording
-    from phonanim.aligners.espeak import VOICE
-
-    spoken_in = voice or (VOICE if options.language == "auto" else options.language)
-    return speak_text(text, spoken_in, beside), replace(options, language="ipa"), None
+        return align_recording(recording, text, named, console), in_ipa if named else options, recording
+    return speak_text(text, named or VOICE, beside), in_ipa, None
 
 
 def show(animation: Animation, outputs: Sequence[Path], console: Console) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.encoders import HOP, RATE
-from phonanim.encoders._mel import mel_filters, power_spectra
+from phonanim.media.mel import mel_filters, power_spectra
 
 BINS = 27
 FLOOR = 1e-8  # of the power of a full-scale bin, because digital silence has no logarithm

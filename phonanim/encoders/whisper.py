@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.core.neural import gelu, layer_norm, tensors_with_prefix, transformer_block
-from phonanim.encoders._mel import mel_filters, power_spectra
 from phonanim.encoders._weights import whisper_tensors
+from phonanim.media.mel import mel_filters, power_spectra
 
 MEL_SIZE, MEL_HOP = 400, 160  # samples of 16 kHz
 RANGE = 8.0  # powers of ten below the loudest bin; quieter bins are clamped
