@@ -26,7 +26,7 @@ def test_life_on_and_off_on_the_same_lines(tmp_path: Path, monkeypatch: pytest.M
     assert run([*batch, "on"]) == 0
     assert run([*batch, "off", "--life", "0"]) == 0
     few = ["--practice", "0", "--controls", "0", "--choices", "equal", "--ours", "on"]
-    asked = ["--question", "In which take does the speaker look more alive?"]
+    asked = ["--question", "Who looks more alive?"]
     assert run(["study", "make", "on", "off", *few, *asked, "-o", "life.html", "-q"]) == 0
     page = Path("life.html").read_text("utf-8")
     assert asked[1] in page
