@@ -69,9 +69,8 @@ def compare(audio: Path, labels: Alignment, text: str, voice: str, language: str
         for k in range(size)
     ]
     shown = summary([error for _, error in errors])
-    print(
-        f"{audio.stem:<28} {len(errors):4}/{len(reference):<4} {shown}  {audio_duration(audio) / seconds:6.0f}"
-    )
+    speed = audio_duration(audio) / seconds
+    print(f"{audio.stem:<28} {len(errors):4}/{len(reference):<4} {shown}  {speed:6.0f}")
     return errors
 
 

@@ -35,7 +35,8 @@ def shown_commands(root):
     """Every command line in a code block of the README or a page, without what follows two blanks."""
     for page in (root / "README.md", *(root / "docs").glob("*.md")):
         for block in re.findall(r"```\n(.*?)```", page.read_text("utf-8"), re.DOTALL):
-            for line in re.findall(r"^phonanim .*$", block, re.MULTILINE):
+            whole = re.sub(r" *\\\n\s*", " ", block)  # a line may go on after a backslash
+            for line in re.findall(r"^phonanim .*$", whole, re.MULTILINE):
                 yield page.name, re.split(r"\s{2,}|\s#", line)[0]
 
 

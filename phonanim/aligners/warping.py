@@ -80,7 +80,7 @@ def warp(sound: Sound, spoken: SpokenText) -> tuple[NDArray[np.int64], float]:
 
     Raises AudioError when the recording is silent or too short.
     """
-    made = resample(spoken.samples.astype(np.float32) / 32768, spoken.rate, RATE)
+    made = resample((spoken.samples / 32768).astype(np.float32), spoken.rate, RATE)
     ours, theirs = _frames(resample(sound.samples, sound.rate, RATE)), _frames(made)
     between = np.zeros(len(theirs.features), bool)
     for word in spoken.words:
