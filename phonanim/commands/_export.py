@@ -30,6 +30,9 @@ OPTIONS = {
         type=Gain(0, 1e6),
         help="Reduce the curves to keys, within this error at every frame, such as 0.01.",
     ),
+    "node": click.option(
+        "--node", help="The mesh that a Unity or Godot animation moves (its path), or Maya's blendShape node."
+    ),
     "timecode": click.option(
         "--timecode", help="Timecode of time zero in a .csv; 01:00:00;00 counts drop-frame."
     ),

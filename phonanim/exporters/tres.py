@@ -1,0 +1,79 @@
+"""Godot Animation resource: a track for each blend shape of a MeshInstance3D (Godot 4) or MeshInstance (3).
+
+Value tracks of the property `blend_shapes/NAME` and the older format number 2 are what both versions load.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from phonanim.animation.animation import Animation
+from phonanim.core.files import write_text
+from phonanim.errors import OutputError
+from phonanim.exporters._shapes import ShapeCurve, curve_keys, shape_curves
+
+SUMMARY = "Godot 3 and 4 Animation resource for the blend shapes of a mesh"
+HEADER = """[gd_resource type="Animation" format=2]
+
+[resource]
+resource_name = {name}
+length = {length}
+step = {step}
+"""
+TRACK = """tracks/{number}/type = "value"
+tracks/{number}/path = NodePath({path})
+tracks/{number}/interp = 1
+tracks/{number}/loop_wrap = false
+tracks/{number}/imported = false
+tracks/{number}/enabled = true
+tracks/{number}/keys = {{
+"times": PoolRealArray( {times} ),
+"transitions": PoolRealArray( {ones} ),
+"update": 0,
+"values": [ {values} ]
+}}
+"""
+
+
+def write(
+    animation: Animation,
+    path: Path,
+    node: str | None = None,
+    character: Path | None = None,
+    keys: float | None = None,
+) -> None:
+    """Write an animation; `node` is the path of the mesh from the AnimationPlayer's root node.
+
+    With a `character`, a GLB or VRM, the tracks move its meshes by the names of their shapes. With `keys`,
+    frames are left out if linear interpolation is within that error. Turns of the head are not in the file.
+    Raises RigError when the character cannot be used, OutputError when a name cannot stand in a path or the
+    destination cannot be written.
+    """
+    found = shape_curves(animation, node, character)
+    for one in found:
+        if ":" in one.node or ":" in one.shape:
+            raise OutputError(f"{path}: Godot allows no colon in a path: {one.node}, {one.shape}; rename it")
+    header = HEADER.format(
+        name=json.dumps(path.name.split(".")[0], ensure_ascii=False),
+        length=f"{(len(animation.values) - 1) / animation.fps + max(0.0, animation.start):.9g}",
+        step=f"{1 / animation.fps:.9g}",
+    )
+    write_text(path, header + "".join(_track(animation, one, n, keys) for n, one in enumerate(found)))
+
+
+def _track(animation: Animation, one: ShapeCurve, number: int, keys: float | None) -> str:
+    times, values = curve_keys(animation, one.curve, keys)
+    return TRACK.format(
+        number=number,
+        path=json.dumps(f"{one.node}:blend_shapes/{one.shape}", ensure_ascii=False),
+        times=", ".join(f"{time:.9g}" for time in times.tolist()),
+        ones=", ".join("1" for _ in times),
+        values=", ".join(_real(value) for value in values.tolist()),
+    )
+
+
+def _real(value: float) -> str:
+    """A number that is read as a float, not as an integer."""
+    text = f"{value:.7g}"
+    return text if set(text) & set(".e") else f"{text}.0"

@@ -1,0 +1,166 @@
+"""Unity AnimationClip: a text asset (YAML) with a curve for each blend shape of a SkinnedMeshRenderer.
+
+The fields are those that Unity writes with Force Text serialization. Weights are percents there. Tangents are
+straight on both sides of each key, as mode and as slopes.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import zlib
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.animation.animation import Animation
+from phonanim.core.files import write_text
+from phonanim.exporters._shapes import ShapeCurve, curve_keys, shape_curves
+
+SUMMARY = "Unity AnimationClip (YAML) for the blend shapes of a SkinnedMeshRenderer"
+STRAIGHT = 69  # tangent mode of keys: broken, linear on both sides
+RENDERER, SHAPE = 137, 20  # the class of a SkinnedMeshRenderer; the kind of binding of a blend shape
+PLAIN = re.compile(r"[A-Za-z_][\w./ -]*", re.ASCII)
+
+CLIP = """%YAML 1.1
+%TAG !u! tag:unity3d.com,2011:
+--- !u!74 &7400000
+AnimationClip:
+  m_ObjectHideFlags: 0
+  m_CorrespondingSourceObject: {{fileID: 0}}
+  m_PrefabInstance: {{fileID: 0}}
+  m_PrefabAsset: {{fileID: 0}}
+  m_Name: {name}
+  serializedVersion: 6
+  m_Legacy: 0
+  m_Compressed: 0
+  m_UseHighQualityCurve: 1
+  m_RotationCurves: []
+  m_CompressedRotationCurves: []
+  m_EulerCurves: []
+  m_PositionCurves: []
+  m_ScaleCurves: []
+  m_FloatCurves:
+{curves}  m_PPtrCurves: []
+  m_SampleRate: {rate}
+  m_WrapMode: 0
+  m_Bounds:
+    m_Center: {{x: 0, y: 0, z: 0}}
+    m_Extent: {{x: 0, y: 0, z: 0}}
+  m_ClipBindingConstant:
+    genericBindings:
+{bindings}    pptrCurveMapping: []
+  m_AnimationClipSettings:
+    serializedVersion: 2
+    m_AdditiveReferencePoseClip: {{fileID: 0}}
+    m_AdditiveReferencePoseTime: 0
+    m_StartTime: 0
+    m_StopTime: {stop}
+    m_OrientationOffsetY: 0
+    m_Level: 0
+    m_CycleOffset: 0
+    m_HasAdditiveReferencePose: 0
+    m_LoopTime: 0
+    m_LoopBlend: 0
+    m_LoopBlendOrientation: 0
+    m_LoopBlendPositionY: 0
+    m_LoopBlendPositionXZ: 0
+    m_KeepOriginalOrientation: 0
+    m_KeepOriginalPositionY: 1
+    m_KeepOriginalPositionXZ: 0
+    m_HeightFromFeet: 0
+    m_Mirror: 0
+  m_EditorCurves:
+{curves}  m_EulerEditorCurves: []
+  m_HasGenericRootTransform: 0
+  m_HasMotionFloatCurves: 0
+  m_Events: []
+"""
+CURVE = """  - curve:
+      serializedVersion: 2
+      m_Curve:
+{keys}      m_PreInfinity: 2
+      m_PostInfinity: 2
+      m_RotationOrder: 4
+    attribute: {attribute}
+    path: {path}
+    classID: {renderer}
+    script: {{fileID: 0}}
+"""
+KEY = """      - serializedVersion: 3
+        time: {:.9g}
+        value: {:.7g}
+        inSlope: {:.7g}
+        outSlope: {:.7g}
+        tangentMode: {}
+        weightedMode: 0
+        inWeight: 0
+        outWeight: 0
+"""
+BINDING = """    - serializedVersion: 2
+      path: {path}
+      attribute: {attribute}
+      script: {{fileID: 0}}
+      typeID: {renderer}
+      customType: {shape}
+      isPPtrCurve: 0
+"""
+
+
+def write(
+    animation: Animation,
+    path: Path,
+    node: str | None = None,
+    character: Path | None = None,
+    keys: float | None = None,
+) -> None:
+    """Write a clip; `node` is the path of the renderer below the Animator, such as `Body/Face`.
+
+    With a `character`, a GLB or VRM, the clip moves its meshes by the names of their shapes. With `keys`,
+    frames are left out if linear interpolation is within that error. Turns of the head are not in the clip.
+    Raises RigError when the character cannot be used, OutputError when the destination cannot be written.
+    """
+    found = shape_curves(animation, node, character)
+    clip = CLIP.format(
+        name=_text(path.name.split(".")[0]),
+        rate=f"{animation.fps:.9g}",
+        stop=f"{(len(animation.values) - 1) / animation.fps + max(0.0, animation.start):.9g}",
+        curves="".join(_curve(animation, one, keys) for one in found),
+        bindings="".join(_binding(one) for one in found),
+    )
+    write_text(path, clip)
+
+
+def _curve(animation: Animation, one: ShapeCurve, keys: float | None) -> str:
+    times, values = curve_keys(animation, 100 * one.curve, None if keys is None else 100 * keys)
+    before, after = _slopes(times, values)
+    rows = zip(times.tolist(), values.tolist(), before.tolist(), after.tolist(), strict=True)
+    return CURVE.format(
+        keys="".join(KEY.format(*row, STRAIGHT) for row in rows),
+        attribute=_text(f"blendShape.{one.shape}"),
+        path=_text(one.node),
+        renderer=RENDERER,
+    )
+
+
+def _slopes(
+    times: NDArray[np.float64], values: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Percents per second before and after each key, (k,) each; the ends are flat outside."""
+    rise = np.diff(values) / np.diff(times)
+    return np.concatenate([[0.0], rise]), np.concatenate([rise, [0.0]])
+
+
+def _binding(one: ShapeCurve) -> str:
+    return BINDING.format(
+        path=zlib.crc32(one.node.encode()),
+        attribute=zlib.crc32(f"blendShape.{one.shape}".encode()),
+        renderer=RENDERER,
+        shape=SHAPE,
+    )
+
+
+def _text(value: str) -> str:
+    """A YAML text, quoted where it needs to be."""
+    return value if PLAIN.fullmatch(value) and value == value.strip() else json.dumps(value)
