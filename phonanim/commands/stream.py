@@ -15,7 +15,6 @@ from phonanim.commands._options import animation_options
 
 if TYPE_CHECKING:
     from phonanim.options import Options
-    from phonanim.speech.alignment import Interval
     from phonanim.stream.events import Event
     from phonanim.stream.play import Engine, Player
 
@@ -140,17 +139,20 @@ def open_engine(
     audio: Path | None = None,
 ) -> tuple[Engine, Iterator[Event], float | None]:
     """The engine that makes frames, the incoming events, and the look-ahead in seconds."""
-    from phonanim.errors import AudioError, MissingExtraError, OptionError
+    from phonanim.errors import OptionError
     from phonanim.inputs.speech_input import is_recording
-    from phonanim.media.audio import find_audio
     from phonanim.pipeline import load_model
     from phonanim.stream import inputs
     from phonanim.stream.engine import PhoneStream
     from phonanim.stream.sound import SoundStream
 
     line = "stream" if microphone or source == "-" else Path(source).stem
-    words: tuple[Interval, ...] = ()
-    if load_model(options.model).regressor.input_modality == "audio":
+    hears = load_model(options.model).regressor.input_modality == "audio"
+    silent = not (hears or microphone or is_recording(Path(source)))
+    lines = silent and (source == "-" or inputs.is_lines(Path(source)))
+    if audio is not None and (hears or lines):
+        raise OptionError(f"--audio {audio}: is for the recording of an alignment; leave it out")
+    if hears:
         if microphone:
             heard = inputs.microphone(None if source == "-" else source, rate)
         elif source == "-":
@@ -159,25 +161,33 @@ def open_engine(
             rate, heard = inputs.recording(Path(source))
         engine = SoundStream(options, rate, line)
         return engine, heard, engine.look_ahead + SLACK
-    events: Iterator[Event]
-    heard_rate: int | None = None
     if microphone or is_recording(Path(source)):
         given = "--microphone: gives audio" if microphone else f"{source}: is a recording"
         raise OptionError(f"{given}, and {options.model} reads phones; choose a --model of kind cnn or tcn")
-    if source == "-":
-        events = inputs.json_lines(STDIN)
-    elif inputs.is_lines(Path(source)):
-        events = inputs.json_lines(os.open(source, os.O_RDONLY))
-    else:
-        language, words, offset, events = inputs.alignment_file(Path(source), options)
-        options = replace(options, language=language)
-        if (sound := audio or find_audio(Path(source))) is not None:
-            try:
-                heard_rate, events = inputs.with_recording(events, sound, offset)
-            except (AudioError, MissingExtraError):
-                if audio is not None:
-                    raise
-    return PhoneStream(options, look_ahead, line, words, heard_rate), events, look_ahead
+    if lines:
+        events = inputs.json_lines(STDIN if source == "-" else os.open(source, os.O_RDONLY))
+        return PhoneStream(options, look_ahead, line), events, look_ahead
+    return *open_alignment(Path(source), audio, options, look_ahead), look_ahead
+
+
+def open_alignment(
+    path: Path, audio: Path | None, options: Options, look_ahead: float | None
+) -> tuple[Engine, Iterator[Event]]:
+    """The engine and the events of an alignment, with its recording if there is a readable one."""
+    from phonanim.errors import AudioError, MissingExtraError
+    from phonanim.media.audio import find_audio
+    from phonanim.stream import inputs
+    from phonanim.stream.engine import PhoneStream
+
+    language, words, offset, events = inputs.alignment_file(path, options)
+    sound, rate = audio or find_audio(path), None
+    if sound is not None and options.loudness > 0:
+        try:
+            rate, events = inputs.with_recording(events, sound, offset)
+        except (AudioError, MissingExtraError):
+            if audio is not None:
+                raise
+    return PhoneStream(replace(options, language=language), look_ahead, path.stem, words, rate), events
 
 
 def check_options(realtime: bool, look_ahead: float | None, delay: float | None) -> None:

@@ -87,10 +87,13 @@ def with_recording(events: Iterator[Event], path: Path, offset: float) -> tuple[
         skipped, given = round(offset * rate), 0
         for event in events:
             until = event.end if isinstance(event, Phone) else event.time if isinstance(event, Tick) else 0.0
-            while given < until * rate and (block := next(blocks, None)) is not None:
-                kept, skipped = block[skipped:], max(skipped - len(block), 0)
-                given += len(kept)
-                yield Samples(kept)
+            try:
+                while given < until * rate and (block := next(blocks, None)) is not None:
+                    kept, skipped = block[skipped:], max(skipped - len(block), 0)
+                    given += len(kept)
+                    yield Samples(kept)
+            except AudioError as error:  # the rest counts as silence
+                yield Problem(str(error))
             yield event
 
     return rate, merged()

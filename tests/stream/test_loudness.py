@@ -75,3 +75,12 @@ def test_a_recording_that_is_named_must_be_readable(
     broken.write_bytes(b"RIFF")
     assert run(["stream", str(unheard_line), "--audio", str(broken)]) == 2
     assert "a.wav" in capsys.readouterr().err
+
+
+def test_a_recording_is_of_an_alignment(
+    root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a.jsonl").write_text('{"end": true}\n')
+    sound = root / "examples" / "line.wav"
+    assert run(["stream", str(tmp_path / "a.jsonl"), "--audio", str(sound)]) == 2
+    assert "is for the recording of an alignment; leave it out" in capsys.readouterr().err
