@@ -6,9 +6,10 @@ import json
 from pathlib import Path
 
 from phonanim.animation.animation import Animation
-from phonanim.core.decode import read_json
+from phonanim.core.decode import DAMAGE, read_json
 from phonanim.core.files import write_text
 from phonanim.errors import OutputError
+from phonanim.exporters._a2f import from_audio2face, is_audio2face
 from phonanim.exporters._document import document, from_document
 
 SUMMARY = "JSON: a list of values per channel, phones, words, provenance"
@@ -20,9 +21,14 @@ def write(animation: Animation, path: Path) -> None:
 
 
 def read(path: Path) -> Animation:
-    """Read an animation back. Raises OutputError when phonanim did not write the file."""
+    """Read an animation back, or an export of Audio2Face. Raises OutputError for any other file."""
     try:
         tree = read_json(path)
     except (OSError, ValueError) as error:
         raise OutputError(f"{path}: cannot be read as JSON: {error}") from error
-    return from_document(tree, path)
+    if not is_audio2face(tree):
+        return from_document(tree, path)
+    try:
+        return from_audio2face(tree, path)
+    except DAMAGE as error:
+        raise OutputError(f"{path}: is not an export of Audio2Face: {error}") from error

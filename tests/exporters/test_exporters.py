@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from animations import line, metahuman
+from animations import line, metahuman, vowels
 
 from phonanim import exporters
 from phonanim.articulation import CHANNELS
@@ -40,7 +40,8 @@ WRITABLE = list(marked(WRITING, suffixes()))
 
 
 def line_for(suffix, **options):
-    return metahuman(**options) if suffix == ".metahuman.csv" else line(**options)
+    makers = {".metahuman.csv": metahuman, ".vmd": vowels}
+    return makers.get(suffix, line)(**options)
 
 
 def test_the_folder_is_the_registry():
@@ -68,14 +69,14 @@ READABLE = [suffix for suffix in suffixes() if hasattr(find_exporter(Path("a" + 
 # radians or quaternions; the others lose nothing.
 DIGITS = {
     **{".csv": 1e-8, ".glb": 1e-6, ".vrm": 1e-6, ".vrma": 1e-6},
-    **{".metahuman.csv": 1e-6, ".json": 1e-6, ".track.json": 0.004},
+    **{".metahuman.csv": 1e-6, ".json": 1e-6, ".a2f.json": 1e-6, ".vmd": 1e-6, ".track.json": 0.004},
 }
-STILL = {".usda": TURNS, ".usdc": TURNS}  # what a format has no place for
+STILL = {".usda": TURNS, ".usdc": TURNS, ".a2f.json": TURNS}  # what a format has no place for
 
 
 @pytest.mark.parametrize("suffix", list(marked(READING, READABLE)))
 def test_what_is_written_is_read_back(tmp_path, suffix):
-    animation = line_for(suffix, fps=30000 / 1001)
+    animation = line_for(suffix, fps=30.0 if suffix == ".vmd" else 30000 / 1001)
     path = tmp_path / f"a{suffix}"
     save(animation, path, **OPTIONS.get(suffix, {}))
     again = load(path)

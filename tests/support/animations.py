@@ -8,6 +8,7 @@ import numpy as np
 
 from phonanim.animation.animation import Animation
 from phonanim.rig import load_rig
+from phonanim.rig.neck import TURNS
 from phonanim.speech.alignment import Interval
 
 PHONES = (
@@ -51,6 +52,14 @@ def metahuman(**options: float) -> Animation:
     animation = line(**options)
     names = tuple(f"CTRL_expressions_{name}" for name in animation.channels)
     return replace(animation, channels=names, rig="metahuman")
+
+
+def vowels(**options: float) -> Animation:
+    """The same line on VRM's five vowels, with the turns of the head."""
+    animation = line(**options)
+    columns = [*range(5), *(animation.channels.index(name) for name in TURNS)]
+    names = ("aa", "ih", "ou", "ee", "oh", *TURNS)
+    return replace(animation, channels=names, values=animation.values[:, columns], rig="vrm")
 
 
 def speaking(
