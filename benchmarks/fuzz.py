@@ -2,7 +2,7 @@
 
     python benchmarks/fuzz.py [--count 20000] [--seconds 600] [--seed 0]
 
-The files are mutants of tests/support/alignment_samples.py, which has a sample of every reader; one in ten is
+The files are mutants of tests/support/timing_samples.py, which has a sample of every reader; one in ten is
 made by hypothesis from nothing. The same seed gives the same files. Prints how they ended, the slowest, the
 most memory, and every fault with its file, kept in a temporary folder. Exit code 1 when there is a fault: a
 traceback, more than a line, a track whose times do not rise, more than 10 s, or more than 1 GB in all.
@@ -30,7 +30,7 @@ from hypothesis import strategies as st
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "support")]
 
-from alignment_samples import SAMPLES, WORD_LISTS  # noqa: E402 - the folder of tests is no package
+from timing_samples import EVERY  # noqa: E402 - the folder of tests is no package
 
 from phonanim.errors import PhonanimError  # noqa: E402
 from phonanim.inputs.alignment import read_alignment  # noqa: E402
@@ -40,7 +40,7 @@ HANG = 10  # seconds
 MEMORY = 1000  # megabytes
 INVENTED = 10  # of so many files one comes from hypothesis
 LEXICON = "beam B IY1 M\n"
-SEEDS = [sample.data for group in (*SAMPLES.values(), WORD_LISTS) for sample in group]
+SEEDS = [sample.data for group in EVERY.values() for sample in group]
 
 # What breaks parsers: numbers that are none, sizes that lie, quotes, line ends, encodings.
 ODD = [

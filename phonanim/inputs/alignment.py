@@ -10,7 +10,12 @@ from phonanim.speech.alignment_file import open_alignment_file
 
 
 def read_alignment(
-    path: str | Path, tier: str | None = None, speaker: str | None = None, lexicon: str | Path | None = None
+    path: str | Path,
+    tier: str | None = None,
+    speaker: str | None = None,
+    lexicon: str | Path | None = None,
+    unknown: str = "error",
+    language: str = "auto",
 ) -> Alignment:
     """Read the phones of an alignment file, in any format that `phonanim info` lists.
 
@@ -19,7 +24,10 @@ def read_alignment(
         tier: The phone tier, by name or by number from 1. Without it the tier is found by its name, else by
             its labels.
         speaker: The speaker, for a file of several speakers.
-        lexicon: A pronunciation dictionary, for a file with words only.
+        lexicon: A pronunciation dictionary, for a file with words only. Without it, English words are
+            looked up in the CMU dictionary of an installed package.
+        unknown: What happens to a word that cannot be spelled: error, nearest or silence.
+        language: The language of words; auto takes what the file says, else English.
 
     Raises:
         AlignmentError: The file cannot be read, no tier has phones, or its times are inconsistent.
@@ -32,4 +40,4 @@ def read_alignment(
     """
     source = open_alignment_file(Path(path))
     recording = find_reader(source).read(source)
-    return Alignment.from_recording(recording, source, tier, speaker, lexicon)
+    return Alignment.from_recording(recording, source, tier, speaker, lexicon, unknown, language)

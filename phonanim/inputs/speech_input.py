@@ -52,7 +52,9 @@ def read_speech_input(
     """
     if is_recording(path):
         return _read_recording(path, modality)
-    alignment = read_alignment(path, options.tier, options.speaker, options.lexicon)
+    alignment = read_alignment(
+        path, options.tier, options.speaker, options.lexicon, options.unknown, options.language
+    )
     track, notes = to_phones(alignment, options.language, options.unknown, options.fallback)
     sound = None
     if modality != "phones":

@@ -7,8 +7,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from phonanim.readers._xml import XML_DAMAGE, parse_xml
 from phonanim.speech.alignment import Interval, Recording, Tier
-from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
+from phonanim.speech.alignment_file import AlignmentFile
 
 FORMAT = "ELAN"
 
@@ -21,10 +22,10 @@ def recognizes(source: AlignmentFile) -> bool:
 def read(source: AlignmentFile) -> Recording:
     """Every tier with annotations; those without times share their parent's time equally."""
     try:
-        root = ElementTree.fromstring(source.text.strip())
+        root = parse_xml(source)
         document = _Document(root)
         tiers = tuple(document.tier(element, number) for number, element in enumerate(root.iter("TIER"), 1))
-    except (*DAMAGE, ElementTree.ParseError) as error:
+    except XML_DAMAGE as error:
         raise source.error(f"is a damaged ELAN file ({error}); save it again") from error
     end = max((interval.end for tier in tiers for interval in tier.intervals), default=0.0)
     return Recording(tuple(tier for tier in tiers if tier.intervals), 0.0, end)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from phonanim.readers._rows import from_starts, lines, split
+from phonanim.readers._shapes import shape_phones
 from phonanim.speech.alignment import Recording, Tier
 from phonanim.speech.alignment_file import AlignmentFile
 
@@ -21,16 +22,11 @@ def recognizes(source: AlignmentFile) -> bool:
 
 
 def read(source: AlignmentFile) -> Recording:
-    """The shapes as phones of the language `preston_blair`."""
+    """The shapes as phones, in the set of mouth shapes or phones that they are of."""
     rows = split(source, _ROW, lines(source)[1:])
     if not rows:
         raise source.error("has no frames; export it again")
     starts = [((float(row[1]) - 1) / FPS, row[2]) for row in rows]
-    intervals = from_starts(starts, starts[-1][0] + 1 / FPS)
-    notes = (
-        f"switch data has no frame rate; {FPS:g} fps assumed",
-        "mouth shapes are used as phones, because the file does not contain the sounds",
-    )
-    return Recording(
-        (Tier("phones", intervals),), 0.0, intervals[-1].end, notes=notes, language="preston_blair"
-    )
+    phones, language, notes = shape_phones(from_starts(starts, starts[-1][0] + 1 / FPS))
+    notes = (f"switch data has no frame rate; {FPS:g} fps assumed", *notes)
+    return Recording((Tier("phones", phones),), 0.0, phones[-1].end, notes, language, 1 / FPS)

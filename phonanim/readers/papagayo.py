@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from phonanim.readers._rows import from_starts
+from phonanim.readers._shapes import shape_phones
 from phonanim.speech.alignment import Interval, Recording, Tier
 from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 
@@ -17,7 +19,7 @@ def recognizes(source: AlignmentFile) -> bool:
 
 
 def read(source: AlignmentFile) -> Recording:
-    """For each voice, its words, and its shapes as phones of the language `preston_blair`."""
+    """For each voice, its words, and its shapes as phones."""
     rows = iter([line.strip() for line in source.text.splitlines()][2:])
     try:
         fps, frames, voices = float(next(rows)), int(next(rows)), int(next(rows))
@@ -25,8 +27,12 @@ def read(source: AlignmentFile) -> Recording:
         end = frames / fps
     except (*DAMAGE, StopIteration) as error:
         raise source.error("is truncated or damaged; save it again") from error
-    notes = ("mouth shapes are used as phones, because the file does not contain the sounds",)
-    return Recording(tuple(tiers), 0.0, end, notes=notes, language="preston_blair")
+    _, language, notes = shape_phones(shape for tier in tiers[::2] for shape in tier.intervals)
+    tiers = [
+        replace(tier, intervals=shape_phones(tier.intervals)[0]) if n % 2 == 0 else tier
+        for n, tier in enumerate(tiers)
+    ]
+    return Recording(tuple(tiers), 0.0, end, notes, language, 1 / fps)
 
 
 def _voice(rows: Iterator[str], fps: float, number: int) -> list[Tier]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 
+from phonanim.readers._trigraphs import decode_trigraphs
 from phonanim.speech.alignment import Interval, Recording, Tier
 from phonanim.speech.alignment_file import AlignmentFile
 
@@ -29,7 +30,7 @@ def read(source: AlignmentFile) -> Recording:
         tiers = [_read_tier(data, number) for number in range(1, int(count) + 1)]
     except (struct.error, UnicodeDecodeError) as error:
         raise source.error("is truncated or damaged; save it again") from error
-    return Recording(tuple(tier for tier in tiers if tier), start, end)
+    return decode_trigraphs(Recording(tuple(tier for tier in tiers if tier), start, end))
 
 
 def _read_tier(data: _Bytes, number: int) -> Tier | None:

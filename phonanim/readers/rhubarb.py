@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from xml.etree import ElementTree
 
 from phonanim.readers._rows import all_match, from_starts, split
+from phonanim.readers._xml import XML_DAMAGE, parse_xml
 from phonanim.speech.alignment import Interval, Recording, Tier
-from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
+from phonanim.speech.alignment_file import AlignmentFile
 
 FORMAT = "Rhubarb mouth cues"
 
@@ -25,7 +25,7 @@ def read(source: AlignmentFile) -> Recording:
     """The cues, in the language `rhubarb`, which maps each shape to the sounds that it shows."""
     try:
         cues = _cues(source)
-    except (*DAMAGE, ElementTree.ParseError) as error:
+    except XML_DAMAGE as error:
         raise source.error(f"has a damaged cue ({error!r}); export it again") from error
     notes = ("mouth shapes are used as phones, because the file does not contain the sounds",)
     end = max((cue.end for cue in cues), default=0.0)
@@ -37,7 +37,7 @@ def _cues(source: AlignmentFile) -> tuple[Interval, ...]:
         cues = source.json["mouthCues"]
         return tuple(Interval(str(cue["value"]), float(cue["start"]), float(cue["end"])) for cue in cues)
     if source.text.lstrip().startswith("<"):
-        found = ElementTree.fromstring(source.text.strip()).iter("mouthCue")
+        found = parse_xml(source).iter("mouthCue")
         return tuple(
             Interval(cue.text or "", float(cue.attrib["start"]), float(cue.attrib["end"])) for cue in found
         )

@@ -21,11 +21,22 @@ _CHRONOLOGICAL = "Praat chronological TextGrid text file"
 def recognizes(source: AlignmentFile) -> bool:
     """Whether the first text is that of Praat's text files."""
     head = source.text[:200].lstrip()
-    return (head.startswith("File type") and "ooTextFile" in head) or head.startswith(f'"{_CHRONOLOGICAL}"')
+    if head.startswith("File type"):
+        return "ooTextFile" in head
+    return head.startswith((f'"{_CHRONOLOGICAL}"', '"ooTextFile'))
 
 
 def read(source: AlignmentFile) -> Recording:
     """Every interval tier, in file order; point tiers are ignored."""
+    recording = _read(source)
+    if "\\" not in source.text:
+        return recording
+    from phonanim.readers._trigraphs import decode_trigraphs
+
+    return decode_trigraphs(recording)
+
+
+def _read(source: AlignmentFile) -> Recording:
     tokens = _Tokens(source)
     if (kind := tokens.string()) == _CHRONOLOGICAL:
         return _read_chronological(tokens)

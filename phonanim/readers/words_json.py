@@ -1,51 +1,136 @@
-"""JSON of speech recognizers: the words of Whisper, WhisperX and Vosk, with their times."""
+"""JSON of speech recognizers and synthesizers: words, or lines of text, with their times in seconds."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
-from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.readers._words import (
+    SPREAD,
+    UNTIMED,
+    TimedWord,
+    first_value,
+    seconds,
+    spread_text,
+    word_recording,
+)
+from phonanim.speech.alignment import Recording
 from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 
-FORMAT = "word times of WhisperX, Whisper or Vosk (JSON)"
+FORMAT = "word times of WhisperX, Whisper, OpenAI, Vosk, Kokoro and others (JSON)"
+
+# Keys of a word and its times; the same in Whisper, whisper-timestamped, OpenAI, Vosk, Deepgram, Kokoro and
+# transformers, but for the names.
+WORD = ("word", "punctuated_word", "text")
+START = ("start", "start_time", "start_ts")
+END = ("end", "end_time", "end_ts")
+LISTS = ("word_segments", "words", "result", "timestamps", "tokens")
+OTHERS = (
+    "phonemes",
+    "phoneme_ts",
+    "case",
+    "Phonemes",
+    "startTime",
+    "startOffset",
+    "alignedWord",
+)  # of other readers
 
 
 def recognizes(source: AlignmentFile) -> bool:
-    """Whether it is JSON with lists of words that have a start."""
-    return next(_words(source.json), None) is not None
+    """Whether it is JSON with words or lines of text that have times in seconds, or null."""
+    items = list(_items(source.json_lines))
+    return bool(items) and not any(_is_of_another(item) for item in items)
 
 
 def read(source: AlignmentFile) -> Recording:
-    """One tier of words for each speaker. WhisperX gives numbers no times; the notes list such words."""
-    timed: dict[str, list[Interval]] = {}
-    lost: list[str] = []
+    """One tier of words for each speaker; a line of text that has no words shares its time among them."""
+    words: list[TimedWord] = []
+    spread = False
     try:
-        for word in _words(source.json):
-            text = str(word["word"]).strip()
-            if "start" in word and "end" in word:
-                interval = Interval(text, float(word["start"]), float(word["end"]))
-                timed.setdefault(str(word.get("speaker", "")), []).append(interval)
+        for item in _items(source.json_lines):
+            word = _word(item)
+            if " " in word.text and math.isfinite(word.end - word.start):
+                words += spread_text(word.text, word.start, word.end, word.speaker)
+                spread = spread or words[-1].text != word.text
             else:
-                lost.append(text)
+                words.append(word)
+        end = max((seconds(part["end"]) for part in _segments(source.json_lines)), default=0.0)
     except DAMAGE as error:
         raise source.error(f"is a damaged list of words ({error!r}); recognize again") from error
-    tiers = [Tier("words", tuple(words), n, speaker) for n, (speaker, words) in enumerate(timed.items(), 1)]
-    notes = [f"{len(lost)} words have no time: {', '.join(lost[:5])}"] if lost else []
-    end = max((word.end for words in timed.values() for word in words), default=0.0)
-    return Recording(tuple(tiers), 0.0, end, notes=tuple(notes))
+    notes = (SPREAD,) if spread else ()
+    return word_recording(words, end if math.isfinite(end) else 0.0, notes, spoken=_language(source))
 
 
-def _words(content: Any) -> Iterator[dict[str, Any]]:
-    """Every word: in segments (Whisper), in a list of results (Vosk), or in one list."""
-    if isinstance(content, dict):
-        for part in content.get("segments") or ():
-            yield from _words(part)
-        if "segments" not in content:
-            yield from _words(content.get("words") or content.get("result"))
-    elif isinstance(content, list):
+def _is_of_another(item: dict[str, Any]) -> bool:
+    """Whether an item is a word of a format that has a reader of its own."""
+    return any(key in item for key in OTHERS) or isinstance(first_value(item, (*START, *END)), dict)
+
+
+def _word(item: dict[str, Any]) -> TimedWord:
+    start, end = first_value(item, START), first_value(item, END)
+    if isinstance(pair := item.get("timestamp"), list) and len(pair) == 2:
+        start, end = pair
+    text = first_value(item, WORD)
+    if isinstance(text, (dict, list)):
+        raise TypeError("a word is a table")
+    times = (UNTIMED, UNTIMED) if start is None else (seconds(start), seconds(end))
+    return TimedWord(str(text).strip(), *times, str(first_value(item, ("speaker", "speaker_id")) or ""))
+
+
+def _items(lines: list[Any]) -> Iterator[dict[str, Any]]:
+    """Every word, and every line of text that has no words, in the order of the file."""
+    for content in lines:
+        yield from _words(content, 0)
+
+
+def _words(content: Any, depth: int) -> Iterator[dict[str, Any]]:
+    if depth > 8:
+        return
+    if isinstance(content, list):
         for item in content:
-            if isinstance(item, dict) and "word" in item and "case" not in item:
+            if isinstance(item, dict) and (_holds_words(item) or not _is_word(item)):
+                yield from _words(item, depth + 1)
+            elif isinstance(item, dict):
                 yield item
-            elif isinstance(item, dict) and ("result" in item or "words" in item):
-                yield from _words(item)
+        return
+    if not isinstance(content, dict):
+        return
+    parts = content.get("segments") or content.get("chunks")
+    found = list(_words(parts, depth + 1)) if isinstance(parts, list) else []
+    if not found or not any(_is_single(item) for item in found):
+        lists = [content[name] for name in LISTS if isinstance(content.get(name), list) and content[name]]
+        found = list(_words(lists[0], depth + 1)) if lists else found
+    yield from found
+    if not found:
+        for name in ("results", "channels", "alternatives", "transcription"):
+            yield from _words(content.get(name), depth + 1)
+
+
+def _holds_words(item: dict[str, Any]) -> bool:
+    return any(isinstance(item.get(name), list) and item[name] for name in (*LISTS[1:3], "segments"))
+
+
+def _is_word(item: dict[str, Any]) -> bool:
+    """Whether an item is a word with a time, or one that WhisperX could not place."""
+    timed = any(name in item for name in (*START, "timestamp"))
+    return first_value(item, WORD) is not None and (timed or "word" in item)
+
+
+def _is_single(item: dict[str, Any]) -> bool:
+    return " " not in str(first_value(item, WORD)).strip()
+
+
+def _segments(lines: list[Any]) -> Iterator[dict[str, Any]]:
+    for content in lines:
+        parts = content.get("segments") if isinstance(content, dict) else None
+        for part in parts if isinstance(parts, list) else ():
+            if isinstance(part, dict) and isinstance(part.get("end"), (int, float)):
+                yield part
+
+
+def _language(source: AlignmentFile) -> str:
+    """The language that the recognizer heard, "" when the file does not say."""
+    first = source.json_lines[0] if source.json_lines else None
+    found = first.get("language") if isinstance(first, dict) else None
+    return found if isinstance(found, str) else ""

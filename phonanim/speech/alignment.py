@@ -17,6 +17,7 @@ from phonanim.speech.intervals import (
     unpack_intervals,
 )
 from phonanim.speech.pronunciations import spell_out
+from phonanim.speech.repair import mend_phones, mend_times
 from phonanim.speech.textgrid import textgrid_from, tiers_of
 from phonanim.speech.tiers import phone_tier, word_tier
 
@@ -66,12 +67,14 @@ class Alignment:
         tier: str | None = None,
         speaker: str | None = None,
         lexicon: Path | str | None = None,
+        unknown: str = "error",
+        language: str = "auto",
     ) -> Alignment:
         """The phones of a recording. The arguments and errors are those of `read_alignment`."""
-        if lexicon is not None:
-            recording = spell_out(recording, Path(lexicon), source)
-        phones = phone_tier(recording, tier, speaker, source)
-        words = word_tier(recording, phones)
+        recording = spell_out(recording, Path(lexicon) if lexicon else None, source, unknown, language)
+        chosen = phone_tier(recording, tier, speaker, source)
+        phones, mended = mend_phones(chosen)
+        words = word_tier(recording, chosen)
         offset = _offset(recording, source)
         intervals = _checked(phones, offset, source)
         ends = [recording.end - offset, *(interval.end for interval in intervals[-1:])]
@@ -80,9 +83,9 @@ class Alignment:
             duration=_duration(max(ends), source),
             tier=phones.name,
             source=source.name,
-            words=_checked(words, offset, source) if words else (),
+            words=_checked(mend_times(words)[0], offset, source) if words else (),
             offset=offset,
-            notes=recording.notes + _shifted(offset),
+            notes=recording.notes + mended + _shifted(offset),
             language=recording.language,
         )
 

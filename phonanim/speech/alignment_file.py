@@ -45,6 +45,22 @@ class AlignmentFile:
         except (ValueError, RecursionError):
             return None
 
+    @cached_property
+    def json_lines(self) -> list[Any]:
+        """The JSON values of the file, one on each line; a file of one value is a list of one.
+
+        Empty when any line is not JSON.
+        """
+        if self.json is not None:
+            return [self.json]
+        lines = [line for line in self.text.splitlines() if line.strip()]
+        if not lines or not lines[0].lstrip().startswith("{"):
+            return []
+        try:
+            return [json.loads(line) for line in lines]
+        except (ValueError, RecursionError):
+            return []
+
     def error(self, what: str) -> AlignmentError:
         """An error that names this file, in one line whatever the file contains."""
         return AlignmentError(f"{self.name}: {_printable(what)}")

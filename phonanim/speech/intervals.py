@@ -42,6 +42,8 @@ class Recording:
     """The content of an alignment file: its interval tiers, and its first and last instant in seconds.
 
     `notes` report the assumptions of the reader; `language` is that of the labels if the format fixes it.
+    `unit` is the time, in seconds, that the reader took a number of the file for. A word without a time has
+    NaN in its tier; `spoken` is the language of the words as the file names it, if it does.
     """
 
     tiers: tuple[Tier, ...]
@@ -49,6 +51,8 @@ class Recording:
     end: float
     notes: tuple[str, ...] = ()
     language: str = ""
+    unit: float = 1.0
+    spoken: str = ""
 
 
 def pack_intervals(intervals: tuple[Interval, ...]) -> list[list[Any]]:

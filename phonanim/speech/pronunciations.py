@@ -3,22 +3,44 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import islice
 from pathlib import Path
 
-from phonanim.errors import AlignmentError
+from phonanim.errors import AlignmentError, LabelError
 from phonanim.speech.alignment_file import AlignmentFile, quote_label
+from phonanim.speech.cmu_dictionary import find_cmu_dictionary
 from phonanim.speech.intervals import Interval, Recording, Tier
-from phonanim.speech.labels import is_silent
-from phonanim.speech.tiers import PHONE_NAMES, WORD_NAMES, best_named_tiers, speaker_of
+from phonanim.speech.labels import is_silent, load_language
+from phonanim.speech.spelling import sound_out
+from phonanim.speech.spoken_words import is_sound, plain_word, split_word
+from phonanim.speech.tiers import (
+    PHONE_NAMES,
+    WORD_NAMES,
+    best_named_tiers,
+    best_tiers_by_content,
+    speaker_of,
+)
+from phonanim.speech.word_times import settle_words
 
 NOTE = "the phones come from a dictionary and share the time of each word equally"
+MOST_SHOWN = 5
+
+UNNAMED = "labels"  # what readers call a tier in formats that have no names
+LOOKED_AT = 1000  # words of a dictionary that tell its phone set
+ENOUGH_ARPABET = 0.95
+ENOUGH_ENGLISH = 0.5  # share of words in the CMU dictionary below which words are not English
 
 # Dictionaries of the Montreal Forced Aligner may have probabilities between the word and its phones.
 _PROBABILITY = re.compile(r"\d+\.\d+")
 _VARIANT = re.compile(r"\(\d+\)$")
+
+# What a plural or possessive s sounds like after the last sound of a word.
+_HISSING = ("S", "Z", "SH", "ZH", "CH", "JH")
+_VOICELESS = ("P", "T", "K", "F", "TH")
 
 
 @lru_cache(maxsize=4)
@@ -35,7 +57,7 @@ def load_pronunciations(path: Path) -> Mapping[str, tuple[str, ...]]:
         raise AlignmentError(f"{path}: cannot be read: {reason}") from error
     words: dict[str, tuple[str, ...]] = {}
     for line in text.splitlines():
-        word, *phones = line.split() or [""]
+        word, *phones = line.split(" #")[0].split() or [""]
         spoken = tuple(phone for phone in phones if not _PROBABILITY.fullmatch(phone))
         if spoken and not word.startswith(";;;"):
             words.setdefault(_VARIANT.sub("", word).lower(), spoken)
@@ -44,36 +66,175 @@ def load_pronunciations(path: Path) -> Mapping[str, tuple[str, ...]]:
     return words
 
 
-def spell_out(recording: Recording, path: Path, source: AlignmentFile) -> Recording:
+def spell_out(
+    recording: Recording,
+    path: Path | None,
+    source: AlignmentFile,
+    unknown: str = "error",
+    language: str = "auto",
+) -> Recording:
     """The recording with a phone tier next to each word tier, if it has no phone tier yet.
 
-    Raises AlignmentError for a word that the dictionary lacks, with its time.
+    Without a path, English words are looked up in the CMU dictionary of an installed package. A word that the
+    dictionary lacks is spelled by its letters, if they are English; else `unknown` decides, as for labels.
+    Raises AlignmentError for a word that cannot be spelled, with its time.
     """
-    word_tiers = best_named_tiers(recording.tiers, WORD_NAMES)
-    if best_named_tiers(recording.tiers, PHONE_NAMES) or not word_tiers:
+    if best_named_tiers(recording.tiers, PHONE_NAMES):
         return recording
-    words = load_pronunciations(path)
+    given = path
+    path = given or _default_dictionary(recording, language)
+    if path is None:
+        return recording
+    word_tiers = best_named_tiers(recording.tiers, WORD_NAMES) or _wordlike_tiers(recording.tiers, path)
+    others = [tier for tier in recording.tiers if tier not in word_tiers]
+    if not any(map(_says_something, word_tiers)) or best_tiers_by_content(others):
+        return recording
+    if given is None and not _is_english(word_tiers, path):
+        return recording
+    settled, placed = settle_words(word_tiers, recording)
+    speller = Speller(load_pronunciations(path), path, source, unknown)
+    first = len(recording.tiers) + 1
     spelled = [
-        Tier("phones", _spelled(tier, words, path, source), len(recording.tiers) + n, speaker_of(tier))
-        for n, tier in enumerate(word_tiers, 1)
+        Tier("phones", speller.spell(tier), number, speaker_of(tier))
+        for number, tier in enumerate(settled, first)
     ]
-    return replace(recording, tiers=(*recording.tiers, *spelled), notes=(*recording.notes, NOTE))
+    named = [tier if _is_named(tier) else replace(tier, name="words") for tier in settled]
+    changed = dict(zip(map(id, word_tiers), named, strict=True))
+    tiers = tuple(changed.get(id(tier), tier) for tier in recording.tiers)
+    notes = (*recording.notes, *placed, NOTE, *speller.notes())
+    return replace(recording, tiers=(*tiers, *spelled), notes=notes)
 
 
-def _spelled(
-    tier: Tier, words: Mapping[str, tuple[str, ...]], path: Path, source: AlignmentFile
-) -> tuple[Interval, ...]:
-    phones: list[Interval] = []
-    for interval in tier.intervals:
-        word = interval.label.lower().strip('.,;:!?"()[]«»“”¿¡')
-        if is_silent(interval.label):
-            phones.append(interval)
-        elif word in words:
-            phones += _shared(interval, words[word])
-        else:
-            place = f'word "{quote_label(interval.label)}" at {interval.start:.2f} s'
-            raise source.error(f"{place} is not in {path}; add it there")
-    return tuple(phones)
+def _default_dictionary(recording: Recording, language: str) -> Path | None:
+    """The CMU dictionary, unless the file or the options name a language other than English."""
+    try:
+        spoken = recording.spoken.lower() if language == "auto" else load_language(language).code
+    except LabelError:
+        return None
+    return find_cmu_dictionary() if not spoken or spoken.startswith("en") else None
+
+
+def _is_english(tiers: list[Tier], path: Path) -> bool:
+    """Whether the CMU dictionary has enough of the words that are spelled with letters."""
+    known = load_pronunciations(path)
+    words = [plain_word(one.label) for tier in tiers for one in tier.intervals if not is_sound(one.label)]
+    words = [word for word in words if any(c.isalpha() for c in word)]
+    parts = [part for word in words for part in ([word] if word in known else split_word(word))]
+    return sum(part.strip("'.") in known for part in parts) >= ENOUGH_ENGLISH * len(parts)
+
+
+def _says_something(tier: Tier) -> bool:
+    return any(not is_silent(one.label) for one in tier.intervals)
+
+
+def _is_named(tier: Tier) -> bool:
+    return bool(best_named_tiers([tier], WORD_NAMES))
+
+
+def _wordlike_tiers(tiers: tuple[Tier, ...], path: Path) -> list[Tier]:
+    """The tiers whose labels are words of the dictionary, in formats that do not say what a tier has."""
+    found = []
+    for tier in tiers:
+        if tier.name != UNNAMED:
+            continue
+        labels = [one.label for one in tier.intervals if not is_silent(one.label) and not is_sound(one.label)]
+        if not labels or sum(map(len, labels)) < 3 * len(labels):
+            continue
+        known = load_pronunciations(path)
+        if 3 * sum(plain_word(label) in known for label in labels) >= 2 * len(labels):
+            found.append(tier)
+    return found
+
+
+@dataclass
+class Speller:
+    """Looks words up in a dictionary, and spells those that it lacks."""
+
+    words: Mapping[str, tuple[str, ...]]
+    path: Path
+    source: AlignmentFile
+    unknown: str = "error"
+    _told: dict[str, Counter[str]] = field(default_factory=dict)
+
+    def spell(self, tier: Tier) -> tuple[Interval, ...]:
+        """The phones of a tier of words; they share the time of each word equally."""
+        phones: list[Interval] = []
+        for word in tier.intervals:
+            if is_silent(word.label):
+                phones.append(word)
+            elif is_sound(word.label):
+                self._tell("are sounds, shown as silence", word.label)
+            elif spoken := self._pronounce(word):
+                phones += _shared(word, spoken)
+        return tuple(phones)
+
+    def notes(self) -> tuple[str, ...]:
+        """A note for each kind of word that was not in the dictionary."""
+        return tuple(f"{what}: {_some(words)}" for what, words in self._told.items())
+
+    def _pronounce(self, word: Interval) -> tuple[str, ...]:
+        plain = plain_word(word.label)
+        if not plain or plain in self.words:
+            return self.words.get(plain, ())
+        found: list[str] = []
+        for part in split_word(plain):
+            found += self._pronounce_part(part, word)
+        return tuple(found)
+
+    def _pronounce_part(self, part: str, word: Interval) -> tuple[str, ...]:
+        bare = part.strip("'.")
+        for form in (part, bare, f"{bare}."):
+            if form in self.words:
+                return self.words[form]
+        english = _has_arpabet(self.path)
+        if bare.endswith("'s") and (stem := self.words.get(bare[:-2])) and english:
+            return (*stem, *_possessive(stem[-1]))
+        spelled = sound_out(bare.upper() if bare.upper() in word.label else bare) if english else ()
+        if spelled:
+            self._tell(f"are not in {self.path.name}, and are spelled by their letters", part)
+            return spelled
+        return self._replacement(part, word)
+
+    def _replacement(self, part: str, word: Interval) -> tuple[str, ...]:
+        if self.unknown == "silence":
+            self._tell(f"are not in {self.path.name}, and are shown as silence", part)
+            return ("sil",)
+        if self.unknown == "nearest":
+            from difflib import get_close_matches
+
+            if near := get_close_matches(part, self.words, 1, cutoff=0.5):
+                self._tell(f"are not in {self.path.name}, and are shown as {near[0]!r}", part)
+                return self.words[near[0]]
+        place = f'word "{quote_label(word.label)}" at {word.start:.2f} s'
+        raise self.source.error(
+            f"{place} is not in {self.path}; add it there, or leave it out with --on-unknown-label silence"
+        )
+
+    def _tell(self, what: str, word: str) -> None:
+        self._told.setdefault(what, Counter())[word] += 1
+
+
+@lru_cache(maxsize=4)
+def _has_arpabet(path: Path) -> bool:
+    """Whether a dictionary's phones are those of CMU, judged by its first words."""
+    english = load_language("english")
+    some = islice(load_pronunciations(path).values(), LOOKED_AT)
+    phones = [phone for spoken in some for phone in spoken]
+    known = sum(phone.isascii() and english.resolve_listed(phone) is not None for phone in phones)
+    return known >= ENOUGH_ARPABET * len(phones)
+
+
+def _possessive(last: str) -> tuple[str, ...]:
+    bare = last.rstrip("012").upper()
+    if bare in _HISSING:
+        return ("IH", "Z")
+    return ("S",) if bare in _VOICELESS else ("Z",)
+
+
+def _some(words: Counter[str]) -> str:
+    shown = ", ".join(quote_label(word) for word in list(words)[:MOST_SHOWN])
+    more = len(words) - MOST_SHOWN
+    return f"{shown} and {more} more" if more > 0 else shown
 
 
 def _shared(interval: Interval, phones: tuple[str, ...]) -> list[Interval]:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable
 
 from phonanim.speech.alignment_file import AlignmentFile, quote_label
+from phonanim.speech.cmu_dictionary import find_cmu_dictionary
 from phonanim.speech.intervals import Recording, Tier
 
 # Best first: a file may have MAU (as pronounced) next to a broader `segments`.
@@ -29,18 +30,27 @@ def phone_tier(recording: Recording, wanted: str | None, speaker: str | None, so
     tiers = recording.tiers if speaker is None else _spoken_by(recording.tiers, speaker, source)
     if wanted is not None:
         return _wanted(tiers, wanted, source)
-    found = best_named_tiers(tiers, PHONE_NAMES) or _by_content(tiers)
+    found = best_named_tiers(tiers, PHONE_NAMES) or best_tiers_by_content(tiers)
     if len(found) > 1 and any(map(_labels, found)):
         found = [tier for tier in found if _labels(tier)]
     if not found and best_named_tiers(tiers, WORD_NAMES):
         raise source.error(
             "has words but no phones; give a pronunciation dictionary (--lexicon), or align to phones"
+            + _dictionary_hint(recording)
         )
     if not found:
         raise source.error(f"has no phone tier among {_listing(recording.tiers)}; name it with --tier")
     if len(found) > 1:
         raise source.error(f"has several phone tiers, {_listing(found)}; choose one with {_choices(found)}")
     return found[0]
+
+
+def _dictionary_hint(recording: Recording) -> str:
+    """What brings a dictionary, if the words may be English and none is installed."""
+    may_be_english = not recording.spoken or recording.spoken.lower().startswith("en")
+    if find_cmu_dictionary() or not may_be_english:
+        return ""
+    return "; pip install 'phonanim[align]' brings one for English"
 
 
 def word_tier(recording: Recording, phones: Tier) -> Tier | None:
@@ -104,7 +114,7 @@ def best_named_tiers(tiers: Iterable[Tier], names: tuple[str, ...]) -> list[Tier
     return [tier for tier in named if names.index(_kind(tier.name)) == best[speaker_of(tier)]]
 
 
-def _by_content(tiers: Iterable[Tier]) -> list[Tier]:
+def best_tiers_by_content(tiers: Iterable[Tier]) -> list[Tier]:
     """The tier with the largest share of labels that a language has, if that is most of them."""
     from phonanim.speech.language_choice import recognized_share
 

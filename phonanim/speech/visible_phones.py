@@ -35,6 +35,8 @@ PLACES = {
 STOPS = frozenset({"plosive", "implosive", "click", "tap", "trill", "affricate"})
 FRICATIVES = frozenset({"fricative", "sibilant", "lateral fricative"})
 GLIDES = {"j": "i", "w": "u", "ɥ": "y", "ɰ": "ɯ"}
+COLOURS = ("ɹ", "ɻ")
+"""Consonants that eSpeak writes in one label with the vowel before them, as in [ɑːɹ]; also [əl]."""
 
 # Consonants that form one label together: n nasal, s stop, f fricative, l lateral.
 CLUSTERS = frozenset({"", "n", "s", "f", "l", "a", "ns", "nf", "nl", "nn", "ss", "sf", "sl", "nsf", "nss"})
@@ -46,16 +48,27 @@ LONGEST = 4
 def to_visible_phones(label: str) -> tuple[str, ...]:
     """The phones that look like an IPA label, in order; empty when it is not one sound in IPA.
 
-    A label may be one sound, a diphthong or triphthong, an affricate, a double stop, a nasal with its
-    stop, or glides with their vowel. Words are refused, so that a word tier is not mistaken for phones.
+    A label may be one sound, a diphthong or triphthong, a vowel coloured by [ɹ], an affricate, a double stop,
+    a nasal with its stop, or glides with their vowel. Words are refused, so that a word tier is not mistaken
+    for phones.
     """
     sounds = parse_ipa(label)
+    if _is_coloured(sounds):
+        return _without_repeats((*_vowels(sounds[:-1]), *_consonants(sounds[-1:])))
     if any(sound.vowel for sound in sounds):
         glided = all(sound.vowel or sound.symbol in GLIDES for sound in sounds)
         return _without_repeats(_vowels(sounds)) if glided and len(sounds) <= LONGEST else ()
     kinds = "".join(_kind(sound) for sound in sounds)
     known = kinds.rstrip("w") in CLUSTERS
     return _without_repeats(_consonants(sounds)) if known else ()
+
+
+def _is_coloured(sounds: tuple[Articulation, ...]) -> bool:
+    """Whether the sounds are one or two vowels with the consonant that colours them."""
+    *vowels, last = sounds or (None,)
+    if not vowels or last is None or len(vowels) > 2 or not all(sound and sound.vowel for sound in vowels):
+        return False
+    return last.symbol in COLOURS or [sound.symbol for sound in sounds] == ["ə", "l"]
 
 
 def visual_distance(start: Articulation, end: Articulation, phone: Phone) -> float:

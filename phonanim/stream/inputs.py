@@ -61,7 +61,9 @@ def alignment_file(path: Path, options: Options) -> tuple[str, tuple[Interval, .
 
     Raises AlignmentError.
     """
-    alignment = read_alignment(path, options.tier, options.speaker, options.lexicon)
+    alignment = read_alignment(
+        path, options.tier, options.speaker, options.lexicon, options.unknown, options.language
+    )
     language = options.language
     if language == "auto":
         found = choose_language(interval.label for interval in alignment.intervals).name

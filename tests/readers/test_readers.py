@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import pytest
-from alignment_samples import SAMPLES, WORD_LISTS, Sample
+from alignment_samples import SAMPLES, Sample
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from timing_samples import EVERY, PHONED, WORDS_ALONE
 
 from phonanim.errors import AlignmentError, PhonanimError
 from phonanim.inputs.alignment import read_alignment
@@ -20,10 +22,14 @@ from phonanim.speech.alignment_file import AlignmentFile
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.language import to_phones
 
-ALL = SAMPLES | {"words_json": WORD_LISTS}
 EACH = [
     pytest.param(name, sample, id=f"{name}-{n}")
-    for name, group in SAMPLES.items()
+    for name, group in PHONED.items()
+    for n, sample in enumerate(group)
+]
+WORDED = [
+    pytest.param(name, sample, id=f"{name}-{n}")
+    for name, group in WORDS_ALONE.items()
     for n, sample in enumerate(group)
 ]
 
@@ -48,7 +54,7 @@ def written(folder: Path, data: bytes, name: str = "x") -> Path:
 
 
 def test_every_reader_has_a_sample() -> None:
-    assert set(ALL) == set(reader_names())
+    assert set(EVERY) == set(reader_names())
 
 
 @pytest.mark.parametrize("name", reader_names())
@@ -56,12 +62,13 @@ def test_readers_keep_the_contract(name: str) -> None:
     reader = load_reader(name)
     assert reader.FORMAT
     assert reader.__doc__
-    for sample in ALL[name]:
+    for sample in EVERY[name]:
         recognizing = [
             other for other in reader_names() if load_reader(other).recognizes(source(sample.data))
         ]
         assert recognizing == [name]
-        assert reader.read(source(sample.data)).tiers
+        if name != "openutau" or find_spec("yaml"):
+            assert reader.read(source(sample.data)).tiers
 
 
 @pytest.mark.parametrize(("name", "sample"), EACH)
@@ -78,15 +85,33 @@ def test_samples_are_read_with_their_times(tmp_path: Path, name: str, sample: Sa
 def test_samples_close_and_open_the_lips(tmp_path: Path, name: str, sample: Sample) -> None:
     track, _ = to_phones(read_alignment(written(tmp_path, sample.data, sample.name)))
     spoken = [INVENTORY.phones[code] for code in track.codes if code]
-    assert spoken[0] in ("b", "m")
-    assert spoken[-1] == "m"
+    assert spoken[0] in ("b", "m", "p")
+    assert {"m", "p"} & set(spoken[-2:])
 
 
-@pytest.mark.parametrize("sample", WORD_LISTS)
-def test_words_alone_are_refused(tmp_path: Path, sample: Sample) -> None:
-    message = r"x.json: has words but no phones; give a pronunciation dictionary \(--lexicon\), or"
+@pytest.mark.parametrize(("name", "sample"), WORDED)
+def test_words_alone_are_refused_without_a_dictionary(
+    tmp_path: Path, name: str, sample: Sample, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("phonanim.speech.pronunciations.find_cmu_dictionary", lambda: None)
+    monkeypatch.setattr("phonanim.speech.tiers.find_cmu_dictionary", lambda: None)
+    path = written(tmp_path, sample.data, "x.json")
+    message = (
+        r"x.json: has words but no phones; give a pronunciation dictionary \(--lexicon\), or .*\[align\]"
+    )
     with pytest.raises(AlignmentError, match=message):
-        read_alignment(written(tmp_path, sample.data, "x.json"))
+        read_alignment(path)
+
+
+@pytest.mark.parametrize(("name", "sample"), WORDED)
+def test_words_alone_are_spelled_with_a_dictionary(tmp_path: Path, name: str, sample: Sample) -> None:
+    lexicon = written(tmp_path, b"beam B IY1 M\nme M IY1\n", "d.txt")
+    alignment = read_alignment(written(tmp_path, sample.data), lexicon=lexicon)
+    words = [word for word in alignment.words if word.label != "2"]  # which has no time
+    assert spans(tuple(words)) == list(sample.words)
+    spoken = [i for i in alignment.intervals if i.label in ("B", "IY1", "M")]
+    assert spans(tuple(spoken[:1])) == [("B", near(0.2), near(0.2 + 0.4 / 3))]
+    assert "".join(i.label for i in spoken).startswith("BIY1M")
 
 
 DAMAGED = [
@@ -200,7 +225,7 @@ def test_a_vast_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         read_alignment(path)
 
 
-ANY = [sample.data for samples in ALL.values() for sample in samples]
+ANY = [sample.data for samples in EVERY.values() for sample in samples]
 
 
 def said_of(path: Path) -> str:
@@ -269,5 +294,5 @@ def test_a_large_elan_file_takes_time_in_step_with_its_size() -> None:
 
 
 def test_a_reader_that_is_not_there() -> None:
-    with pytest.raises(AlignmentError, match=r"there is no reader 'praat'; there are bas, ctm, "):
+    with pytest.raises(AlignmentError, match=r"there is no reader 'praat'; there are .*bas, .*ctm, "):
         load_reader("praat")

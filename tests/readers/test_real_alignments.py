@@ -13,6 +13,7 @@ from phonanim.errors import PhonanimError
 from phonanim.inputs.alignment import read_alignment
 from phonanim.readers import load_reader
 from phonanim.speech.alignment_file import open_alignment_file
+from phonanim.speech.cmu_dictionary import find_cmu_dictionary
 from phonanim.speech.language import choose_language, to_phones
 
 # Every 30th of 4000: the whole archives take about five seconds.
@@ -52,15 +53,19 @@ REFUSED = {
     "010_en_tp043.TextGrid": r'tier "phone", 9.665 s: no phone "÷" in language english',
     "058_en_bobby_phones.TextGrid": r'tier "phone", 0.521 s: no phone "PT" in language english',
     "062_en_bobby_phones_elan.TextGrid": r'tier "phone", 0.521 s: no phone "PT" in language english',
-    "065_en_bobby_words_with_newlines.TextGrid": r"has words but no phones",
     "068_en_michaelandsickmichael_short_tg.TextGrid": r'has no phone tier among 1 "michael", 2 "sickmichael"',
     "070_en_short_segments.TextGrid": r'has no phone tier among 1 "talker"; name it with --tier',
     "074_en_fave_stereo.TextGrid": r'has several phone tiers, 3 "Speaker 1 - phone", 5 .*--speaker ',
-    "076_en_pronunc_variants_corpus.TextGrid": r"has words but no phones",
-    "079_en_tobi.TextGrid": r"has words but no phones",
     "083_en_mfa_test_phones_speaker1_speaker2_no.TextGrid": r'--speaker \("Speaker1", "Speaker2"\) or --tier',
-    "086_en_test.words": r'has no phone tier among 1 "labels"; name it with --tier',
     "115_en_ERC_Polish1_audio_0002_annot.json": r"has words but no phones",
+}
+
+# Words without phones, with a word and the first phones of it, by the CMU dictionary or by its letters.
+SPELLED = {
+    "065_en_bobby_words_with_newlines.TextGrid": ("RIPPED\nVerb", ["R", "IH", "P", "T"]),
+    "076_en_pronunc_variants_corpus.TextGrid": ("probably", ["P", "R", "AA", "B"]),
+    "079_en_tobi.TextGrid": ("millionaire", ["M", "IH", "L", "Y"]),
+    "086_en_test.words": ("whatever", ["W", "AH", "T", "EH"]),
 }
 
 
@@ -71,7 +76,9 @@ def collection(shared_data: Path) -> Path:
 
 def test_every_real_file_has_an_expectation(collection: Path) -> None:
     names = {path.name for path in collection.iterdir()} - {"INDEX.tsv"}
-    assert {name for name in names if not name.endswith((".wav", ".xz"))} == set(READ) | set(REFUSED)
+    assert {name for name in names if not name.endswith((".wav", ".xz"))} == (
+        set(READ) | set(REFUSED) | set(SPELLED)
+    )
 
 
 @pytest.mark.parametrize("name", READ)
@@ -89,6 +96,18 @@ def test_real_files_are_refused_by_one_right_line(collection: Path, name: str) -
         to_phones(read_alignment(collection / name))
     assert str(error.value).startswith(str(collection / name))
     assert str(error.value).isprintable()
+
+
+@pytest.mark.skipif(find_cmu_dictionary() is None, reason="no package brings the CMU dictionary")
+@pytest.mark.parametrize("name", SPELLED)
+def test_real_words_are_spelled(collection: Path, name: str) -> None:
+    alignment = read_alignment(collection / name)
+    to_phones(alignment)
+    label, phones = SPELLED[name]
+    word = next(word for word in alignment.words if word.label == label)
+    spoken = [i.label.rstrip("012") for i in alignment.intervals if i.start >= word.start - 1e-6]
+    assert spoken[: len(phones)] == phones
+    assert any("share the time of each word equally" in note for note in alignment.notes)
 
 
 @pytest.mark.parametrize("speaker", ["Speaker 1", "Speaker's+2?&!#$%()*:;<=>@/\\"])

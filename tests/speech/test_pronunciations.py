@@ -53,12 +53,84 @@ def test_phones_of_an_aligner_go_before_a_dictionary(tmp_path: Path) -> None:
     assert alignment.notes == ()
 
 
-def test_a_missing_word_is_named(tmp_path: Path) -> None:
+def test_a_missing_word_that_cannot_be_spelled_is_named(tmp_path: Path) -> None:
     dictionary = save(tmp_path, "me M IY\n", name="d.txt")
+    words = [(0.2, 0.6, "жук")]
     with pytest.raises(
-        AlignmentError, match=r'a.TextGrid: word "beam" at 0.20 s is not in .*d.txt; add it there'
+        AlignmentError,
+        match=r'a.TextGrid: word "жук" at 0.20 s is not in .*d.txt; add it there, or leave it out',
     ):
-        read_alignment(save(tmp_path, long_text([("words", WORDS)])), lexicon=dictionary)
+        read_alignment(save(tmp_path, long_text([("words", words)])), lexicon=dictionary)
+
+
+def read_words(
+    folder: Path, *words: str, lexicon: str = CMU, **options: str
+) -> tuple[list[str], tuple[str, ...]]:
+    """The phones of words of 0.4 s each, and the notes."""
+    said = [{"word": word, "start": 0.4 * n, "end": 0.4 * n + 0.4} for n, word in enumerate(words)]
+    path = save(folder, json.dumps({"result": said}), name="x.json")
+    alignment = read_alignment(path, lexicon=save(folder, lexicon, name="d.txt"), **options)
+    return [one.label for one in alignment.intervals], alignment.notes
+
+
+def test_what_happens_to_words_that_cannot_be_spelled(tmp_path: Path) -> None:
+    other = "haus h aʊ s\nbaum b aʊ m\n"
+    assert read_words(tmp_path, "Hauz", lexicon=other, unknown="nearest") == (
+        ["h", "aʊ", "s"],
+        (NOTE, "are not in d.txt, and are shown as 'haus': hauz"),
+    )
+    phones, notes = read_words(tmp_path, "Baum", "xyz", lexicon=other, unknown="silence")
+    assert phones == ["b", "aʊ", "m", "sil"]
+    assert notes == (NOTE, "are not in d.txt, and are shown as silence: xyz")
+
+
+@pytest.mark.parametrize(
+    ("word", "phones"),
+    [
+        ("Beam\u2019s", "B IY1 M Z"),
+        ("me-beam", "M IY1 B IY1 M"),
+        ("\u201cbeam\u201d,", "B IY1 M"),
+        ("beam\u2014me", "B IY1 M M IY1"),
+        ("\u2581beam", "B IY1 M"),
+        ("Beam.", "B IY1 M"),
+        ("UFO", "Y UW EH F OW"),
+        ("ship", "SH IH P"),
+        ("ph\u00f4ne", "F OW N"),
+        ("hmm", "EY CH EH M EH M"),
+    ],
+)
+def test_words_as_transcripts_write_them(tmp_path: Path, word: str, phones: str) -> None:
+    assert read_words(tmp_path, word)[0] == phones.split()
+
+
+def test_sounds_in_brackets_are_silence(tmp_path: Path) -> None:
+    phones, notes = read_words(tmp_path, "beam", "(door slams)", "\u266a", "me")
+    assert phones == ["B", "IY1", "M", "M", "IY1"]
+    assert notes == (NOTE, "are sounds, shown as silence: (door slams), \u266a")
+
+
+def test_spelled_words_are_told(tmp_path: Path) -> None:
+    assert read_words(tmp_path, "beam", "ship", "ships")[1] == (
+        NOTE,
+        "are not in d.txt, and are spelled by their letters: ship, ships",
+    )
+
+
+def test_without_a_dictionary_english_is_looked_up_where_one_is_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    installed = save(tmp_path, CMU, name="cmu.dict")
+    monkeypatch.setattr("phonanim.speech.pronunciations.find_cmu_dictionary", lambda: installed)
+    path = save(tmp_path, long_text([("words", WORDS)]))
+    assert [i.label for i in read_alignment(path).intervals] == ["", "B", "IY1", "M", ""]
+    with pytest.raises(AlignmentError, match="has words but no phones"):
+        read_alignment(path, language="german")
+    german = {"language": "de", "segments": [{"words": [{"word": "beam", "start": 0, "end": 1}]}]}
+    with pytest.raises(AlignmentError, match="has words but no phones"):
+        read_alignment(save(tmp_path, json.dumps(german), name="x.json"))
+    foreign = [(0.0, 0.5, "guten"), (0.5, 1.0, "abend")]
+    with pytest.raises(AlignmentError, match="has words but no phones"):
+        read_alignment(save(tmp_path, long_text([("words", foreign)])))
 
 
 @pytest.mark.parametrize(

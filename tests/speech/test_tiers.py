@@ -84,7 +84,7 @@ def test_a_tier_is_chosen_by_its_speaker(tmp_path: Path, name: str, speaker: str
 
 FAULTS = [
     ([("notes", WORDS)], None, r'has no phone tier among 1 "notes"; name it with --tier'),
-    ([("words", WORDS)], "phones", r'has no interval tier "phones"; there are 1 "words"'),
+    ([("words", WORDS)], "sounds", r'has no interval tier "sounds"; there are 1 "words"'),
     ([("a", BEAM), ("a", BEAM)], "a", r'has 2 tiers "a"; choose by number: 1 "a", 2 "a"'),
     (
         [("X - phones", BEAM), ("Y - phones", BEAM)],

@@ -311,4 +311,8 @@ WHISPERX = {
     "language": "en",
 }
 VOSK = {"result": [{"conf": 1.0, "start": 0.2, "end": 0.6, "word": "beam"}], "text": "beam"}
-WORD_LISTS = [dumped(WHISPERX, (), WORD, notes=1), dumped(VOSK, (), WORD), dumped([VOSK, VOSK], (), WORD)]
+WORD_LISTS = [
+    dumped(WHISPERX, (), WORD, notes=1),
+    dumped(VOSK, (), WORD),
+    dumped([VOSK, {"text": ""}], (), WORD),
+]

@@ -1,0 +1,83 @@
+"""Words with their times, as speech recognizers and synthesizers give them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from phonanim.speech.alignment import Interval, Recording, Tier
+
+UNTIMED = math.nan
+_WORD = re.compile(r"[\[(][^\])]*[\])]|\S+")
+SPREAD = "the words of a line of text share its time by their letters"
+
+
+@dataclass(frozen=True, slots=True)
+class TimedWord:
+    """A word with its start and end in seconds, NaN where unknown, and its speaker if the file names one."""
+
+    text: str
+    start: float
+    end: float
+    speaker: str = ""
+
+
+def word_recording(
+    words: Iterable[TimedWord],
+    end: float = 0.0,
+    notes: tuple[str, ...] = (),
+    unit: float = 1.0,
+    spoken: str = "",
+) -> Recording:
+    """One tier of words for each speaker; `spoken` is the language that the file names."""
+    tracks: dict[str, list[Interval]] = {}
+    for word in words:
+        if word.text.strip():
+            track = tracks.setdefault(word.speaker, [])
+            track.append(Interval(word.text.strip(), word.start, word.end))
+    tiers = [Tier("words", tuple(track), n, speaker) for n, (speaker, track) in enumerate(tracks.items(), 1)]
+    ends = [one.end for track in tracks.values() for one in track if math.isfinite(one.end)]
+    return Recording(tuple(tiers), 0.0, max([end, *ends]), notes, unit=unit, spoken=spoken)
+
+
+def spread_text(text: str, start: float, end: float, speaker: str = "") -> list[TimedWord]:
+    """The words of a text, which share the time from `start` to `end` by their letters.
+
+    A sound in brackets, such as (door slams), is one word.
+    """
+    words = _WORD.findall(text)
+    weights = [len(re.sub(r"\W", "", word)) + 1 for word in words]
+    total = sum(weights)
+    spread = []
+    time = start
+    for word, weight in zip(words, weights, strict=True):
+        last = time + (end - start) * weight / total
+        spread.append(TimedWord(word, time, last, speaker))
+        time = last
+    return spread
+
+
+def first_value(item: Mapping[str, Any], names: Iterable[str]) -> Any:
+    """The value of the first of these keys that an item has and that is not null; None without any."""
+    return next((item[name] for name in names if item.get(name) is not None), None)
+
+
+def seconds(value: Any, unit: float = 1.0) -> float:
+    """A time in seconds, NaN for null. Raises TypeError or ValueError for what is no number."""
+    if isinstance(value, bool):
+        raise TypeError("a time is true or false")
+    return UNTIMED if value is None else float(value) * unit
+
+
+def tables(content: Any, depth: int = 0) -> Iterator[dict[str, Any]]:
+    """Every table of a JSON value, from the outside in."""
+    if isinstance(content, dict):
+        yield content
+        for value in content.values() if depth < 12 else ():
+            yield from tables(value, depth + 1)
+    elif isinstance(content, list) and depth < 12:
+        for value in content:
+            yield from tables(value, depth + 1)
