@@ -62,6 +62,7 @@ def test_what_is_depended_on_is_imported_and_the_other_way_round(root, config):
         "pxr": "usd_core",
         "pythonosc": "python_osc",
         "parselmouth": "praat_parselmouth",
+        "yaml": "pyyaml",
     }
     assert core <= imported
     assert {modules.get(name, name) for name in others} <= core | extras
