@@ -16,6 +16,7 @@ from phonanim.core.files import atomic_path
 from phonanim.errors import OutputError, RigError
 from phonanim.exporters._curves import estimate_rate, merge_target_curves
 from phonanim.exporters._take import build_take, check_times, sample_curves, take_grid
+from phonanim.exporters._twin import without_twin
 from phonanim.media.glb import Glb, glb_bytes, read_glb
 from phonanim.media.gltf import WIDTHS
 from phonanim.rig.head import TONGUE
@@ -37,7 +38,11 @@ def add_to_character(animation: Animation, path: Path, character: Path, keys: fl
 
 
 def add_animation(glb: Glb, animation: Animation, name: str, keys: float | None = None) -> bytes:
-    """The bytes of a character's file with one more animation."""
+    """The bytes of a character's file with one more animation, or with this one in the place of our last one.
+
+    An animation of the same name that phonanim wrote before is taken out first.
+    """
+    glb = without_twin(glb, name)
     tracks = moving_morphs(glb, animation.channels)
     binary = Appended(glb)
     samplers = [

@@ -30,13 +30,15 @@ VRM0_NAMES = {
 class Morphs:
     """The morph targets of one node of the file `source`: their names, and the channels that move them.
 
-    `binds` maps an expression to pairs of target and weight, for characters that group their targets.
+    `binds` maps an expression to pairs of target and weight, for characters that group their targets; `rest`
+    holds the weights that the character has without animation, zeros if it is empty.
     """
 
     source: str
     node: int
     names: tuple[str, ...]
     binds: dict[str, list[tuple[int, float]]] = field(default_factory=dict)
+    rest: tuple[float, ...] = ()
 
     def moved(self, channels: tuple[str, ...]) -> list[tuple[int, int, float]]:
         """(channel, target, weight) for every target that some channel moves.
@@ -50,9 +52,13 @@ class Morphs:
         ]
 
     def weights(self, values: NDArray[np.float32], channels: tuple[str, ...]) -> NDArray[np.float64]:
-        """Weights of every target, (frames, channels) -> (frames, targets); zero where unmoved."""
+        """Weights of every target, (frames, channels) -> (frames, targets); those at rest where unmoved."""
         weights = np.zeros((len(values), len(self.names)))
-        for column, target, weight in self.moved(channels):
+        moved = self.moved(channels)
+        if self.rest:
+            weights[:] = self.rest
+            weights[:, [target for _, target, _ in moved]] = 0
+        for column, target, weight in moved:
             weights[:, target] += weight * values[:, column]
         return weights
 
@@ -97,9 +103,10 @@ def find_morphs(glb: Glb) -> list[Morphs]:
     if not nodes:
         raise RigError(f"{glb.source}: has no morph targets; export the character with its shape keys")
     binds = _expressions(glb.tree)
-    found = [
-        Morphs(glb.source, node, target_names(meshes[mesh]), binds.get(node, {})) for node, mesh in nodes
-    ]
+    found = []
+    for node, mesh in nodes:
+        rest = _rest(glb.tree, node, meshes[mesh])
+        found.append(Morphs(glb.source, node, target_names(meshes[mesh]), binds.get(node, {}), rest))
     for morphs in found:
         for name, pairs in morphs.binds.items():
             if any(target >= len(morphs.names) for target, _ in pairs):
@@ -118,6 +125,15 @@ def target_names(mesh: dict[str, Any]) -> tuple[str, ...]:
     extras = [part["extras"] for part in (mesh, first) if isinstance(part.get("extras"), dict)]
     listed: list[Any] = next((e["targetNames"] for e in extras if isinstance(e.get("targetNames"), list)), [])
     return (*map(str, listed), *[""] * len(first["targets"]))[: len(first["targets"])]
+
+
+def _rest(tree: dict[str, Any], node: int, mesh: dict[str, Any]) -> tuple[float, ...]:
+    """The weights of a node without animation: its own, or its mesh's; empty where they are no such list."""
+    weights = tree["nodes"][node].get("weights", mesh.get("weights", []))
+    fits = isinstance(weights, list) and len(weights) == len(mesh["primitives"][0]["targets"])
+    if not fits or not all(isinstance(weight, (int, float)) and -9 < weight < 9 for weight in weights):
+        return ()
+    return tuple(map(float, weights))
 
 
 def moving_morphs(glb: Glb, channels: tuple[str, ...]) -> list[Morphs]:

@@ -10,6 +10,7 @@ from animations import line, only
 
 from phonanim.errors import OutputError, RigError
 from phonanim.exporters import load, save
+from phonanim.exporters._twin import OURS
 from phonanim.exporters.glb import write
 from phonanim.media.glb import glb_bytes, read_glb
 from phonanim.rig.head import SHIPPED, load_head
@@ -57,6 +58,52 @@ def test_a_second_animation_stands_beside_the_first(spoken, tmp_path):
     tree = read_glb(tmp_path / "again.glb").tree
     assert [animation["name"] for animation in tree["animations"]] == ["hello", "again"]
     assert load(tmp_path / "again.glb").channel("jawOpen").tolist() == [0.5] * 61
+
+
+def test_a_second_run_replaces_its_own_animation(spoken, tmp_path):
+    again = tmp_path / "again" / "hello.glb"
+    again.parent.mkdir()
+    write(line(), again, character=spoken)
+    assert again.read_bytes() == spoken.read_bytes()
+    write(only(line(frames=30), jawOpen=0.5), again, character=spoken)
+    (animation,) = read_glb(again).tree["animations"]
+    assert animation["name"] == "hello"
+    assert load(again).channel("jawOpen").tolist() == [0.5] * 30
+    assert again.stat().st_size < spoken.stat().st_size
+    write(line(), tmp_path / "second.glb", character=spoken)
+    write(line(seed=1), again, character=tmp_path / "second.glb")  # whose data are no longer the last
+    assert [one["name"] for one in read_glb(again).tree["animations"]] == ["second", "hello"]
+    np.testing.assert_allclose(load(again).channel("jawOpen"), line(seed=1).channel("jawOpen"))
+
+
+def test_animations_of_others_stay(spoken, tmp_path):
+    glb = read_glb(spoken)
+    glb.tree["animations"][0].pop("extras")
+    spoken.write_bytes(glb_bytes(glb.tree, glb.binary))
+    again = tmp_path / "again" / "hello.glb"
+    again.parent.mkdir()
+    write(line(), again, character=spoken)
+    assert [one["name"] for one in read_glb(again).tree["animations"]] == ["hello", "hello"]
+    glb.tree["animations"] = [
+        {"name": "hello", "samplers": [], "channels": [], "extras": dict.fromkeys(OURS)}
+    ]
+    spoken.write_bytes(glb_bytes(glb.tree, glb.binary))
+    write(line(), again, character=spoken)
+    assert len(read_glb(again).tree["animations"]) == 1
+
+
+@pytest.mark.parametrize("place", ["nodes", "meshes"])
+def test_weights_at_rest_of_other_shapes_are_kept(tmp_path, place):
+    glb = read_glb(SHIPPED)
+    names = load_head().targets
+    tree = json.loads(json.dumps(glb.tree))
+    tree[place][0]["weights"] = [0.25 if name == "jawOpen" else 0.0 for name in names]
+    tree[place][0]["weights"][-1] = 0.125
+    (tmp_path / "posed.glb").write_bytes(glb_bytes(tree, glb.binary))
+    save(only(line(), jawOpen=0.5), tmp_path / "a.glb", character=tmp_path / "posed.glb")
+    found = load(tmp_path / "a.glb")
+    assert set(found.channel("jawOpen").tolist()) == {0.5}
+    assert set(found.channel(names[-1]).tolist()) == {0.125}
 
 
 def test_time_before_zero_is_moved(tmp_path):
