@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from phonanim.animation.animation import Animation
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
-SHARED_KEYS = (".glb", ".vrm")
+SHARED_KEYS = (".glb", ".gltf", ".vrm")
 
 OPTIONS = {
     "character": click.option(
-        "--character", type=FILE, help="Your own character (GLB or VRM), to animate or to show."
+        "--character", type=FILE, help="Your own character (GLB, glTF or VRM), to animate or to show."
     ),
     "keys": renamed_option(
         "--key-tolerance",

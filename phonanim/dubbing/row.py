@@ -23,7 +23,7 @@ from phonanim.media.audio import SUFFIXES as RECORDINGS
 from phonanim.options import DEFAULTS, Options, Overlay
 
 TEXTS = ("rig", "model", "language", "fallback", "tier", "speaker", "unknown")
-CHARACTERS = (".glb", ".vrm")
+CHARACTERS = (".glb", ".gltf", ".vrm")
 EDITS = ".edits.json"
 PITCHES = ("builtin", "praat")
 UNKNOWN = ("error", "nearest", "silence")

@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.decode import DecodeError, parse_json
+from phonanim.core.decode import DAMAGE, DecodeError, parse_json
 from phonanim.core.files import read_bounded
 from phonanim.errors import RigError
 from phonanim.media.gltf import COMPONENTS, MAX_PLACE, WIDTHS, check_tree
+from phonanim.media.gltf_text import pack_gltf
 
 MAGIC = 0x46546C67  # "glTF"
 JSON_CHUNK = 0x4E4F534A
@@ -123,12 +124,14 @@ class Glb:
 
 
 def read_glb(path: Path) -> Glb:
-    """Read a GLB file. Raises RigError when it cannot be read or is not binary glTF 2.0."""
+    """Read a GLB file, or a `.gltf` with the files beside it. Raises RigError when it is neither."""
     try:
         data = read_bounded(path, MAX_BYTES)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise RigError(f"{path}: cannot be read: {reason}") from error
+    if path.suffix.lower() == ".gltf" and not data.startswith(b"glTF"):
+        return _parse_gltf(data, path)
     return parse_glb(data, str(path))
 
 
@@ -155,6 +158,18 @@ def parse_glb(data: bytes, source: str) -> Glb:
     except DecodeError as error:
         raise RigError(f"{source}: is damaged: {error}; export it again") from error
     return Glb(tree, chunks.get(BINARY_CHUNK, b""), source)
+
+
+def _parse_gltf(data: bytes, path: Path) -> Glb:
+    """A `.gltf` as if it were packed. Raises RigError when it, or a file that it names, cannot be used."""
+    try:
+        tree, binary = pack_gltf(parse_json(data), path.parent, MAX_BYTES)
+        check_tree(tree, len(data) + len(binary))
+    except OSError as error:
+        raise RigError(f"{path}: its file {error.filename} cannot be read: {error.strerror}") from error
+    except DAMAGE as error:
+        raise RigError(f"{path}: is damaged: {error}; export it again") from error
+    return Glb(tree, binary, str(path))
 
 
 def glb_bytes(tree: dict[str, Any], binary: bytes | list[bytes]) -> bytes:

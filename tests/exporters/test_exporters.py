@@ -68,7 +68,7 @@ READABLE = [suffix for suffix in suffixes() if hasattr(find_exporter(Path("a" + 
 # What a value may lose on the way: CSV has ten decimals, JSON six, a track is keyed, turns of the head become
 # radians or quaternions; the others lose nothing.
 DIGITS = {
-    **{".csv": 1e-8, ".glb": 1e-6, ".vrm": 1e-6, ".vrma": 1e-6},
+    **{".csv": 1e-8, ".glb": 1e-6, ".gltf": 1e-6, ".vrm": 1e-6, ".vrma": 1e-6},
     **{".metahuman.csv": 1e-6, ".json": 1e-6, ".a2f.json": 1e-6, ".vmd": 1e-6, ".track.json": 0.004},
 }
 STILL = {".usda": TURNS, ".usdc": TURNS, ".a2f.json": TURNS}  # what a format has no place for
@@ -88,7 +88,7 @@ def test_what_is_written_is_read_back(tmp_path, suffix):
         np.testing.assert_allclose(again.channel(name), curve, rtol=0, atol=DIGITS.get(suffix, 0))
 
 
-@pytest.mark.parametrize("suffix", [".glb", ".json", ".npz", ".vrma"])
+@pytest.mark.parametrize("suffix", [".glb", ".gltf", ".json", ".npz", ".vrma"])
 def test_labels_and_provenance_are_kept(tmp_path, suffix):
     animation = replace(line(), start=0.25, audio=tmp_path / "hello.wav")
     save(animation, tmp_path / f"a{suffix}")
