@@ -1,4 +1,4 @@
-"""How well the shipped head repeats the reference face: lips and controls, by poses, direct map and solver.
+"""How well the shipped head repeats the reference face: by poses, direct map, articulation and solver.
 
     phonanim corpus build RECORDINGS -o work/corpus
     python benchmarks/retarget.py work/corpus [--model default] [--json]
@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.articulation.blend import blend_articulation
 from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.face import contacts
 from phonanim.face.fit import fit_face
@@ -119,6 +120,7 @@ def maps(clips: Clips, landmark_rig: LandmarkRig, rig: Rig) -> dict[str, Callabl
         "poses": lambda modes: retarget(modes, face, rig, "poses").astype(np.float64),
         "direct": lambda modes: retarget(modes, face, rig, "direct").astype(np.float64),
         "direct, accents": lambda modes: with_accents(clips, rig, modes),
+        "articulation": lambda modes: articulated(clips, rig, modes),
         "solve": lambda modes: solve(
             face.instance(modes), face, landmark_rig, rig, closed, lengths=clips.lengths
         ),
@@ -132,6 +134,17 @@ def with_accents(clips: Clips, rig: Rig, modes: Array) -> Array:
         retarget(piece, clips.face, rig, "direct", track, (np.arange(len(piece)) + 0.5) / clips.fps)
         for piece, track in zip(pieces, clips.tracks, strict=True)
     ]
+    return np.concatenate(found).astype(np.float64)
+
+
+def articulated(clips: Clips, rig: Rig, modes: Array) -> Array:
+    """What `animate` makes of the modes by default: the face and targets of the phones, solved on the rig."""
+    pieces = np.split(modes, np.cumsum(clips.lengths)[:-1])
+    closed, found = contacts.closed_shape(clips.face), []
+    for piece, track in zip(pieces, clips.tracks, strict=True):
+        times = (np.arange(len(piece)) + 0.5) / clips.fps
+        mouth = blend_articulation(clips.face.instance(piece), clips.face, closed, track, times)
+        found.append(retarget(piece, clips.face, rig, "articulation", track, times, articulation=mouth))
     return np.concatenate(found).astype(np.float64)
 
 

@@ -188,7 +188,8 @@ def fit_command(
 
     from phonanim.pipeline import load_model
     from phonanim.rig.character import load_character
-    from phonanim.rig.fit_character import fit_character, fit_quality
+    from phonanim.rig.fit_character import fit_character
+    from phonanim.rig.fit_quality import check_alive, fit_quality
     from phonanim.rig.landmarks import read_landmarks, write_landmarks
     from phonanim.rig.orientation import orientation_warnings
     from phonanim.rig.write import write_rig
@@ -197,21 +198,33 @@ def fit_command(
     face, character = load_model(model).face, load_character(head)
     given = read_landmarks(landmarks) if landmarks else None
     rig, spots = fit_character(character, face, target.stem, given)
+    quality = fit_quality(rig, character, spots, face)
+    check_alive(quality, str(head))
     table = landmarks or target.with_suffix(".landmarks.csv")
     if not landmarks:
         write_landmarks(table, spots)
     write_rig(target, replace(rig, head=head, landmarks=table))
     if sheet:
         draw(target, sheet, model)
-    told = fit_quality(rig, character, spots, face)
     for odd in orientation_warnings(character):
         console.print(f"{head}: {odd}; its curves are right all the same")
     console.print(
-        f"{len(rig.speech)} of {len(rig.controls)} controls speak; repeats the face's lips with r: "
-        + ", ".join(f"{name} {value:.3f}" for name, value in told.items())
+        f"{len(rig.speech)} of {len(rig.controls)} controls speak; beside the shipped head, on speech:"
     )
+    for name, followed in quality.measures.items():
+        console.print(f"  {name}: {followed}")
+    for line in quality.short:
+        console.print(f"  {line}; more of it needs other shapes, or better landmarks")
     console.print_result(
-        {"rig": str(target), "landmarks": str(table), "speech": list(rig.speech), "r": told}, str(target)
+        {
+            "rig": str(target),
+            "landmarks": str(table),
+            "speech": list(rig.speech),
+            "measures": {name: asdict(followed) for name, followed in quality.measures.items()},
+            "open_at_closures": quality.open_at_closures,
+            "short": list(quality.short),
+        },
+        str(target),
     )
 
 

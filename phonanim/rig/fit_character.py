@@ -1,4 +1,4 @@
-"""Fit a rig to a character: find its speech shapes, and measure how well the result follows the face."""
+"""Fit a rig to a character: find its speech shapes, and measure what they do."""
 
 from __future__ import annotations
 
@@ -8,18 +8,16 @@ from dataclasses import replace
 import numpy as np
 
 from phonanim.errors import RigError
-from phonanim.face.model import OUTER_LIPS, FaceModel, lip_aperture, lip_protrusion, lip_width
-from phonanim.metrics import correlation
+from phonanim.face.model import OUTER_LIPS, FaceModel
 from phonanim.rig.fit import fit_rig
 from phonanim.rig.head import TONGUE, Head, load_head
 from phonanim.rig.landmark_rig import LandmarkRig, control_partners, make_landmark_rig
 from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
-from phonanim.rig.measuring import ALWAYS, ARKIT, measure
+from phonanim.rig.measuring import ALWAYS, ARKIT, SHAPE, measure
 from phonanim.rig.morphs import plain_name
 from phonanim.rig.motion import read_motion
 from phonanim.rig.read import load_rig
 from phonanim.rig.register import suggest_landmarks
-from phonanim.rig.retarget import retarget
 from phonanim.rig.rig import Rig
 
 # Shapes that move the lips but are not speech.
@@ -28,6 +26,10 @@ LEAST_MOTION = 1.0  # mm of some lip point: a shape that moves less is not a spe
 CANCELLING = 0.5  # of the two sides' motion: less remains where the sides cancel each other
 ENOUGH_STEMS = 6  # share of the controls of the preset's mouth
 EFFORT = 3.0  # mm², effort of any other shape at full weight
+# Visemes by the names of Oculus, VRChat, VRM and VRoid, in their plain form: in sum at most 1.
+VISEME = re.compile(
+    r"(viseme|v|fclmth|mth)?(sil|pp|ff|th|dd|kk|ch|ss|nn|rr|aa|ih|ou|ee|oh|[aeiou])", re.IGNORECASE
+)
 SIDE = re.compile(r"(left|right)$")
 ENOUGH_ARKIT = 10  # number of speech controls with ARKit's names from which only these are used
 
@@ -49,11 +51,15 @@ def fit_character(
 
 
 def speech_uses(speech: tuple[str, ...]) -> dict[str, tuple[str, float]]:
-    """When each control is used and its effort: ARKit's as in the preset, others always."""
+    """When each control is used and its effort: ARKit's as in the preset, any other always.
+
+    Weights of visemes add up to 1 at most.
+    """
     stems = dict.fromkeys(SIDE.sub("", plain_name(name)) for name in speech)
     known = {plain_name(name): uses for name, uses in ARKIT.items()}
     arkit = sum(stem in known for stem in stems) >= ENOUGH_STEMS
-    return {stem: known[stem] if arkit else (ALWAYS, EFFORT) for stem in stems if stem in known or not arkit}
+    own = {stem: (SHAPE if VISEME.fullmatch(stem) else ALWAYS, EFFORT) for stem in stems}
+    return {stem: known[stem] for stem in stems if stem in known} if arkit else own
 
 
 def unfitted_rig(head: Head, name: str, speech: tuple[str, ...]) -> Rig:
@@ -91,12 +97,3 @@ def speech_controls(landmark_rig: LandmarkRig, face: FaceModel, arkit: Rig) -> t
     if not chosen:
         raise RigError("no shape of the head moves its lips; check its morph targets, or give --landmarks")
     return chosen
-
-
-def fit_quality(rig: Rig, head: Head, spots: MeshLandmarks, face: FaceModel) -> dict[str, float]:
-    """How well the lips of a fitted head follow the face on the motion sample: correlations by measure."""
-    modes = read_motion().modes(face)
-    posed = make_landmark_rig(head, spots, face).pose(retarget(modes, face, rig))
-    shapes = face.instance(modes)
-    measures = {"aperture": lip_aperture, "width": lip_width, "protrusion": lip_protrusion}
-    return {name: round(correlation(of(posed, face), of(shapes, face)), 4) for name, of in measures.items()}

@@ -30,17 +30,20 @@ PRESSING = 0.8  # mm of lip gap below contact
 # Share of the middle's gap at the four gaps: when the jaw parts the lips, and in a round mouth.
 PROFILE, ROUND = np.array([1.0, 0.87, 0.67, 0.43]), np.array([1.0, 0.85, 0.4, 0.0])
 NARROW, FORWARD = -6.0, 4.0  # mm of width and of protrusion, from rest, at which a mouth is round
-SPREADING = 5.0  # mm of width at full weight of a control that is not used in a round mouth
+SPREADING = 5.0  # mm of width at full weight of a control that a round mouth does not use
+ROUNDING = 0.5  # of roundness, the last part of it, in which it goes
 HALVINGS, LEAST = 24, 1e-6  # rounds of the bisection of a sum; mm, so that nothing is divided by zero
 CONTACT = 0.3  # mm from lower lip to teeth at which they meet
 GAPS = ("gap", "gap_inner", "gap_outer", "gap_corner")
 CHANNEL_OF = {"jaw": "jaw", "width": "lip_width", "protrusion": "protrusion", "upper_lip": "upper_lip"}
 # Weight of a millimetre of each measure, in the order of MEASURES.
 WEIGHTS = {
-    "free": (4.0, 3.0, 1.0, 1.5, 3.0, 1.0, 2.0, 0.8, 0.0, 0.0),
+    "free": (4.0, 4.0, 1.0, 1.5, 3.0, 1.5, 2.0, 0.8, 0.0, 0.0),
     "closed": (4.0, 12.0, 12.0, 12.0, 12.0, 1.0, 1.0, 0.5, 0.0, 0.0),
     "tucked": (4.0, 0.0, 0.0, 0.0, 0.0, 0.7, 0.3, 1.5, 4.0, 4.0),
 }
+# The same of the jaw where no control moves it alone: what opens the lips then opens the teeth with them.
+JAW_AMONG_OTHERS = 1.8
 LIP_ON_TEETH = (0.3, 0.6)  # mm up and forward from the incisors' edge, of the lower lip's rim when they meet
 
 
@@ -112,6 +115,8 @@ def _blended(articulation: Articulation, mouth: _Mouth, ceiling: Array) -> Array
 def _solved(articulation: Articulation, mouth: _Mouth, ceiling: Array, use: str) -> Array:
     """One solution, (frames, channels) -> (frames, unknowns)."""
     measures, weights = mouth.measures, np.array(WEIGHTS[use])
+    if mouth.jaw is None:
+        weights[MEASURES.index("jaw")] = JAW_AMONG_OTHERS
     wanted = _wanted(articulation, measures, use)
     fixed = np.zeros((len(wanted), len(measures.names)))
     if mouth.jaw is not None:
@@ -122,7 +127,7 @@ def _solved(articulation: Articulation, mouth: _Mouth, ceiling: Array, use: str)
     low, high = mouth.minimum + fixed, np.minimum(mouth.maximum + fixed, ceiling)
     if use == "free":
         spreading = measures.moved[:, MEASURES.index("width")] > SPREADING
-        left = np.clip(1 - 2 * _roundness(articulation), 0, 1)[:, None]
+        left = np.clip((1 - _roundness(articulation)) / ROUNDING, 0, 1)[:, None]
         high[:, spreading] = np.maximum(low, high * left)[:, spreading]
     for a, b in mouth.under:
         high[:, a] = np.minimum(high[:, a], fixed[:, b])

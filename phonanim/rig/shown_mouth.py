@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.face.model import FaceModel, lip_aperture, lip_protrusion, lip_width
+from phonanim.rig.head import Head
 from phonanim.rig.landmark_rig import to_face_axes
+from phonanim.rig.landmarks import MeshLandmarks
 from phonanim.rig.measures import MEASURES
 from phonanim.rig.measuring import CHIN, mouth_effects, tongue_effects
 from phonanim.rig.own_head import own_head
@@ -69,12 +71,14 @@ def show_mouth(rig: Rig, controls: NDArray[np.floating], face: FaceModel) -> dic
 def shown_mouth(rig: Rig, face: FaceModel) -> ShownMouth | None:
     """The effects of a rig's controls on its own head; none without a head."""
     found = own_head(rig)
-    if found is None:
-        return None
-    head, landmarks = found
+    return None if found is None else mouth_on(*found, rig.controls, face)
+
+
+def mouth_on(head: Head, landmarks: MeshLandmarks, controls: tuple[str, ...], face: FaceModel) -> ShownMouth:
+    """The effects of controls on a head, in its own axes and units."""
     head = to_face_axes(head, landmarks, face)
     effects, rest = mouth_effects(head, landmarks)
-    spread = head.weights(np.eye(len(rig.controls)), rig.controls)
+    spread = head.weights(np.eye(len(controls)), controls)
     tongue = tongue_effects(head)
     return ShownMouth(rest, spread @ effects, None if tongue is None else spread @ tongue)
 

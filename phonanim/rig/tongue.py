@@ -35,6 +35,7 @@ SHARED = 4.0  # mm² of a control's square: few controls are used in full
 # mm of the tip in front of where a raised body takes it: from the first on it comes between the teeth, and at
 # the second it is there.
 FORWARD = (3.0, 9.0)
+LOWERED = 2.2  # the tip comes down before it comes forward, so that it passes below the upper teeth
 OPEN = 0.11  # of the jaw's control, at which the tip has room between the teeth
 
 
@@ -104,7 +105,8 @@ def place_tongue(
     between = _between_teeth(articulation) if len(dental) else np.zeros(len(values))
     if len(free):
         solved = _solve(wanted, tongue.moved[free])
-        values[:, tongue.controls[free]] += (solved * (1 - between[:, None])).astype(np.float32)
+        left = np.clip(1 - LOWERED * between, 0, 1)[:, None]
+        values[:, tongue.controls[free]] += (solved * left).astype(np.float32)
     room = np.clip(opened.sum(axis=1, keepdims=True) / OPEN, 0, 1) if len(jaw) else np.ones((len(values), 1))
     held = tongue.amounts[dental] * (tongue.shut[dental] + (1 - tongue.shut[dental]) * room)
     values[:, tongue.controls[dental]] += (between[:, None] * held).astype(np.float32)

@@ -16,7 +16,8 @@ from phonanim.pipeline import load_model
 from phonanim.rig import load_rig
 from phonanim.rig.align import add_viseme_shapes
 from phonanim.rig.character import load_character
-from phonanim.rig.fit_character import fit_character, fit_quality, speech_controls
+from phonanim.rig.fit_character import fit_character, speech_controls
+from phonanim.rig.fit_quality import fit_quality
 from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmark_rig import make_landmark_rig
 from phonanim.rig.landmarks import shipped_landmarks
@@ -130,18 +131,24 @@ def test_a_vrm_head_in_other_axes_and_units_is_fitted() -> None:
     face, head = load_model("default").face, vrm_head()
     rig, spots = fit_character(head, face, "hero")
     assert rig.speech == ("aa", "ih", "ou", "ee", "oh")
-    told = fit_quality(rig, head, spots, face)
-    assert told["aperture"] > 0.95
-    assert told["width"] > 0.9
+    found = fit_quality(rig, head, spots, face)
+    assert found.measures["lip_gap"].slope > 0.85
+    assert found.measures["lip_gap"].r > 0.95
+    assert found.measures["lip_width"].slope > 0.5
+    assert found.open_at_closures < 0.5
     assert rig.poses.shape == (8, 7)
 
 
 def test_the_reference_head_of_another_make(shared_data: Path) -> None:
     face = load_model("default").face
     rig, spots = fit_character(ict_head(shared_data), face, "ict")
-    told = fit_quality(rig, ict_head(shared_data), spots, face)
-    assert told["aperture"] > 0.95 * 0.98
-    assert told["width"] > 0.95 * 0.95
+    found = fit_quality(rig, ict_head(shared_data), spots, face)
+    assert found.measures["lip_gap"].slope > 0.9
+    assert found.measures["lip_width"].slope > 0.8
+    assert found.measures["protrusion"].slope > 0.8
+    assert found.measures["jaw"].slope > 0.9
+    assert found.open_at_closures < 0.5
+    assert found.short == ()
 
 
 def ict_head(shared_data: Path) -> Head:
@@ -197,7 +204,8 @@ def test_fit_check_and_animate(vrm_file: Path, root: Path, capsys: pytest.Captur
     assert run(["rig", "fit", str(vrm_file), "--contact-sheet", str(sheet), "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert facts["rig"] == str(toml)
-    assert facts["r"]["aperture"] > 0.95
+    assert facts["measures"]["lip_gap"]["slope"] > 0.85
+    assert any(line.startswith("lip_width moves") for line in facts["short"])
     assert sheet.read_bytes().startswith(b"\x89PNG")
     assert run(["rig", "check", str(toml)]) == 0
     assert "good, 7 controls" in capsys.readouterr().out

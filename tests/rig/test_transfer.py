@@ -210,4 +210,4 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert character.targets == load_head().without(TONGUE).targets
     table = ["--landmarks", facts["landmarks"], "--json"]
     assert run(["rig", "fit", str(made), *table]) == 0
-    assert json.loads(capsys.readouterr().out)["r"]["aperture"] > 0.97
+    assert json.loads(capsys.readouterr().out)["measures"]["lip_gap"]["slope"] > 0.9
