@@ -146,10 +146,10 @@ def fit_recipe(
             "scores": validation_scores(regressor, corpus, face, np.sort(shuffled[:n_held_out])),
         },
     }
-    return Model(regressor, face, card, _heard_articulation(regressor, recordings))
+    return Model(regressor, face, card, learn_articulation(regressor, recordings))
 
 
-def _heard_articulation(regressor: Regressor, recordings: Examples) -> Tensors | None:
+def learn_articulation(regressor: Regressor, recordings: Examples) -> Tensors | None:
     """What a model that hears can tell of articulation without phones; None for other models."""
     encoder = getattr(regressor.config, "encoder", "")
     if regressor.input_modality != "audio" or not can_hear_articulation(encoder):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,7 +24,9 @@ from phonanim.media.audio import Sound
 from phonanim.metrics import correlation, speech_mask
 from phonanim.options import Options
 from phonanim.pipeline import load_cached_rig, load_model, predict_controls
+from phonanim.regressors import Examples, make_config
 from phonanim.speech.phones import PhoneTrack, silent_track
+from phonanim.training import recipes
 
 
 def babble(seed: int) -> PhoneTrack:
@@ -68,6 +71,7 @@ class Still:
     """A model that hears, and sees a face that never moves."""
 
     input_modality = "audio"
+    config: Any = None
 
     def predict(self, track: PhoneTrack, times: np.ndarray, sound: Sound | None = None) -> np.ndarray:
         return np.zeros((len(times), 14), np.float32)
@@ -118,6 +122,20 @@ def test_it_is_kept_in_the_folder_of_the_model(heard: HeardArticulation, tmp_pat
     kept = HeardArticulation.from_tensors(regressors.load(tmp_path).articulation or {})
     assert kept.encoder == "bands"
     assert np.array_equal(kept.weights, heard.weights)
+
+
+def test_training_fits_it_for_models_that_hear_whole_recordings(heard: HeardArticulation) -> None:
+    tracks = tuple(babble(seed) for seed in range(1, 13))
+    times = tuple(np.arange(0, track.duration, 0.04) for track in tracks)
+    targets = tuple(np.zeros((len(at), 14), np.float32) for at in times)
+    data = Examples(tracks, times, targets, (1.0,) * len(tracks), tuple(map(tones, tracks)))
+    for kind, encoder, learned in (("two_stage", "bands", True), ("cnn", "mfcc_live", False)):
+        regressor = Still()
+        regressor.config = make_config(kind, {"encoder": encoder}, "test")
+        found = recipes.learn_articulation(regressor, data)
+        assert (found is not None) == learned, kind
+        assert found is None or np.array_equal(found["weights"], heard.weights)
+    assert recipes.learn_articulation(load_model("default").regressor, data) is None
 
 
 def test_what_is_damaged_or_of_another_encoder_is_refused(heard: HeardArticulation) -> None:
