@@ -2,7 +2,7 @@
 
     phonanim corpus build RECORDINGS -o work/corpus
     python benchmarks/legibility.py benchmarks/legibility.toml --work work/legibility \\
-        --ema recordings/german --ema recordings/english -o work/legibility.json
+        --ema recordings/german --ema recordings/english -o docs/benchmark/legibility.json
 
 Models that are not trained yet are trained first and kept in --work. "lips alone" is the learned face as it
 was before articulation, with closures; "phones" blends it with articulation from phones, "sound" with
@@ -109,6 +109,15 @@ def load_models(plan: Plan, work: Path) -> dict[str, Model]:
     return {name: load_trained(folder).model for name, folder in folders.items()}
 
 
+def rounded(value: Any) -> Any:
+    """The same with numbers of four decimals."""
+    if isinstance(value, dict):
+        return {key: rounded(part) for key, part in value.items()}
+    if isinstance(value, list):
+        return [rounded(part) for part in value]
+    return round(value, 4) if isinstance(value, float) else value
+
+
 @click.command(help=__doc__)
 @click.argument("plan_file", metavar="PLAN", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--work", type=click.Path(path_type=Path), default=Path("work/legibility"), show_default=True)
@@ -129,7 +138,7 @@ def main(plan_file: Path, work: Path, folders: tuple[Path, ...], output: Path) -
         sounds = {one.name: read_sound(one.audio) for one in spoken}
         targets = left_out_targets(recordings, plan.corpus)
         found["sensors"] = list(sensor_rows(models, recordings, sounds, hear, targets))
-    write_text(output, json.dumps(found, indent=1) + "\n")
+    write_text(output, json.dumps(rounded(found), indent=1) + "\n")
     print(markdown(film_table(found)), markdown(sensor_table(found)), sep="\n\n")
 
 

@@ -57,7 +57,7 @@ def write_report(document: Document, plan: Plan, folder: Path) -> Path:
     clip = corpus.clips.index(document["folds"]["test"]["clips"][0])
     captured = face.project(corpus.landmarks[corpus.rows([clip])])[:, 0]
     figures = draw_all(document, face, corpus.fps, captured, "raw", folder / DATA)
-    parts = [_opening(document), *_test(document, plan), *_legibility(document, plan)]
+    parts = [_opening(document), *_test(document, plan), *_legibility(plan)]
     parts += [*_generalization(document, plan), *_conditions(document, plan)]
     parts += [*_sweeps(document, plan), *_cost(document, plan), *_tools(document, plan)]
     parts += [_picture(name) for name in ("first_mode", "heat") if f"{name}.png" in figures]
@@ -97,10 +97,10 @@ def _test(document: Document, plan: Plan) -> list[str]:
     return [*parts, _picture("bars"), _picture("sentences"), *_pixels(document, plan)]
 
 
-def _legibility(document: Document, plan: Plan) -> list[str]:
-    if "legibility" not in document:
+def _legibility(plan: Plan) -> list[str]:
+    if plan.legibility is None:
         return []
-    found = document["legibility"]
+    found = legibility.read_legibility(plan.legibility)
     parts = ["## With articulation, and what can be read", plan.notes.get("legibility", "")]
     parts += ["### Against captured lips", markdown(legibility.film_table(found))]
     if found["sensors"]:

@@ -25,7 +25,6 @@ from phonanim.comparison.fit import (
     reference_face,
 )
 from phonanim.comparison.folds import Fold, make_folds
-from phonanim.comparison.legibility import read_legibility
 from phonanim.comparison.mouths import WHERE, mouth_jobs, mouth_scores, pixel_bound
 from phonanim.comparison.plan import Plan
 from phonanim.comparison.scores import Scores, scores_by_frames
@@ -70,8 +69,6 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
         document["pixel_bound"] = pixel_bound(plan)
     if plan.tools is not None:
         document["tools"] = read_tools(plan.tools)
-    if plan.legibility is not None:
-        document["legibility"] = read_legibility(plan.legibility)
     document["sweeps"] = run_sweeps(plan, corpus, work)
     document["effort"] = training_cost(jobs) | {"scoring_s": round(time.process_time() - begin, 1)}
     return document
