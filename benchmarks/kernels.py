@@ -1,6 +1,9 @@
 """Animate a line by the kernels of several processor types, and measure how far the values differ.
 
     python benchmarks/kernels.py examples/line.TextGrid
+    python benchmarks/kernels.py examples/line.TextGrid --python other/bin/python
+
+With `--python`, each type is also tried with the NumPy of another environment.
 
 OpenBLAS, which multiplies matrices for NumPy, chooses its kernel by OPENBLAS_CORETYPE. A type that this
 processor cannot run ends in an illegal instruction, and is left out.
@@ -13,6 +16,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -25,25 +29,33 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("alignment", type=Path)
     parser.add_argument("--rig", default="arkit")
+    parser.add_argument("--python", action="append", default=[], help="of an environment with another NumPy")
     options = parser.parse_args()
     first = None
-    print(f"{'type':<12}{'largest':>12}{'frames':>10}")
-    for kind in TYPES:
-        values = animate_by(kind, options.alignment, options.rig)
+    print(f"{'NumPy':<8}{'type':<12}{'largest':>12}{'frames':>10}")
+    for python, kind in product([sys.executable, *options.python], TYPES):
+        values = animate_by(kind, options.alignment, options.rig, python)
+        version = numpy_of(python)
         if values is None:
-            print(f"{kind:<12}{'cannot run here':>22}")
+            print(f"{version:<8}{kind:<12}{'cannot run here':>22}")
             continue
         first = values if first is None else first
         differs = (values != first).any(axis=1).mean()
-        print(f"{kind:<12}{np.abs(values - first).max():>12.1e}{differs:>10.0%}")
+        print(f"{version:<8}{kind:<12}{np.abs(values - first).max():>12.1e}{differs:>10.0%}")
 
 
-def animate_by(kind: str, alignment: Path, rig: str) -> np.ndarray | None:
+def numpy_of(python: str) -> str:
+    """The version of NumPy of an environment."""
+    code = "import numpy; print(numpy.__version__)"
+    return subprocess.run([python, "-c", code], capture_output=True, text=True, check=True).stdout.strip()
+
+
+def animate_by(kind: str, alignment: Path, rig: str, python: str) -> np.ndarray | None:
     """The curves by the kernel of a processor type, (frames, channels); None where it cannot run."""
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "a.npz"
         command = [
-            sys.executable,
+            python,
             "-m",
             "phonanim",
             "animate",
