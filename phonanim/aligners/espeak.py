@@ -22,7 +22,9 @@ from numpy.typing import NDArray
 
 from phonanim.core.files import atomic_path
 from phonanim.errors import MissingExtraError, OptionError
-from phonanim.speech.alignment import Interval
+from phonanim.speech.alignment import Alignment, Interval
+from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.language import to_phones
 
 VOICE = "en-us"
 MARGIN = 0.25  # seconds of silence before and after, so that a mouth can open and rest
@@ -45,6 +47,21 @@ class SpokenText:
         return len(self.samples) / self.rate
 
 
+def can_speak() -> bool:
+    """Whether the extra `espeak` is installed."""
+    return importlib.util.find_spec("espeakng_loader") is not None
+
+
+def pronounce(word: str, voice: str = VOICE) -> tuple[str, ...]:
+    """A word, a number or a name as phones of the inventory in upper case (ARPAbet without stress).
+
+    Raises what `speak` raises.
+    """
+    spoken = speak(word, voice)
+    track, _ = to_phones(Alignment(spoken.phones, spoken.duration, "", word), "ipa", unknown="nearest")
+    return tuple(INVENTORY.phones[code].upper() for code in track.codes if code)
+
+
 def speak(text: str, voice: str = VOICE) -> SpokenText:
     """Speak a text.
 
@@ -52,7 +69,7 @@ def speak(text: str, voice: str = VOICE) -> SpokenText:
     OptionError for an unknown voice, suggesting the nearest, and for a text without anything to say;
     MissingExtraError without the extra.
     """
-    if importlib.util.find_spec("espeakng_loader") is None:
+    if not can_speak():
         raise MissingExtraError("speech from text needs eSpeak NG: pip install 'phonanim[espeak]'")
     done = subprocess.run(
         [sys.executable, "-m", "phonanim.aligners._espeak_process"],

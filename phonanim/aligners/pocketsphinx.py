@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.aligners.espeak import can_speak, pronounce
 from phonanim.core.stderr import silent_stderr
 from phonanim.errors import AlignmentError, MissingExtraError, OptionError
 from phonanim.media.audio import Sound, read_sound, resample
@@ -35,8 +36,9 @@ class SpeechAlignment:
 def align(audio: Path, text: str | None = None) -> SpeechAlignment:
     """Find the words and phones of `text` in a recording; without text, recognize the words.
 
-    Raises OptionError when a word is not in the CMU pronouncing dictionary, AlignmentError when the text
-    does not match the audio, AudioError when the recording cannot be read, MissingExtraError.
+    A word that is not in the CMU pronouncing dictionary is pronounced by eSpeak NG, and a note says how.
+    Raises OptionError for such a word without the extra `espeak`, AlignmentError when the text does not match
+    the audio, AudioError when the recording cannot be read, MissingExtraError.
     """
     return align_sound(read_sound(audio), text, str(audio))
 
@@ -46,8 +48,9 @@ def align_sound(sound: Sound, text: str | None, name: str) -> SpeechAlignment:
     samples = _pcm(resample(sound.samples, sound.rate, RATE))
     for bestpath in (True, False):  # the best path may give fillers a single frame, too short to be aligned
         with suppress(RuntimeError):  # raised by pocketsphinx
-            words, phones = _two_passes(_decoder(text, bestpath), samples, sound.duration)
-            return SpeechAlignment(tuple(words), tuple(phones), sound.duration)
+            decoder, notes = _decoder(text, bestpath)
+            words, phones = _two_passes(decoder, samples, sound.duration)
+            return SpeechAlignment(tuple(words), tuple(phones), sound.duration, notes)
     raise AlignmentError(f"{name}: the text cannot be found in the audio; check that they match")
 
 
@@ -88,17 +91,25 @@ def _interval(label: str, entry: Any, duration: float) -> Interval:
     return Interval(label, entry.start * FRAME, min((entry.start + entry.duration) * FRAME, duration))
 
 
-def _known_words(decoder: Any, text: str) -> list[str]:
+def _known_words(decoder: Any, text: str) -> tuple[list[str], tuple[str, ...]]:
+    """The words, once the decoder knows all of them, and a note on those that it had to be taught."""
     words = split_words(text)
     if not words:
         raise OptionError("the text has no words; give the words of the recording")
-    unknown = [word for word in words if decoder.lookup_word(word) is None]
-    if unknown:
+    unknown = [word for word in dict.fromkeys(words) if decoder.lookup_word(word) is None]
+    if not unknown:
+        return words, ()
+    if not can_speak():
+        listed = ", ".join(map(repr, unknown))
         raise OptionError(
-            f"not in the pronouncing dictionary: {', '.join(map(repr, unknown))}; "
-            "spell numbers out and write names as the words they sound like"
+            f"not in the pronouncing dictionary: {listed}; spell numbers out and write names as the words "
+            "they sound like, or pip install 'phonanim[espeak]', which pronounces them"
         )
-    return words
+    taught = {word: pronounce(word) for word in unknown}
+    for word, phones in taught.items():
+        decoder.add_word(word, " ".join(phones))
+    said = ", ".join(f"{word!r} ({' '.join(phones)})" for word, phones in taught.items())
+    return words, (f"not in the pronouncing dictionary, so pronounced by eSpeak NG: {said}",)
 
 
 def _pcm(samples: NDArray[np.float32]) -> bytes:
@@ -107,7 +118,8 @@ def _pcm(samples: NDArray[np.float32]) -> bytes:
     return (np.clip(samples + noise, -1.0, 1.0) * 32767).astype("<i2").tobytes()
 
 
-def _decoder(text: str | None, bestpath: bool) -> Any:
+def _decoder(text: str | None, bestpath: bool) -> tuple[Any, tuple[str, ...]]:
+    """A decoder for a text, or for any words when it is None; and notes."""
     with silent_stderr():  # pocketsphinx opens the sound card on import, and prints an error without one
         try:
             from pocketsphinx import Decoder
@@ -115,6 +127,8 @@ def _decoder(text: str | None, bestpath: bool) -> Any:
             raise MissingExtraError("aligning speech needs pip install 'phonanim[align]'") from error
     options: dict[str, Any] = {} if text is None else {"lm": None}
     decoder = Decoder(samprate=RATE, loglevel="FATAL", bestpath=bestpath, **options)
-    if text is not None:
-        decoder.set_align_text(" ".join(_known_words(decoder, text)))
-    return decoder
+    if text is None:
+        return decoder, ()
+    words, notes = _known_words(decoder, text)
+    decoder.set_align_text(" ".join(words))
+    return decoder, notes

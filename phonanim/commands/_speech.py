@@ -3,34 +3,79 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from phonanim.errors import OptionError
+from phonanim.errors import AlignmentError, OptionError
 from phonanim.speech.textgrid import write_textgrid
 
 if TYPE_CHECKING:
     from phonanim.aligners.espeak import SpokenText
+    from phonanim.aligners.pocketsphinx import SpeechAlignment
     from phonanim.commands import Console
 
+CLEAR = 0.5  # confidence below which recognized words are refused
 
-def align_recording(recording: Path, text: str, voice: str | None, console: Console) -> Path:
-    """Align a recording with its text, into a TextGrid beside it; notes are printed.
 
-    In the language of `voice`, as IPA, or in English, as ARPAbet, when it is None. Raises OptionError if the
-    TextGrid exists.
+def align_recording(
+    recording: Path, text: str | None, voice: str | None, console: Console
+) -> tuple[Path, str]:
+    """Align a recording with its text, into a TextGrid beside it: its path, and the language of its labels.
+
+    In the language of `voice`, or in English when it is None. Without text the words are recognized. What was
+    understood, and notes, are printed. Raises OptionError if the TextGrid exists.
     """
-    from phonanim.aligners.pocketsphinx import align
-    from phonanim.aligners.warping import align_by_speech
-
     path = recording.with_suffix(".TextGrid")
     if path.exists():
-        raise OptionError(f"{path}: is there already; animate it, or remove it to have it made from --text")
-    found = align(recording, text) if voice is None else align_by_speech(recording, text, voice)
+        raise OptionError(f"{path}: is there already; animate it, or remove it to have it made again")
+    found, language = align_speech(recording, text or understand(recording, voice, console), voice)
     for note in found.notes:
         console.print(f"note: {note}")
     write_textgrid(path, {"words": found.words, "phones": found.phones}, found.duration)
-    return path
+    return path, language
+
+
+def align_speech(recording: Path, text: str, voice: str | None) -> tuple[SpeechAlignment, str]:
+    """Align a recording with its text; the alignment, and the language of its labels.
+
+    English is aligned by pocketsphinx, and by speech of eSpeak NG where pocketsphinx does not find the text.
+    """
+    from phonanim.aligners.espeak import VOICE, can_speak
+    from phonanim.aligners.pocketsphinx import align
+    from phonanim.aligners.warping import align_by_speech
+
+    if voice is not None:
+        return align_by_speech(recording, text, voice), "ipa"
+    try:
+        return align(recording, text), "english"
+    except AlignmentError as error:
+        if not can_speak():
+            raise
+        found = align_by_speech(recording, text, VOICE)
+        note = f"{error}; aligned with speech of eSpeak NG instead"
+        return replace(found, notes=(note, *found.notes)), "ipa"
+
+
+def understand(recording: Path, voice: str | None, console: Console) -> str:
+    """The words of an English recording, by Whisper; they are printed.
+
+    Raises OptionError for another language and where the words are not clear, and MissingExtraError without
+    the extra `recognize`.
+    """
+    from phonanim.aligners.whisper import recognize
+    from phonanim.media.audio import read_sound
+
+    if voice is not None and not voice.startswith("en"):
+        raise OptionError(f"{recording}: words are recognized in English only; give them with --text")
+    heard = recognize(read_sound(recording), str(recording))
+    if heard.confidence < CLEAR:
+        raise OptionError(
+            f"{recording}: its words are not clear ({heard.confidence:.0%} sure: {heard.text!r}); give them "
+            "with --text, and with --voice the language of speech that is not English"
+        )
+    console.print(f"understood ({heard.confidence:.0%} sure): {heard.text}")
+    return heard.text
 
 
 def speak_text(text: str, voice: str, beside: Path) -> Path:

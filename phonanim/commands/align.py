@@ -74,7 +74,7 @@ def command(
     elif aligner == "mfa":
         found = align_with_mfa(audio, text, mfa_model, mfa_dictionary)
     else:
-        found = align_with_pocketsphinx(audio, text)
+        found = align_with_pocketsphinx(audio, text, console)
     target = output or audio.with_suffix(".TextGrid")
     write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)
     console.print(f"read {audio}: {found.duration:.2f} s" + ("" if text else ", words recognized"))
@@ -87,11 +87,15 @@ def command(
     console.print_result({**facts, "notes": list(found.notes)})
 
 
-def align_with_pocketsphinx(audio: Path, text: str | None) -> SpeechAlignment:
-    """Align with pocketsphinx, which has one model."""
+def align_with_pocketsphinx(audio: Path, text: str | None, console: Console) -> SpeechAlignment:
+    """Align English; without text, the words are those of Whisper if it is there, else of pocketsphinx."""
     from phonanim.aligners.pocketsphinx import align
+    from phonanim.aligners.whisper import can_recognize
+    from phonanim.commands._speech import align_speech, understand
 
-    return align(audio, text)
+    if text is None and can_recognize():
+        text = understand(audio, None, console)
+    return align(audio, None) if text is None else align_speech(audio, text, None)[0]
 
 
 def align_with_espeak(audio: Path, text: str | None, voice: str | None) -> SpeechAlignment:

@@ -73,6 +73,7 @@ def command(
       phonanim animate line.TextGrid -o line.glb --edits line.edits.json
       phonanim animate line.TextGrid -o line.glb --life brows=0,head=0.5 --look-at 0.4,0,1.2
       phonanim animate line.TextGrid -o line.glb --emotion joy=0.4@1.2-3 --pitch praat
+      phonanim animate speech.wav
       phonanim animate speech.wav --text "What is said."
       phonanim animate rede.wav --text "Guten Morgen." --voice de
       phonanim animate --text "Guten Morgen." --voice de -o morgen.glb
@@ -80,7 +81,7 @@ def command(
     """
     from phonanim.pipeline import animate, apply_edit_file
 
-    if alignment is None or text is not None:
+    if alignment is None or text is not None or needs_words(alignment, options):
         beside = outputs[0] if outputs else SPOKEN
         alignment, options, recording = make_alignment(alignment, text, voice, beside, options, console)
         audio = audio or recording
@@ -103,6 +104,14 @@ def command(
     console.print_result(facts)
 
 
+def needs_words(path: Path, options: Options) -> bool:
+    """Whether a path is a recording whose words have to be found, because the model is driven by phones."""
+    from phonanim.inputs.speech_input import is_recording
+    from phonanim.pipeline import load_model
+
+    return is_recording(path) and load_model(options.model).regressor.input_modality == "phones"
+
+
 def make_alignment(
     recording: Path | None,
     text: str | None,
@@ -111,22 +120,24 @@ def make_alignment(
     options: Options,
     console: Console,
 ) -> tuple[Path, Options, Path | None]:
-    """The alignment of a recording and its text, or of speech that is made from text; and the recording.
+    """The alignment of a recording, or of speech that is made from text; how to read it; and the recording.
 
-    Speech in another language than English is aligned, and text alone is spoken, with the voice, or with the
-    voice of the language; the phones are then IPA. Made speech and its alignment are written beside the first
-    output. Raises click.UsageError when there is neither a recording nor text.
+    The words of a recording are its text, or recognized. Speech in another language than English is aligned,
+    and text alone is spoken, with the voice, or with the voice of the language. Made speech and its alignment
+    are written beside the first output. Raises click.UsageError when there is neither a recording nor text.
     """
     from phonanim.aligners.espeak import VOICE
     from phonanim.commands._speech import align_recording, speak_text
+    from phonanim.speech.labels import load_language
 
+    code = None if options.language == "auto" else load_language(options.language).code
+    named = voice or (None if code is None or code.startswith("en") else code)
+    if recording is not None:
+        path, language = align_recording(recording, text, named, console)
+        return path, replace(options, language=language), recording
     if text is None:
         raise click.UsageError("give an ALIGNMENT, a recording, or --text")
-    named = voice or (None if options.language in ("auto", "english") else options.language)
-    in_ipa = replace(options, language="ipa")
-    if recording is not None:
-        return align_recording(recording, text, named, console), in_ipa if named else options, recording
-    return speak_text(text, named or VOICE, beside), in_ipa, None
+    return speak_text(text, named or VOICE, beside), replace(options, language="ipa"), None
 
 
 def show(animation: Animation, outputs: Sequence[Path], console: Console) -> None:

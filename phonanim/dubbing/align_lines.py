@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
+from phonanim.aligners.espeak import can_speak
 from phonanim.aligners.pocketsphinx import align
+from phonanim.aligners.warping import align_by_speech
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError
+from phonanim.options import Options
 from phonanim.speech.labels import load_language
 from phonanim.speech.textgrid import write_textgrid
 
@@ -20,14 +24,23 @@ def alignment_place(line: Line, folder: Place) -> Place:
     return line.alignment if line.text is None else folder / f"{line.output}{SUFFIX}"
 
 
-def align_line(line: Line, target: Path) -> None:
-    """Align the recording of a line with its text. Raises OptionError for a language other than English."""
-    language = line.options.language
-    if language != "auto" and not load_language(language).code.startswith("en"):
+def align_line(line: Line, target: Path) -> tuple[Options, tuple[str, ...]]:
+    """Align the recording of a line with its text: the options with which to read the alignment, and notes.
+
+    English is aligned by pocketsphinx. Other languages are aligned by speech of eSpeak NG, and their phones
+    are IPA. Raises OptionError for another language without the extra `espeak`, and for one without a voice.
+    """
+    recording, text, options = cast("Path", line.alignment), str(line.text), line.options
+    code = "en" if options.language == "auto" else load_language(options.language).code
+    if code.startswith("en"):
+        found = align(recording, text)
+    elif can_speak():
+        found, options = align_by_speech(recording, text, code), replace(options, language="ipa")
+    else:
         raise OptionError(
-            f"{line.alignment}: text is aligned in English only, not in {language!r}; give an alignment "
-            "(phonanim align --aligner mfa makes one)"
+            f"{recording}: text in {options.language!r} is aligned by the extra espeak; pip install "
+            "'phonanim[espeak]', or give an alignment (phonanim align --aligner mfa makes one)"
         )
-    found = align(cast("Path", line.alignment), line.text)
     target.parent.mkdir(parents=True, exist_ok=True)
     write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)
+    return options, found.notes

@@ -92,14 +92,14 @@ def _written(line: Line, folder: Path, names: list[str]) -> tuple[AnimationResul
     """The animation of a line, and the content hashes of the outputs that were written."""
     alignment = cast("Path", alignment_place(line, folder))
     made = [] if line.text is None else [alignment]
-    if line.text is not None:
-        align_line(line, alignment)
-    performance = _edited(animate_detailed(alignment, line.options, cast("Path | None", line.audio)), line)
+    options, notes = (line.options, ()) if line.text is None else align_line(line, alignment)
+    performance = _edited(animate_detailed(alignment, options, cast("Path | None", line.audio)), line)
+    performance = replace(performance, notes=(*notes, *performance.notes))
     paths = [folder / name for name in names]
-    options, idle = assign_options(line.exports, paths)
+    exports, idle = assign_options(line.exports, paths)
     if idle:
         raise OptionError(f"{line.alignment}: {idle[0]} has no effect on {', '.join(names)}; leave it out")
-    for path, given in zip(paths, options, strict=True):
+    for path, given in zip(paths, exports, strict=True):
         make_folder_within(path.parent, folder)
         save(performance.animation, path, **given)
     return performance, {path.relative_to(folder).as_posix(): content_hash(path) for path in (*made, *paths)}

@@ -10,11 +10,7 @@ from numpy.typing import NDArray
 
 from phonanim.core.neural import gelu, layer_norm, tensors_with_prefix, transformer_block
 from phonanim.encoders._weights import whisper_tensors
-from phonanim.media.mel import mel_filters, power_spectra
-
-MEL_SIZE, MEL_HOP = 400, 160  # samples of 16 kHz
-RANGE = 8.0  # powers of ten below the loudest bin; quieter bins are clamped
-QUIETEST = 1e-10  # power
+from phonanim.media.mel import whisper_mel
 
 Floats = NDArray[np.float32]
 
@@ -60,10 +56,7 @@ class Whisper:
 
     def log_mel(self, samples: Floats) -> Floats:
         """The input of Whisper for (samples,) at 16 kHz: (frames, mels) at 100 Hz, about -1 to 1."""
-        bands = self.tensors["conv1"].shape[1]
-        mel = power_spectra(samples, MEL_SIZE, MEL_HOP) @ mel_filters(16000, MEL_SIZE, bands)
-        decades = np.log10(np.maximum(mel, QUIETEST))
-        return np.asarray((np.maximum(decades, decades.max() - RANGE) + 4) / 4, np.float32)
+        return whisper_mel(samples, self.tensors["conv1"].shape[1])
 
 
 def _convolve(signal: Floats, kernel: Floats, stride: int) -> Floats:

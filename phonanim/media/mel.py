@@ -40,3 +40,14 @@ def _mel(hertz: float) -> float:
 
 def _hertz(mels: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.where(mels < 15, mels * 200 / 3, 1000 * np.exp((mels - 15) * _STEP))
+
+
+RANGE = 8.0  # powers of ten below the loudest bin; quieter bins are clamped
+QUIETEST = 1e-10  # power
+
+
+def whisper_mel(samples: Floats, bands: int) -> Floats:
+    """The input of Whisper (Radford et al. 2022), (samples,) at 16 kHz -> (frames, bands) at 100 Hz."""
+    mel = power_spectra(samples, 400, 160) @ mel_filters(16000, 400, bands)
+    decades = np.log10(np.maximum(mel, QUIETEST))
+    return np.asarray((np.maximum(decades, decades.max() - RANGE) + 4) / 4, np.float32)

@@ -64,7 +64,16 @@ def test_noises_are_no_words(shared_data, pocketsphinx):
     assert not [phone.label for phone in found.phones if not phone.label.isalpha()]
 
 
-def test_words_that_the_dictionary_lacks(line, pocketsphinx):
+def test_words_that_the_dictionary_lacks_are_pronounced(line, pocketsphinx):
+    pytest.importorskip("espeakng_loader", reason="needs the extra espeak")
+    found = align(line, TEXT.replace("blue", "bloough"))
+    assert "bloough" in [word.label for word in found.words]
+    (note,) = found.notes
+    assert note.startswith("not in the pronouncing dictionary, so pronounced by eSpeak NG: 'bloough' (")
+
+
+def test_words_that_the_dictionary_lacks(line, pocketsphinx, monkeypatch):
+    monkeypatch.setattr("phonanim.aligners.pocketsphinx.can_speak", lambda: False)
     with pytest.raises(OptionError, match="dictionary: 'grzegorz', '42'; spell numbers out"):
         align(line, "my father grzegorz watched 42")
 

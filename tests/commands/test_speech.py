@@ -47,3 +47,38 @@ def test_neither_text_nor_alignment() -> None:
     done = CliRunner().invoke(command, [])
     assert done.exit_code == 2
     assert "give an ALIGNMENT, a recording, or --text" in done.output
+
+
+def test_a_recording_alone_is_understood_and_aligned(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, shared_data: Path
+) -> None:
+    pytest.importorskip("ctranslate2", reason="needs the extra recognize")
+    pytest.importorskip("pocketsphinx")
+    monkeypatch.chdir(tmp_path)
+    Path("b.wav").write_bytes((shared_data / "textgrids" / "002_en_LJ006-0114.wav").read_bytes())
+    done = CliRunner().invoke(command, ["b.wav", "-o", "b.csv"], catch_exceptions=False)
+    assert "sure): They bought their offices from one another" in done.output
+    assert '"bought"' in Path("b.TextGrid").read_text()
+
+
+def test_words_that_are_not_clear_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, shared_data: Path
+) -> None:
+    pytest.importorskip("ctranslate2", reason="needs the extra recognize")
+    monkeypatch.chdir(tmp_path)
+    Path("b.wav").write_bytes((shared_data / "ema_de" / "dfgspp_mo1_prosody_0020.wav").read_bytes())
+    with pytest.raises(OptionError, match=r"b\.wav: its words are not clear \(\d+% sure"):
+        run("b.wav", "-o", "b.csv")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["b.wav"]
+
+
+def test_a_text_that_pocketsphinx_does_not_find(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, shared_data: Path
+) -> None:
+    pytest.importorskip("pocketsphinx")
+    monkeypatch.chdir(tmp_path)
+    Path("b.wav").write_bytes((shared_data / "textgrids" / "002_en_LJ006-0114.wav").read_bytes())
+    text = "yes " * 30
+    done = CliRunner().invoke(command, ["b.wav", "--text", text, "-o", "b.csv"], catch_exceptions=False)
+    assert "aligned with speech of eSpeak NG instead" in done.output
+    assert "hardly sounds like the text" in done.output or done.exit_code == 0
