@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.articulation.trajectories import CUT, box_kernel
+from phonanim.articulation.trajectories import BLOCK, kernel_pairs
 from phonanim.speech.inventory import INVENTORY, SILENCE
-from phonanim.speech.phones import PhoneTrack, pair_rows
+from phonanim.speech.phones import PhoneTrack
 from phonanim.speech.prosody import VOWELS, eased, stress
 
 Array = NDArray[np.float64]
@@ -102,9 +102,10 @@ def local_sums(bounds: Array, values: Array, times: Array, sigma: float) -> Arra
     """Values of segments smoothed in time by a Gaussian, (n, segments) -> (n, frames) at rising instants."""
     chosen = np.flatnonzero(values.any(axis=0))
     begins, ends = bounds[:-1][chosen], bounds[1:][chosen]
-    segments, rows = pair_rows(
-        np.searchsorted(times, begins - CUT * sigma), np.searchsorted(times, ends + CUT * sigma)
-    )
-    kernel = box_kernel(times[rows], begins[segments], ends[segments], sigma)
-    each = values[:, chosen]
-    return np.stack([np.bincount(rows, value[segments] * kernel, len(times)) for value in each])
+    total = np.empty((len(values), len(times)))
+    for start in range(0, len(times), BLOCK):
+        near = times[start : start + BLOCK]
+        segments, rows, kernel = kernel_pairs(near, begins, ends, sigma)
+        for place, value in enumerate(values[:, chosen]):
+            total[place, start : start + BLOCK] = np.bincount(rows, value[segments] * kernel, len(near))
+    return total

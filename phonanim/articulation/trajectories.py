@@ -56,14 +56,24 @@ def gesture_kernels(track: PhoneTrack, times: Array, sigma: float, lead: float) 
     """K summed over the segments of each gesture, (frames, gestures), for fitting targets."""
     gestures, bounds = _gestures(track)
     begins, ends = bounds[:-1] - lead * ROUNDED[gestures], bounds[1:]
+    count = len(GESTURES.names)
+    total = np.empty((len(times), count))
+    for start in range(0, len(times), BLOCK):
+        near = times[start : start + BLOCK]
+        segments, rows, kernel = kernel_pairs(near, begins, ends, sigma)
+        sums = np.bincount(rows * count + gestures[segments], kernel, len(near) * count)
+        total[start : start + BLOCK] = sums.reshape(len(near), count)
+    return total
+
+
+def kernel_pairs(
+    times: Array, begins: Array, ends: Array, sigma: float
+) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+    """Segments, rows and kernels of every instant that a smoothed segment reaches, (pairs,) each."""
     segments, rows = pair_rows(
         np.searchsorted(times, begins - CUT * sigma), np.searchsorted(times, ends + CUT * sigma)
     )
-    kernel = box_kernel(times[rows], begins[segments], ends[segments], sigma)
-    count = len(GESTURES.names)
-    places = rows * count + gestures[segments]
-    total = np.asarray(np.bincount(places, kernel, len(times) * count), np.float64)
-    return total.reshape(len(times), count)
+    return segments, rows, box_kernel(times[rows], begins[segments], ends[segments], sigma)
 
 
 def reach(targets: Targets) -> float:
