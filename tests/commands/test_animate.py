@@ -47,7 +47,7 @@ def test_nothing_but_an_alignment(line, capsys):
     assert len(told) == 4
     assert told[3] == "to see it: --view, or open a.glb in any glTF viewer"
     assert told[0] == "read a.TextGrid: 39 phones in 4.52 s with a.wav"
-    assert told[1] == "moved arkit_tongue by default: 272 frames at 60 fps, 59 channels"
+    assert told[1] == "moved arkit_tongue by default: 272 frames at 60 fps, 60 channels"
     assert told[2].startswith("wrote a.glb (")
 
 
