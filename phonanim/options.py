@@ -41,6 +41,8 @@ class Options:
 
     `model` and `rig` are names or paths, `fps` is in hertz, `tier` is detected when it is None. `speaker` is
     required where several people speak, `lexicon` (a dictionary's path) where a file has words only.
+    `unit` is the unit of the file's times (s, ms, 100ns, samples@RATE) where it is not that of its format.
+    `offset` is the time of the file, in seconds, that is 0 of the animation.
     `fallback` is the language to use where `language` does not exist.
     `intensity`, `jaw`, `lips`, `rounding`, `quickness`, `reduction` and `hold` are dials; a style sets them.
     `loudness` scales how much the mouth follows the level of a recording. `level` is the usual level of the
@@ -69,6 +71,8 @@ class Options:
     speaker: str | None = None
     lexicon: str | None = None
     unknown: Literal["error", "nearest", "silence"] = "error"
+    unit: str | None = None
+    offset: float | None = None
     contacts: bool = True
     retarget: Literal["auto", "articulation", "poses", "direct", "solve"] = "auto"
     intensity: float = 1.0

@@ -76,6 +76,15 @@ def read_level(text: str | None) -> float | None:
     return parse_level(text) if text else None
 
 
+def read_unit(text: str | None) -> str | None:
+    """Check a unit of time, if it is given."""
+    if text:
+        from phonanim.speech.clock import parse_unit
+
+        parse_unit(text)
+    return text or None
+
+
 GAIN = Gain(0, LARGEST)
 
 OPTIONS = (
@@ -104,14 +113,28 @@ OPTIONS = (
     click.option(
         "--lexicon",
         type=click.Path(exists=True, dir_okay=False),
-        help="Pronunciation dictionary (CMU or MFA format) for a file that has words only.",
+        help="Pronunciation dictionary (CMU or MFA format) for words without phones; for English, CMU's.",
     ),
     renamed_option(
         "--on-unknown-label",
         "--unknown",
         type=click.Choice(["error", "nearest", "silence"]),
         default=DEFAULTS.unknown,
-        help="How to handle a label that is not in the label set.",
+        help="How to handle a label that is not in the label set, or a word that cannot be spelled.",
+    ),
+    click.option(
+        "--unit",
+        metavar="UNIT",
+        callback=option_callback(read_unit),
+        help="Unit of the alignment's times: s, ms, 100ns or samples@RATE; that of its format by default.",
+        show_default=False,
+    ),
+    click.option(
+        "--offset",
+        type=click.FloatRange(0, 86_400),
+        metavar="SECONDS",
+        help="Time of the alignment that is 0 of the animation.",
+        show_default=False,
     ),
     click.option(
         "--contacts/--no-contacts",

@@ -77,10 +77,10 @@ def command(
 
     A table (.csv .tsv .jsonl) has a column `alignment`, or `audio` and `text`, and may have id, output,
     character, edits, timecode and style, and the options rig, model, language, tier, speaker, lexicon, fps,
-    unknown, intensity, jaw, lips, rounding, quickness, reduction, hold, loudness, level, pitch, gain, smooth
-    and overlay. Paths may be URLs (s3://...). A line whose inputs did not change is kept. A line that fails
-    does not stop the others, but makes the exit code 1. The output folder also gets report.html, report.json,
-    summary.txt and ledger.jsonl. With --json every line prints an event on stdout.
+    unknown, unit, offset, intensity, jaw, lips, rounding, quickness, reduction, hold, loudness, level, pitch,
+    gain, smooth and overlay. Paths may be URLs (s3://...). A line whose inputs did not change is kept. A line
+    that fails does not stop the others, but makes the exit code 1. The output folder also gets report.html,
+    report.json, summary.txt and ledger.jsonl. With --json every line prints an event on stdout.
 
     \b
     Examples:

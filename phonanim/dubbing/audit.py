@@ -24,7 +24,7 @@ from phonanim.dubbing.staging import Copies
 from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError, PhonanimError
 from phonanim.exporters import find_exporter, load, suffixes
-from phonanim.inputs.alignment import read_alignment
+from phonanim.inputs.speech_input import read_with_options
 from phonanim.media.audio import audio_duration
 from phonanim.pipeline import model_hash
 
@@ -199,9 +199,7 @@ def _faults(line: Line, path: Path, alignment_path: Path, audio: Path | None) ->
     """Problems of one local file: (problem, text)."""
     try:
         animation = load(path)
-        alignment = read_alignment(
-            alignment_path, line.options.tier, line.options.speaker, line.options.lexicon
-        )
+        alignment = read_with_options(alignment_path, line.options, audio)
         seconds = audio_duration(audio) if audio else alignment.duration
     except PhonanimError as error:
         yield "unreadable", str(error)

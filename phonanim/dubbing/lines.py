@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
 from phonanim.core.text import printable
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.output_names import collision_key
+from phonanim.dubbing.pairing import ALIGNMENTS, split_files, stem_of
 from phonanim.dubbing.row import EDITS, Common, parse_row
 from phonanim.dubbing.storage import Place, Remote, forget_listings, parse_place
 from phonanim.dubbing.table import SUFFIXES as TABLES
 from phonanim.dubbing.table import Row, read_table
 from phonanim.dubbing.walk import WILD, Walk, walk_folder, walk_pattern
 from phonanim.errors import OptionError, PhonanimError
-
-# Suffixes that are used in a folder; a pattern or a table may name any, since readers detect the content.
-ALIGNMENTS = (".textgrid", ".phn", ".lab", ".ctm", ".eaf", ".par", ".pgo")
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +53,11 @@ def read_lines(source: str, common: Common) -> Lines:
         lines = _checked(table.rows, path.parent, common, f"{source}: has no rows", damaged)
     elif path.is_dir() or WILD.search(str(path)):
         root, found = (path, _walked(path)) if path.is_dir() else (_root(path), _matched(path))
-        files = (
-            [file for file in found[0] if file.suffix.lower() in ALIGNMENTS] if path.is_dir() else found[0]
-        )
+        files, spoken, remarks = split_files(found[0]) if path.is_dir() else (found[0], {}, [])
         none = f"has no {' or '.join(ALIGNMENTS)}" if path.is_dir() else "matches no alignment"
-        lines = _checked(_rows_of(root, files), root, common, f"{source}: {none}", found[1])
-        notes = found[2]
+        rows = [*_rows_of(root, files), *_spoken_rows(root, spoken)]
+        lines = _checked(rows, root, common, f"{source}: {none}", found[1])
+        notes = [*found[2], *remarks]
     else:
         raise _useless(source, path)
     return replace(lines, notes=(*notes, *_idle_edits(common.edits, lines.lines)))
@@ -122,6 +119,15 @@ def _rows_of(root: Place, paths: Iterable[Place]) -> list[Row]:
     ]
 
 
+def _spoken_rows(root: Place, spoken: Mapping[Place, str]) -> list[Row]:
+    """A row for every recording with its transcript."""
+    names = {path: path_below(path, root) for path in spoken}
+    return [
+        Row(str(path), {"id": str(names[path].with_suffix("")), "audio": str(names[path]), "text": text})
+        for path, text in spoken.items()
+    ]
+
+
 def path_below(path: Place, folder: Place) -> PurePosixPath:
     """The path of a file below a folder; both are paths, or both are remote."""
     if isinstance(path, Remote) and isinstance(folder, Remote):
@@ -138,7 +144,7 @@ def _checked(
     ids: dict[str, str] = {}
     names: dict[str, str] = {}
     for row in rows:
-        id = row.cells.get("id", PurePosixPath(row.cells.get("alignment", row.cells.get("audio", ""))).stem)
+        id = row.cells.get("id", stem_of(row.cells.get("alignment", row.cells.get("audio", ""))))
         try:
             _check_text(row)
             line = parse_row(id, row, root, common)

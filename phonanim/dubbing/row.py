@@ -14,6 +14,7 @@ from phonanim.articulation.styles import DIALS, Styles, find_style, parse_dial, 
 from phonanim.core.catalog import CARD
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.output_names import safe_name
+from phonanim.dubbing.pairing import spellings
 from phonanim.dubbing.storage import Place, parse_place
 from phonanim.dubbing.table import Row
 from phonanim.errors import OptionError
@@ -21,8 +22,9 @@ from phonanim.inputs.level import parse_level
 from phonanim.life.parsing import parse_emotions, parse_life, parse_look_at, parse_seed
 from phonanim.media.audio import SUFFIXES as RECORDINGS
 from phonanim.options import DEFAULTS, Options, Overlay
+from phonanim.speech.clock import parse_offset, parse_unit
 
-TEXTS = ("rig", "model", "language", "fallback", "tier", "speaker", "unknown")
+TEXTS = ("rig", "model", "language", "fallback", "tier", "speaker", "unknown", "unit")
 CHARACTERS = (".glb", ".gltf", ".vrm")
 EDITS = ".edits.json"
 PITCHES = ("builtin", "praat")
@@ -30,6 +32,7 @@ UNKNOWN = ("error", "nearest", "silence")
 # Columns with numbers, the option of each, and its parser.
 PARSED: dict[str, tuple[str, Callable[[str], Any]]] = {
     "fps": ("fps", parse_rate),
+    "offset": ("offset", parse_offset),
     "smooth": ("smooth", parse_smoothing),
     "loudness": ("loudness", lambda cell: parse_gain("loudness", cell)),
     "pitch": ("pitch", lambda cell: _pitch(cell)),
@@ -96,10 +99,10 @@ def resolve_files(root: Place, names: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _found(name: str, root: Place) -> Place:
-    path = parse_place(name, root).absolute()
-    if not path.is_file():
-        raise OptionError(f"{path}: does not exist; correct the path")
-    return path
+    for spelling in spellings(name):
+        if (path := parse_place(spelling, root).absolute()).is_file():
+            return path
+    raise OptionError(f"{parse_place(name, root).absolute()}: does not exist; correct the path")
 
 
 def _local(name: str, root: Place) -> Path:
@@ -111,7 +114,8 @@ def _local(name: str, root: Place) -> Path:
 
 def _beside(alignment: Place) -> Place | None:
     """The recording of the same stem, if there is one."""
-    candidates = (alignment.with_suffix(suffix) for suffix in RECORDINGS)
+    suffixes = (*RECORDINGS, *map(str.upper, RECORDINGS))
+    candidates = (alignment.with_suffix(suffix) for suffix in suffixes)
     return next((path for path in candidates if path.is_file()), None)
 
 
@@ -141,6 +145,8 @@ def _overrides(cells: Mapping[str, str], root: Place, common: Common) -> dict[st
     chosen |= resolve_files(root, chosen)
     if chosen.get("unknown", "error") not in UNKNOWN:
         raise OptionError(f"unknown = {chosen['unknown']!r}; choose error, nearest or silence")
+    if "unit" in chosen:
+        parse_unit(chosen["unit"])
     chosen |= {name: parse_dial(name, cells[name]) for name in DIALS if name in cells}
     chosen |= {field: parse(cells[name]) for name, (field, parse) in PARSED.items() if name in cells}
     if "lexicon" in cells:

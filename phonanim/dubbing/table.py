@@ -33,6 +33,8 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "lexicon": ("dictionary", "dict", "pronunciations"),
     "fps": ("framerate", "rate", "framespersecond"),
     "unknown": ("unknownlabels",),
+    "unit": ("timeunit", "unitoftime"),
+    "offset": ("timeoffset",),
     "style": ("manner", "delivery", "stylename"),
     "intensity": ("strength",),
     "jaw": (),
@@ -55,6 +57,10 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "timecode": ("tc", "starttimecode", "timecodein", "tcin"),
     "output": ("out", "outputpath", "outputname", "target", "destination"),
 }
+
+
+_SEPARATOR = re.compile(r"\ufeff?sep=([,;\t|])[ \t]*\r?\n", re.IGNORECASE)
+"""A first line in which spreadsheets name the separator of the cells."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,19 +110,22 @@ def _records(path: Place) -> Records:
     if path.suffix.lower() in (".jsonl", ".ndjson"):
         yield from _json_records(text)
         return
-    delimiter = "\t" if path.suffix.lower() == ".tsv" else _delimiter(text)
+    named = _SEPARATOR.match(text)
+    text = text[named.end() :] if named else text
+    delimiter = named[1] if named else "\t" if path.suffix.lower() == ".tsv" else _delimiter(text)
+    skipped = 1 if named else 0
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
     header: list[str] = []
     while True:
         try:
             row = next(reader, None)
         except csv.Error as error:
-            yield reader.line_num, f"is not a row of a table ({error}); correct it"
+            yield reader.line_num + skipped, f"is not a row of a table ({error}); correct it"
             continue
         if row is None:
             return
         if header and any(cell.strip() for cell in row):
-            yield reader.line_num, dict(zip(header, row, strict=False))
+            yield reader.line_num + skipped, dict(zip(header, row, strict=False))
         header = header or [cell.strip() for cell in row if cell.strip()]
 
 

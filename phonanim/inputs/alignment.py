@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from phonanim.errors import AudioError, MissingExtraError
 from phonanim.readers import find_reader
 from phonanim.speech.alignment import Alignment
 from phonanim.speech.alignment_file import open_alignment_file
+from phonanim.speech.clock import Clock
 
 
 def read_alignment(
@@ -16,6 +18,9 @@ def read_alignment(
     lexicon: str | Path | None = None,
     unknown: str = "error",
     language: str = "auto",
+    unit: str | None = None,
+    offset: float | None = None,
+    audio: str | Path | None = None,
 ) -> Alignment:
     """Read the phones of an alignment file, in any format that `phonanim info` lists.
 
@@ -28,6 +33,9 @@ def read_alignment(
             looked up in the CMU dictionary of an installed package.
         unknown: What happens to a word that cannot be spelled: error, nearest or silence.
         language: The language of words; auto takes what the file says, else English.
+        unit: The unit of the file's times, such as ms or samples@16000; by default that of its format.
+        offset: The time in seconds that is 0 of the animation; by default 0, or where a later part starts.
+        audio: The recording. Where units or starts are in doubt, its length decides, with a note.
 
     Raises:
         AlignmentError: The file cannot be read, no tier has phones, or its times are inconsistent.
@@ -39,5 +47,18 @@ def read_alignment(
         'M'
     """
     source = open_alignment_file(Path(path))
+    clock = Clock(unit, offset, _length(audio))
     recording = find_reader(source).read(source)
-    return Alignment.from_recording(recording, source, tier, speaker, lexicon, unknown, language)
+    return Alignment.from_recording(recording, source, tier, speaker, lexicon, unknown, language, clock)
+
+
+def _length(audio: str | Path | None) -> float | None:
+    """Seconds of a recording by its header; None without a recording that can be read."""
+    if audio is None:
+        return None
+    from phonanim.media.audio import audio_duration
+
+    try:
+        return audio_duration(Path(audio))
+    except (AudioError, MissingExtraError):
+        return None

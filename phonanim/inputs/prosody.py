@@ -51,7 +51,7 @@ def _find_voice(source: SpeechInput, method: str) -> tuple[Voice | None, tuple[s
     sound = source.sound
     if sound is None and source.audio is not None:
         try:
-            sound = sound_from(read_sound(source.audio), source.alignment.offset)
+            sound = sound_from(read_sound(source.audio), source.alignment)
         except (AudioError, MissingExtraError):
             return None, ()
     if sound is None:

@@ -52,16 +52,14 @@ def read_speech_input(
     """
     if is_recording(path):
         return _read_recording(path, modality)
-    alignment = read_alignment(
-        path, options.tier, options.speaker, options.lexicon, options.unknown, options.language
-    )
+    alignment = read_with_options(path, options, audio)
     track, notes = to_phones(alignment, options.language, options.unknown, options.fallback)
     sound = None
     if modality != "phones":
         audio = audio or find_audio(path)
         if audio is None:
             raise AudioError(f"{path}: has no recording next to it for this audio-driven model; give --audio")
-        sound = sound_from(read_sound(audio), alignment.offset)
+        sound = sound_from(read_sound(audio), alignment)
         notes = (*notes, *audio_notes(sound), *truncation_note(audio))
         if modality == "both":
             notes = (*notes, *_apart(audio, sound.duration, track.duration))
@@ -94,6 +92,27 @@ def _apart(audio: Path, heard: float, read: float) -> tuple[str, ...]:
     return (f"{lasts}; after its end, {shorter} counts as silent",)
 
 
-def sound_from(sound: Sound, offset: float) -> Sound:
-    """The sound from `offset` seconds on, for an alignment of a part of a longer recording."""
-    return Sound(sound.samples[round(offset * sound.rate) :], sound.rate) if offset > 0 else sound
+def read_with_options(path: Path, options: Options, audio: Path | None = None) -> Alignment:
+    """An alignment, read as the options say; the length of the recording decides where times are in doubt."""
+    return read_alignment(
+        path,
+        options.tier,
+        options.speaker,
+        options.lexicon,
+        options.unknown,
+        options.language,
+        options.unit,
+        options.offset,
+        audio or find_audio(path),
+    )
+
+
+def sound_from(sound: Sound, alignment: Alignment) -> Sound:
+    """The sound of an alignment: of a part of a longer recording, that part of it.
+
+    A recording that ends before the part does was cut out itself, and is used whole.
+    """
+    offset = alignment.offset
+    if offset <= 0 or sound.duration < offset + alignment.duration / 2:
+        return sound
+    return Sound(sound.samples[round(offset * sound.rate) :], sound.rate)

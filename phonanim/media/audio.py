@@ -33,7 +33,8 @@ def find_audio(alignment: Path) -> Path | None:
     """The recording next to an alignment, with the same stem, or None; for a recording, the file itself."""
     if alignment.suffix.lower() in SUFFIXES:
         return alignment
-    candidates = (alignment.with_suffix(suffix) for suffix in SUFFIXES)
+    suffixes = (*SUFFIXES, *map(str.upper, SUFFIXES))
+    candidates = (alignment.with_suffix(suffix) for suffix in suffixes)
     return next((path for path in candidates if path.is_file()), None)
 
 

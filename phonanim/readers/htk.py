@@ -34,7 +34,8 @@ def read(source: AlignmentFile) -> Recording:
         tiers.append(Tier("phones", _phones(matches), len(tiers) + 1, name))
         if any(match[4] for match in matches):
             tiers.append(Tier("words", _words(matches), len(tiers) + 1, name))
-    return Recording(tuple(tiers), 0.0, max((i.end for tier in tiers for i in tier.intervals), default=0.0))
+    end = max((interval.end for tier in tiers for interval in tier.intervals), default=0.0)
+    return Recording(tuple(tiers), 0.0, end, unit=1 / TICKS)
 
 
 def _files(source: AlignmentFile) -> list[tuple[str, list[str]]]:

@@ -25,4 +25,4 @@ def read(source: AlignmentFile) -> Recording:
     """The one tier of the file."""
     matches = split(source, _ROW)
     intervals = tuple(Interval(match[3], float(match[1]) / RATE, float(match[2]) / RATE) for match in matches)
-    return Recording((Tier("labels", intervals),), 0.0, intervals[-1].end)
+    return Recording((Tier("labels", intervals),), 0.0, intervals[-1].end, unit=1 / RATE)

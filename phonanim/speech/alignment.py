@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phonanim.speech.alignment_file import AlignmentFile, quote_label
+from phonanim.speech.clock import ANY, Clock, cut_before, scale_times, settle_offset, settle_unit
 from phonanim.speech.intervals import (
     ROUNDING,
     Interval,
@@ -28,9 +29,6 @@ __all__ = ["ROUNDING", "Alignment", "Interval", "Recording", "Tier", "pack_inter
 
 MAX_DURATION = 7200.0
 """Seconds. A longer file has a wrong unit of time or is a whole session: 2 h at 60 fps are 432,000 frames."""
-
-LATE_START = 1.0
-"""Seconds. A file that starts later was cut out of a longer recording, and so was its audio."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,13 +67,19 @@ class Alignment:
         lexicon: Path | str | None = None,
         unknown: str = "error",
         language: str = "auto",
+        clock: Clock = ANY,
     ) -> Alignment:
         """The phones of a recording. The arguments and errors are those of `read_alignment`."""
+        _check_header(recording, source)
         recording = spell_out(recording, Path(lexicon) if lexicon else None, source, unknown, language)
         chosen = phone_tier(recording, tier, speaker, source)
+        factor, scaled = settle_unit(recording, chosen, clock, source)
+        recording, chosen = scale_times(recording, chosen, factor)
         phones, mended = mend_phones(chosen)
         words = word_tier(recording, chosen)
-        offset = _offset(recording, source)
+        offset, shifted = settle_offset(recording, phones, clock)
+        if clock.offset is not None:
+            phones, words = cut_before(phones, offset), words and cut_before(words, offset)
         intervals = _checked(phones, offset, source)
         ends = [recording.end - offset, *(interval.end for interval in intervals[-1:])]
         return cls(
@@ -85,7 +89,7 @@ class Alignment:
             source=source.name,
             words=_checked(mend_times(words)[0], offset, source) if words else (),
             offset=offset,
-            notes=recording.notes + mended + _shifted(offset),
+            notes=recording.notes + scaled + mended + shifted,
             language=recording.language,
         )
 
@@ -116,16 +120,12 @@ class Alignment:
         return textgrid_from(moved, self.offset, self.offset + self.duration)
 
 
-def _shifted(offset: float) -> tuple[str, ...]:
-    return (f"times are counted from {offset:g} s, where the file starts",) if offset else ()
-
-
-def _offset(recording: Recording, source: AlignmentFile) -> float:
+def _check_header(recording: Recording, source: AlignmentFile) -> None:
+    """Raise AlignmentError for a start or an end that cannot be."""
     if not (math.isfinite(recording.start) and math.isfinite(recording.end)):
         raise source.error(f"starts at {recording.start} s and ends at {recording.end} s; correct its header")
     if recording.start < -ROUNDING:
         raise source.error(f"starts at {recording.start:g} s, before 0; shift its times to zero")
-    return recording.start if recording.start >= LATE_START else 0.0
 
 
 def _duration(seconds: float, source: AlignmentFile) -> float:

@@ -9,7 +9,7 @@ from queue import SimpleQueue
 from typing import Any
 
 from phonanim.errors import AudioError, MissingExtraError, StreamError
-from phonanim.inputs.alignment import read_alignment
+from phonanim.inputs.speech_input import read_with_options
 from phonanim.media.audio import open_audio, to_mono, truncation_note
 from phonanim.options import Options
 from phonanim.speech.alignment import Interval
@@ -61,9 +61,7 @@ def alignment_file(path: Path, options: Options) -> tuple[str, tuple[Interval, .
 
     Raises AlignmentError.
     """
-    alignment = read_alignment(
-        path, options.tier, options.speaker, options.lexicon, options.unknown, options.language
-    )
+    alignment = read_with_options(path, options)
     language = options.language
     if language == "auto":
         found = choose_language(interval.label for interval in alignment.intervals).name

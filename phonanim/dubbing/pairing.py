@@ -1,0 +1,84 @@
+"""Which files of a folder are lines: alignments, and recordings with their transcripts."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable, Sequence
+from pathlib import Path, PurePosixPath
+
+from phonanim.dubbing.storage import Place
+
+# Suffixes that are used in a folder; a pattern or a table may name any, since readers detect the content.
+ALIGNMENTS = (
+    *(".textgrid", ".phn", ".lab", ".ctm", ".eaf", ".par", ".pgo", ".pg2", ".ds", ".ustx", ".pho", ".xra"),
+    ".xtiming",
+)
+TRANSCRIPT = ".lab"  # the Montreal Forced Aligner takes words from such files, HTK writes times into them
+MOST = 64 << 10  # bytes of a transcript
+_TIME = re.compile(r"\s*-?\d+(?:[.,]\d+)?\s")
+
+
+def split_files(files: Sequence[Place]) -> tuple[list[Place], dict[Place, str], list[str]]:
+    """The alignments of a folder, the transcripts of recordings that have none, and remarks.
+
+    A `.lab` file without times is a transcript: beside an alignment of the same name it belongs to that line.
+    """
+    groups: dict[tuple[str, str], list[Place]] = {}
+    for file in files:
+        groups.setdefault((str(file.parent), _plain(file.stem)), []).append(file)
+    alignments: list[Place] = []
+    spoken: dict[Place, str] = {}
+    passed = 0
+    for group in groups.values():
+        found = [file for file in group if file.suffix.lower() in ALIGNMENTS]
+        timed = [file for file in found if file.suffix.lower() != TRANSCRIPT]
+        for file in found:
+            text = "" if file in timed else _transcript(file)
+            if not text:
+                alignments.append(file)
+            elif timed:
+                passed += 1
+            elif recording := _recording(group):
+                spoken[recording] = text
+            else:
+                alignments.append(file)
+    remark = f"{passed} transcripts ({TRANSCRIPT}) lie beside the alignments of their lines, and are no lines"
+    return sorted(alignments, key=str), spoken, [remark] if passed else []
+
+
+def _plain(stem: str) -> str:
+    return unicodedata.normalize("NFC", stem)
+
+
+def _recording(group: Iterable[Place]) -> Place | None:
+    from phonanim.media.audio import SUFFIXES
+
+    return next((file for file in group if file.suffix.lower() in SUFFIXES), None)
+
+
+def _transcript(file: Place) -> str:
+    """The text of a file without times, "" for any other file."""
+    if not isinstance(file, Path) or not file.is_file() or file.stat().st_size > MOST:
+        return ""
+    try:
+        text = file.read_bytes().decode("utf-8-sig").strip()
+    except (OSError, UnicodeDecodeError):
+        return ""
+    rows = [line for line in text.splitlines() if line.strip()]
+    timed = any(_TIME.match(row) or row.startswith(("#", '"')) for row in rows)
+    return "" if timed or "\0" in text else " ".join(text.split())
+
+
+def spellings(name: str) -> list[str]:
+    """A path as it may be meant: as written, with slashes for backslashes, composed, decomposed."""
+    found: dict[str, None] = {}
+    for slashed in (name, name.replace("\\", "/")):
+        composed = unicodedata.normalize("NFC", slashed)
+        found |= dict.fromkeys((slashed, composed, unicodedata.normalize("NFD", slashed)))
+    return list(found)
+
+
+def stem_of(name: str) -> str:
+    """The name of a file without its folder and suffix, of a path with slashes or backslashes."""
+    return PurePosixPath(name.replace("\\", "/")).stem
