@@ -31,6 +31,7 @@ HEAD = "頭"
 TURN_KEYS = 10.0  # degrees of error of the head that are allowed per unit of weight error
 MIRRORED = np.array([-1.0, -1.0, 1.0, 1.0])  # of a quaternion, when z is turned around
 MAX_BYTES = 1 << 28
+UNIT = 1.01  # largest part of a unit quaternion, with its rounding
 MORPHS = np.dtype([("name", f"S{NAME}"), ("frame", "<u4"), ("weight", "<f4")])
 BONES = np.dtype(
     [
@@ -164,6 +165,8 @@ def _animation(bones: dict[str, NDArray[Any]], morphs: dict[str, NDArray[Any]], 
 def _turns(rows: NDArray[Any], grid: NDArray[np.float64]) -> NDArray[np.float32]:
     """Degrees of the head at instants, (times, 3)."""
     clock = rows["frame"].astype(float) / FPS
+    if not (np.abs(rows["rotation"]) <= UNIT).all():
+        raise DecodeError(f"a rotation of {HEAD} is no unit quaternion")
     rotations = sample_curves(grid, [(clock, part) for part in rows["rotation"].astype(float).T])
     lengths = np.linalg.norm(rotations, axis=1, keepdims=True)
     return angles(rotations / np.where(lengths > 0, lengths, 1) * MIRRORED).astype(np.float32)
