@@ -39,19 +39,24 @@ from phonanim.options import DEFAULTS, Options, make_options
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.reference import face_notes
 from phonanim.rig.retarget import retarget
+from phonanim.speech.language import ReadingLanguage
 from phonanim.speech.loudness import Loudness
 from phonanim.speech.phones import PhoneTrack
 
 
 @dataclass(frozen=True, slots=True)
 class AnimationResult:
-    """An animation with its intermediate results: the phones, and the face's modes (frames, modes)."""
+    """An animation with its intermediate results: the phones, and the face's modes (frames, modes).
+
+    `language` is the language that the labels were read as, None for a recording.
+    """
 
     animation: Animation
     track: PhoneTrack
     notes: tuple[str, ...]
     modes: NDArray[np.float32]
     face: FaceModel
+    language: ReadingLanguage | None = None
 
 
 class Motion(NamedTuple):
@@ -118,10 +123,10 @@ def animate_detailed(path: Path, options: Options = DEFAULTS, audio: Path | None
         phones=line.alignment.intervals,
         words=line.alignment.words,
         audio=line.audio,
-        provenance=_provenance(path, options, (*line.notes, *remarks)) | _heard(line),
+        provenance=_provenance(path, options, (*line.notes, *remarks)) | _known(line),
         articulation=None if motion.articulation is None else motion.articulation.values.astype(np.float32),
     )
-    return AnimationResult(animation, line.track, line.notes, motion.modes, model.face)
+    return AnimationResult(animation, line.track, line.notes, motion.modes, model.face, line.language)
 
 
 def _add_layers(
@@ -270,7 +275,8 @@ def _whispered(line: SpeechInput) -> tuple[str, ...]:
     return (remark,) if line.loudness is not None and line.loudness.whispered else ()
 
 
-def _heard(line: SpeechInput) -> dict[str, str]:
-    """The hash of a recording that moved the face."""
+def _known(line: SpeechInput) -> dict[str, Any]:
+    """The language that the labels were read as, and the hash of a recording that moved the face."""
     moved = line.sound is not None or line.voice is not None
-    return {"audio_sha256": content_hash(line.audio)} if moved and line.audio else {}
+    heard = {"audio_sha256": content_hash(line.audio)} if moved and line.audio else {}
+    return ({"language": line.language.facts()} if line.language else {}) | heard

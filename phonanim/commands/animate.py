@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -129,8 +129,9 @@ def make_alignment(
     from phonanim.aligners.espeak import VOICE
     from phonanim.commands._speech import align_recording, speak_text
     from phonanim.speech.labels import load_language
+    from phonanim.speech.language_names import is_auto
 
-    code = None if options.language == "auto" else load_language(options.language).code
+    code = None if is_auto(options.language) else load_language(options.language).code
     named = voice or (None if code is None or code.startswith("en") else code)
     if recording is not None:
         path, language = align_recording(recording, text, named, console)
@@ -196,6 +197,7 @@ def describe(animation: Animation, alignment: Path, options: Options, written: l
         "channels": channels,
         "rig": animation.rig,
         "model": options.model,
+        "language": animation.provenance.get("language"),
         "notes": animation.provenance["notes"],
         "outputs": [{"path": str(path), "bytes": path.stat().st_size} for path in written],
     }
@@ -205,13 +207,22 @@ def report_lines(facts: dict[str, Any]) -> list[str]:
     """The same as text: what was read, made and written, and which labels were replaced."""
     sound = f" with {facts['audio']}" if facts["audio"] not in (None, facts["alignment"]) else ""
     files = ", ".join(f"{output['path']} ({format_size(output['bytes'])})" for output in facts["outputs"])
+    spoken = facts["language"]
     return [
         f"read {facts['alignment']}: {facts['phones']} phones in {facts['seconds']:.2f} s{sound}",
+        *([describe_language(spoken)] if spoken else []),
         f"moved {facts['rig']} by {facts['model']}: {facts['frames']} frames at {facts['fps']:g} fps, "
         f"{facts['channels']} channels",
         f"wrote {files}",
         *facts["notes"],
     ]
+
+
+def describe_language(facts: Mapping[str, Any]) -> str:
+    """The language of the provenance in a line."""
+    from phonanim.speech.reading import describe_language
+
+    return describe_language(facts)
 
 
 def format_size(count: int) -> str:

@@ -103,13 +103,14 @@ def describe_alignment(
     from phonanim.inputs.alignment import read_alignment
     from phonanim.readers import find_reader
     from phonanim.speech.alignment_file import open_alignment_file
-    from phonanim.speech.language import choose_language, load_language
+    from phonanim.speech.reading import describe_language, find_reading_language
 
     source = open_alignment_file(path)
     reader = find_reader(source)
     alignment = read_alignment(path, tier, speaker, lexicon)
     labels = [interval.label for interval in alignment.intervals]
-    language = choose_language(labels) if language_name == "auto" else load_language(language_name)
+    found = find_reading_language(alignment, language_name)
+    language = found.language
     return {
         "file": str(path),
         "format": reader.FORMAT,
@@ -119,6 +120,7 @@ def describe_alignment(
         "intervals": len(labels),
         "words": len(alignment.words),
         "language": language.name,
+        "language from": describe_language(found.facts()),
         "labels": label_meanings(labels, language),
     }
 

@@ -14,6 +14,7 @@ from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError
 from phonanim.options import Options
 from phonanim.speech.labels import load_language
+from phonanim.speech.language_names import is_auto
 from phonanim.speech.textgrid import write_textgrid
 
 SUFFIX = ".aligned.TextGrid"
@@ -31,7 +32,7 @@ def align_line(line: Line, target: Path) -> tuple[Options, tuple[str, ...]]:
     are IPA. Raises OptionError for another language without the extra `espeak`, and for one without a voice.
     """
     recording, text, options = cast("Path", line.alignment), str(line.text), line.options
-    code = "en" if options.language == "auto" else load_language(options.language).code
+    code = "en" if is_auto(options.language) else load_language(options.language).code
     if code.startswith("en"):
         found = align(recording, text)
     elif can_speak():

@@ -14,7 +14,8 @@ from phonanim.errors import AudioError, MissingExtraError
 from phonanim.face.model import lip_aperture
 from phonanim.media.audio import audio_duration, read_audio
 from phonanim.pipeline import AnimationResult
-from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.alignment_file import quote_label
+from phonanim.speech.bilabials import shut_segments
 from phonanim.speech.phones import PhoneTrack, pair_rows
 
 OPEN_MM = 1.0  # a gap between the lips that is visibly open
@@ -44,20 +45,31 @@ def line_facts(result: AnimationResult, audio: Path | None) -> dict[str, Any]:
         "frames": len(result.animation.values),
         "seconds": round(result.track.duration, 6),
         "phones": int(np.count_nonzero(result.track.codes)),
+        "language": result.language.facts() if result.language else None,
         "flags": [asdict(flag) for flag in flags],
     }
 
 
 def replaced_labels(result: AnimationResult, audio: Path | None) -> Flag | None:
     """Labels that were not used as written."""
-    notes = result.notes
+    doubts = result.language.doubt() if result.language else ()
+    notes = [note for note in result.notes if note not in doubts]
     return Flag("labels", _severity(len(notes), 5), "; ".join(notes)) if notes else None
 
 
+def unsure_language(result: AnimationResult, audio: Path | None) -> Flag | None:
+    """A language that the labels do not tell, where others read them as other phones."""
+    doubt = result.language.doubt() if result.language else ()
+    if result.language is None or not doubt:
+        return None
+    return Flag("language", _severity(1 - result.language.certainty, 1), doubt[0])
+
+
 def missed_closures(result: AnimationResult, audio: Path | None) -> Flag | None:
-    """p, b and m without closed lips in any frame in or next to them."""
+    """p, b and m, by phone or by the letters of the label, without closed lips in or next to them."""
     track, fps = result.track, result.animation.fps
-    numbers = np.flatnonzero(INVENTORY.mask("p", "b", "m")[track.codes])
+    language = result.language.language if result.language else None
+    numbers = np.array(shut_segments(track, language), np.int64)
     if len(numbers) == 0:
         return None
     first = np.floor(track.bounds[numbers] * fps).astype(int)
@@ -69,7 +81,8 @@ def missed_closures(result: AnimationResult, audio: Path | None) -> Flag | None:
     if len(missed) == 0:
         return None
     when = track.bounds[missed[0]]
-    text = f"{len(missed)} of {len(numbers)} p b m show no closed lips, the first at {when:.2f} s"
+    label = quote_label(track.labels[missed[0]])
+    text = f'{len(missed)} of {len(numbers)} p b m show no closed lips, the first "{label}" at {when:.2f} s'
     return Flag("closures", _severity(len(missed), len(numbers)), text)
 
 
@@ -123,6 +136,7 @@ def misplaced_silence(result: AnimationResult, audio: Path | None) -> Flag | Non
 
 CHECKS: tuple[Callable[[AnimationResult, Path | None], Flag | None], ...] = (
     replaced_labels,
+    unsure_language,
     missed_closures,
     fast_speech,
     other_length,

@@ -85,6 +85,13 @@ def _check(outcome: Outcome) -> None:
         decode_table(outcome.origin.get("options", {}), "options")
         for name in ("frames", "seconds", "phones"):
             decode_number(outcome.facts[name], name, 0, MOST)
+        if outcome.facts.get("language") is not None:
+            language = decode_table(outcome.facts["language"], "language")
+            decode_text(language["name"], "name")
+            decode_text(language["by"], "by")
+            decode_number(language["certainty"], "certainty", 0, 1)
+            for name, share in decode_table(language.get("candidates", {}), "candidates").items():
+                decode_number(share, name, 0, 1)
         for flag in decode_list(outcome.facts["flags"], "flags"):
             decode_text(flag["check"], "check")
             decode_text(flag["text"], "text")

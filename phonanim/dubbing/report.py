@@ -52,9 +52,11 @@ def worst_first(outcomes: Iterable[Outcome]) -> list[Outcome]:
 
 
 def count_totals(outcomes: Sequence[Outcome]) -> dict[str, Any]:
-    """Counts of a run: lines, done, failed and flagged lines, seconds, frames, flags by check."""
+    """Counts of a run: lines, done, failed and flagged lines, seconds, frames, flags by check, languages."""
     done = [outcome for outcome in outcomes if outcome.done]
     flags = Counter(flag["check"] for outcome in done for flag in outcome.facts["flags"])
+    spoken = [outcome.facts.get("language") for outcome in done]
+    languages = Counter(facts["name"] for facts in spoken if facts)
     return {
         "lines": len(outcomes),
         "done": len(done),
@@ -63,16 +65,19 @@ def count_totals(outcomes: Sequence[Outcome]) -> dict[str, Any]:
         "seconds": round(sum(outcome.facts["seconds"] for outcome in done), 3),
         "frames": sum(outcome.facts["frames"] for outcome in done),
         "flags": dict(sorted(flags.items())),
+        "languages": dict(sorted(languages.items())),
     }
 
 
 def headline(totals: dict[str, Any]) -> str:
     """The totals in one line."""
     flags = ", ".join(f"{name} {count}" for name, count in totals["flags"].items())
+    languages = ", ".join(f"{name} {count}" for name, count in totals["languages"].items())
     return (
         f"{totals['lines']} lines: {totals['done']} done ({totals['seconds'] / 60:.1f} min, "
         f"{totals['frames']} frames), {totals['failed']} failed, {totals['flagged']} flagged"
         + (f" ({flags})" if flags else "")
+        + (f"; language: {languages}" if languages else "")
     )
 
 
@@ -99,7 +104,7 @@ def html_page(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Seque
 <h1>phonanim batch</h1>
 <p>{html.escape(headline(totals))}</p>
 {notes}<table>
-<tr><th>line</th><th>seconds</th><th>what to look at</th><th>from</th></tr>
+<tr><th>line</th><th>seconds</th><th>language</th><th>what to look at</th><th>from</th></tr>
 {rows}
 </table>
 </html>
@@ -117,10 +122,20 @@ def _row(outcome: Outcome) -> str:
     cells = [
         f"<td>{html.escape(outcome.id)}</td>",
         f'<td class="number">{seconds}</td>',
+        f"<td>{html.escape(_spoken(outcome))}</td>",
         f"<td>{html.escape(_trouble(outcome))}</td>",
         f"<td>{html.escape(outcome.place)}</td>",
     ]
     return f'<tr class="{kind}">{"".join(cells)}</tr>'
+
+
+def _spoken(outcome: Outcome) -> str:
+    """The language of a line, with how sure it is where the labels decided."""
+    facts = outcome.facts.get("language")
+    if not facts:
+        return ""
+    told = {"labels": f" ({facts['certainty']:.0%})", "fallback": f" (there is no {facts.get('asked')})"}
+    return str(facts["name"]) + told.get(facts["by"], "")
 
 
 def _trouble(outcome: Outcome) -> str:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import secrets
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import PurePosixPath
 
 from phonanim.core.files import is_leftover
 from phonanim.dubbing.job import Job, Result
+from phonanim.dubbing.languages import is_open, keep_expected, undecided_lines
 from phonanim.dubbing.ledger import NAME, ledger_writer, lock_folder, read_ledger, write_ledger
 from phonanim.dubbing.lines import Lines
 from phonanim.dubbing.make import reset_caches
@@ -41,8 +43,8 @@ def run(
         remove_unfinished(folder, output_folders(lines, known.values()))
         found: dict[str, Outcome] = {}
         with ledger_writer(folder) as record:
-            jobs = make_jobs(lines, folder, formats, known)
-            for result in chain_results(jobs, engine, verify):
+            make = partial(chain_results, engine=engine, verify=verify)
+            for result in _made(lines, folder, formats, make, known):
                 found[result.outcome.id] = result.outcome
                 if result.made:
                     record(result.outcome)
@@ -53,16 +55,37 @@ def run(
     return outcomes
 
 
+def _made(
+    lines: Lines, folder: Place, formats: tuple[str, ...], make: Engine, known: dict[str, Outcome]
+) -> Iterator[Result]:
+    """The result of every line; lines whose language all of them decide come last."""
+    held: dict[str, Result] = {}
+    found: dict[str, Outcome] = {}
+    for result in make(make_jobs(lines, folder, formats, known)):
+        found[result.outcome.id] = result.outcome
+        if is_open(result.outcome):
+            held[result.outcome.id] = result
+        else:
+            yield result
+    again = tuple(undecided_lines((line for line in lines.lines if line.id in held), found))
+    if again:
+        now = known | {line.id: found[line.id] for line in again}
+        yield from make(make_jobs(replace(lines, lines=again), folder, formats, now))
+    decided = {line.id for line in again}
+    yield from (result for id, result in held.items() if id not in decided)
+
+
 def make_jobs(
     lines: Lines, folder: Place, formats: tuple[str, ...], known: dict[str, Outcome]
 ) -> Iterator[Job]:
     """A job for each line, with its entry in the ledger."""
     run = secrets.token_hex(4)
-    target = folder.absolute()
-    return (Job(line, target, formats, known.get(line.id), run) for line in lines.lines)
+    for line in lines.lines:
+        before = known.get(line.id)
+        yield Job(keep_expected(line, before), folder.absolute(), formats, before, run)
 
 
-def chain_results(jobs: Iterator[Job], engine: Engine, verify: bool) -> Iterator[Result]:
+def chain_results(jobs: Iterable[Job], engine: Engine, verify: bool) -> Iterator[Result]:
     """The lines that are kept by their stamps, then those that the engine makes or keeps by content."""
     left = []
     for job in jobs:

@@ -59,7 +59,8 @@ def _from_phones(animation: Animation, shapes: dict[str, tuple[str, str]]) -> li
     options = animation.provenance.get("options", {})
     last = max(float(animation.times[-1]), animation.phones[-1].end)
     alignment = Alignment(animation.phones, last, "phones", str(animation.provenance.get("input", "")))
-    track, _ = to_phones(alignment, options.get("language", "auto"), options.get("unknown", "error"))
+    language = animation.provenance.get("language", {}).get("name") or options.get("language", "auto")
+    track, _ = to_phones(alignment, language, options.get("unknown", "error"))
     cues = []
     for code, (start, end) in zip(track.codes, pairwise(track.bounds.tolist()), strict=True):
         first, second = shapes[INVENTORY.phones[code]]

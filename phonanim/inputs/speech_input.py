@@ -12,7 +12,7 @@ from phonanim.media.audio import SUFFIXES, Sound, audio_notes, find_audio, read_
 from phonanim.media.voice import Voice
 from phonanim.options import Options
 from phonanim.speech.alignment import Alignment
-from phonanim.speech.language import to_phones
+from phonanim.speech.language import ReadingLanguage, read_phones
 from phonanim.speech.loudness import Loudness
 from phonanim.speech.phones import PhoneTrack, silent_track
 from phonanim.speech.prosody import Prosody
@@ -30,6 +30,7 @@ class SpeechInput:
 
     The alignment and its phones (all silence without an alignment), the path of the recording, and its sound
     if the model uses it. `voice`, `loudness` and `prosody` are what is heard in it, None where not needed.
+    `language` is the language that the labels were read as, None without an alignment.
     """
 
     alignment: Alignment
@@ -40,6 +41,7 @@ class SpeechInput:
     voice: Voice | None = None
     loudness: Loudness | None = None
     prosody: Prosody | None = None
+    language: ReadingLanguage | None = None
 
 
 def read_speech_input(
@@ -53,7 +55,8 @@ def read_speech_input(
     if is_recording(path):
         return _read_recording(path, modality)
     alignment = read_with_options(path, options, audio)
-    track, notes = to_phones(alignment, options.language, options.unknown, options.fallback)
+    reading = read_phones(alignment, options.language, options.unknown, options.fallback)
+    track, notes = reading.track, reading.notes
     sound = None
     if modality != "phones":
         audio = audio or find_audio(path)
@@ -63,7 +66,7 @@ def read_speech_input(
         notes = (*notes, *audio_notes(sound), *truncation_note(audio))
         if modality == "both":
             notes = (*notes, *_apart(audio, sound.duration, track.duration))
-    return SpeechInput(alignment, track, notes, sound, audio)
+    return SpeechInput(alignment, track, notes, sound, audio, language=reading.language)
 
 
 def is_recording(path: Path) -> bool:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from typing import Any, Literal
 from unicodedata import normalize
 
@@ -15,14 +14,11 @@ from phonanim.core.lexicon import LEXICON, find_tables
 from phonanim.errors import LabelError
 from phonanim.speech.alignment_file import quote_label
 from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.language_names import find_language, language_names
 from phonanim.speech.segments import SILENT
 
-if sys.version_info >= (3, 11):
-    pass
-else:
-    pass
-
 Kind = Literal["phone", "closure", "silence", "noise"]
+ALPHABETS = ("IPA", "SAMPA")
 BRACKETS = "<>[]{}()*"
 POSITIONS = ("_B", "_I", "_E", "_S")  # Kaldi's marks for the position of a phone in its word
 
@@ -31,15 +27,21 @@ POSITIONS = ("_B", "_I", "_E", "_S")  # Kaldi's marks for the position of a phon
 class Sound:
     """The meaning of a label: phone codes in order, which share its time equally.
 
-    A closure has one code for each release that may follow; the first is the default.
+    A closure has one code for each release that may follow; the first is the default. `alphabet` is the
+    alphabet that a label was read in which is none of its language's own.
     """
 
     codes: tuple[int, ...]
     kind: Kind = "phone"
+    alphabet: str = ""
 
 
 SILENCE_SOUND = Sound((SILENT,), "silence")
 NOISE_SOUND = Sound((SILENT,), "noise")
+
+
+MARKS = (":", '"', "%", "~", "=", "_", "'", "_=", "_h", "_0", "`", "-")
+"""Marks of SAMPA that may stand on a label that a language lists."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +49,8 @@ class Language:
     """The labels of one language, from lexicon/languages/<name>.toml.
 
     `phones` maps labels to phones of the inventory, `ipa` maps labels to IPA, `closures` lists the releases
-    that may follow. Labels in none of them are parsed in the `alphabets` (IPA, SAMPA). `fold` makes labels
+    that may follow. Labels in none of them are parsed in the `alphabets` (IPA, SAMPA); where `labels` are
+    listed, a capital that is none of them is its small letter before it is SAMPA. `fold` makes labels
     case-insensitive, `ignore` lists characters without a visible effect. `labels` lists what aligners of the
     language write, by aligner.
     """
@@ -66,7 +69,8 @@ class Language:
     @lru_cache(maxsize=4096)  # noqa: B019 - the few languages live as long as the program
     def resolve(self, label: str) -> Sound | None:
         """The meaning of a label, None when it is unknown in this language."""
-        return self.resolve_listed(label) or _silences().get(_bare(label)) or self._in_alphabets(label)
+        known = self.resolve_listed(label) or _silences().get(_bare(label)) or self._in_alphabets(label)
+        return known or (None if label.isascii() else self._in_letters(label))
 
     @lru_cache(maxsize=4096)  # noqa: B019 - as above
     def resolve_listed(self, label: str) -> Sound | None:
@@ -102,34 +106,72 @@ class Language:
         yield bare
         yield "".join(c for c in bare if c not in self.ignore)
 
+    @cached_property
+    def own_labels(self) -> frozenset[str]:
+        """Every label that the language lists."""
+        labels = (label for group in self.labels.values() for label in group)
+        return frozenset((*self.phones, *self.ipa, *self.closures, *labels))
+
     def _in_alphabets(self, label: str) -> Sound | None:
-        found = (_READ[alphabet](label) for alphabet in self.alphabets)
-        names = next(filter(None, found), ())
-        return Sound(tuple(map(INVENTORY.code, names))) if names else None
+        label = normalize("NFC", label.strip())
+        if "IPA" in self.alphabets and (names := _read_ipa(label)):
+            return _sound(names)
+        if "SAMPA" not in self.alphabets or not (names := _read_sampa(label)):
+            return None
+        if not self.labels or self._lists(label):
+            return _sound(names)
+        small = label.lower()
+        if small != label and self._lists(small):
+            return self.resolve_listed(small) or _sound(_read_ipa(small) or _read_sampa(small))
+        return _sound(names, "X-SAMPA")
+
+    def _in_letters(self, label: str) -> Sound | None:
+        """The meaning of a label in the letters of a script."""
+        from phonanim.speech.letters import spell_letters
+
+        parts = spell_letters(normalize("NFC", label.strip()), self.name)
+        sounds = [self.resolve_listed(part) or self._in_alphabets(part) for part in parts]
+        if not sounds or not all(sounds):
+            return None
+        if len(sounds) == 1:
+            return sounds[0]
+        return Sound(tuple(code for sound in sounds if sound for code in sound.codes))
+
+    def _lists(self, label: str) -> bool:
+        """Whether a label is listed, or consists of listed ones and marks of SAMPA."""
+        if label in self.own_labels:
+            return True
+        from phonanim.speech.sampa import split_sampa
+
+        parts = split_sampa(label)
+        return bool(parts) and all(part in self.own_labels or part in MARKS for part in parts)
 
 
-def language_names() -> tuple[str, ...]:
-    """The languages of the package, then those on PHONANIM_PATH."""
-    return tuple(find_tables("languages"))
+def _sound(names: tuple[str, ...], alphabet: str = "") -> Sound:
+    return Sound(tuple(map(INVENTORY.code, names)), alphabet=alphabet)
 
 
 @cache
 def load_language(name: str) -> Language:
-    """The language with a name, a code ("de", "de-AT") or a model name ("german_mfa").
+    """The language with a name, a code ("de", "deu", "de-AT") or a model name ("german_mfa").
 
     Raises LabelError, which suggests the nearest names, when there is no such language.
     """
-    for stem in (name, name.lower(), *re.split("[_-]", name.lower())[:1]):
-        if stem in language_names():
-            return _read_language(stem)
-        for candidate in language_names() if len(stem) == 2 else ():
-            if _read_language(candidate).code == stem:
-                return _read_language(candidate)
+    stem = find_language(name) or _coded(name)
+    if stem is not None:
+        return _read_language(stem)
     from difflib import get_close_matches
 
     near = ", ".join(get_close_matches(name.lower(), language_names(), cutoff=0.0))
     mend = f"nearest: {near}, or auto, or --fallback-language ipa where the labels are IPA"
     raise LabelError(f'there is no language "{quote_label(name)}"; {mend}')
+
+
+def _coded(name: str) -> str | None:
+    """The language on PHONANIM_PATH whose file has this code, or the code before the first hyphen."""
+    own = [stem for stem, path in find_tables("languages").items() if LEXICON not in path.parents]
+    codes = {name.lower(), re.split("[_-]", name.lower())[0]}
+    return next((stem for stem in own if _read_language(stem).code.lower() in codes), None)
 
 
 @lru_cache(maxsize=4096)
@@ -155,7 +197,8 @@ def _bare(label: str) -> str:
 @cache
 def _read_language(name: str) -> Language:
     """Read the language file of a name. Raises LabelError when a file of the user is not a valid language."""
-    path = find_tables("languages")[name]
+    file = LEXICON / "languages" / f"{name}.toml"
+    path = file if file.is_file() else find_tables("languages")[name]
     try:
         language = _build_language(name, read_toml(path))
         if LEXICON not in path.parents:  # the tests check the languages of the package
@@ -177,8 +220,8 @@ def _check_sounds(language: Language) -> None:
     for sounds in language.ipa.values():
         _codes_of_ipa(sounds)
     for alphabet in language.alphabets:
-        if alphabet not in _READ:
-            raise ValueError(f"{alphabet!r} is not one of the alphabets {', '.join(_READ)}")
+        if alphabet not in ALPHABETS:
+            raise ValueError(f"{alphabet!r} is not one of the alphabets {', '.join(ALPHABETS)}")
 
 
 def _build_language(name: str, table: dict[str, Any]) -> Language:
@@ -224,6 +267,3 @@ def _read_sampa(label: str) -> tuple[str, ...]:
     from phonanim.speech.sampa import to_ipa
 
     return _read_ipa(to_ipa(label))
-
-
-_READ = {"IPA": _read_ipa, "SAMPA": _read_sampa}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -9,44 +10,72 @@ import numpy as np
 from phonanim.errors import LabelError
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.alignment_file import quote_label
-from phonanim.speech.labels import SILENCE_SOUND, Language, Sound, is_silent, language_names, load_language
+from phonanim.speech.labels import SILENCE_SOUND, Language, Sound, is_silent, load_language
 from phonanim.speech.language_choice import choose_language
+from phonanim.speech.language_names import language_names
+from phonanim.speech.letters import needs_package
 from phonanim.speech.phones import PhoneTrack
+from phonanim.speech.reading import ReadingLanguage, find_reading_language
 from phonanim.speech.segments import SILENT, Segment, fill_gaps, merge_segments, to_track
 
 __all__ = [
     "Language",
+    "PhoneReading",
+    "ReadingLanguage",
     "choose_language",
     "is_silent",
     "language_names",
     "load_language",
+    "read_phones",
     "to_phones",
 ]
 
 Unknown = Literal["error", "nearest", "silence"]
 
 
+@dataclass(frozen=True, slots=True)
+class PhoneReading:
+    """The phones of an alignment, notes on labels that were not used as written, and the language."""
+
+    track: PhoneTrack
+    notes: tuple[str, ...]
+    language: ReadingLanguage
+
+
 def to_phones(
     alignment: Alignment, language: str = "auto", unknown: Unknown = "error", fallback: str | None = None
 ) -> tuple[PhoneTrack, tuple[str, ...]]:
+    """The phones of `read_phones`, and its notes."""
+    reading = read_phones(alignment, language, unknown, fallback)
+    return reading.track, reading.notes
+
+
+def read_phones(
+    alignment: Alignment, language: str = "auto", unknown: Unknown = "error", fallback: str | None = None
+) -> PhoneReading:
     """The alignment in the model's inventory, and a note for every label that was not used as written.
 
     Gaps are filled with silence, neighbouring silences are merged, and a closure is joined to its release.
-    `auto` chooses the language by the labels. Raises LabelError for a label that is unknown in the language,
-    unless `unknown` gives another treatment, and for a language that does not exist, unless `fallback`
-    names another.
+    `auto` chooses the language by the labels, `auto:de` expects German; a note says when that is unsure.
+    Raises LabelError for a label that is unknown in the language, unless `unknown` gives another treatment,
+    and for a language that does not exist, unless `fallback` names another.
     """
     notes = _Notes(alignment)
-    chosen = _language_for(alignment, language, fallback, notes)
+    found = find_reading_language(alignment, language, fallback)
+    chosen = found.language
     segments: list[Segment] = []
     for interval in alignment.intervals:
         sound = chosen.resolve(interval.label) or _replaced(interval, chosen, unknown, notes)
         if sound.kind == "noise":
             notes.add("not a phone, shown as silence", interval)
+        if sound.alphabet:
+            notes.add(f"no label of {chosen.name}, read as {sound.alphabet}", interval)
         segments += _segments(interval, sound)
+    notes.lines += found.doubt()
     if not any(segment.code != SILENT for segment in segments):
         notes.lines.append(f'no phone is spoken in tier "{quote_label(alignment.tier)}"')
-    return to_track(merge_segments(fill_gaps(segments, alignment.duration))), notes.all()
+    track = to_track(merge_segments(fill_gaps(segments, alignment.duration)))
+    return PhoneReading(track, notes.all(), found)
 
 
 class _Notes:
@@ -72,26 +101,14 @@ def _places(times: list[float]) -> str:
     return f"{times[0]:.2f} s{more}"
 
 
-def _language_for(alignment: Alignment, name: str, fallback: str | None, notes: _Notes) -> Language:
-    if name == "auto" and not alignment.language:
-        return choose_language(interval.label for interval in alignment.intervals)
-    name = alignment.language if name == "auto" else name
-    try:
-        return load_language(name)
-    except LabelError:
-        if fallback is None:
-            raise
-    notes.lines.append(f'there is no language "{quote_label(name)}", so its labels were read as {fallback}')
-    return load_language(fallback)
-
-
 def _replaced(interval: Interval, language: Language, unknown: Unknown, notes: _Notes) -> Sound:
     """The replacement for a label that is unknown in the language, if `unknown` allows one."""
     if unknown == "error":
         tier, time = quote_label(notes.alignment.tier), interval.start + notes.alignment.offset
         place = f'{notes.alignment.source}: tier "{tier}", {time:.3f} s'
         near = ", ".join(language.nearest(interval.label)) or "none"
-        mend = "choose another --language, or --on-unknown-label nearest or silence"
+        package = needs_package(interval.label)
+        mend = package or "choose another --language, or --on-unknown-label nearest or silence"
         what = f'no phone "{quote_label(interval.label)}" in language {language.name} (nearest: {near})'
         raise LabelError(f"{place}: {what}; {mend}")
     if unknown == "silence":

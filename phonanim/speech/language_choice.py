@@ -1,51 +1,205 @@
-"""Choose the language of an alignment by its labels alone."""
+"""Choose the language of an alignment by its labels: which language writes such labels most probably?"""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Iterator
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
 
-from phonanim.speech.labels import Language, is_silent, language_names, load_language
+from phonanim.speech.label_frequencies import (
+    EDGE,
+    SILENCES,
+    Notation,
+    Pairs,
+    count_pairs,
+    named_silences,
+    notations,
+    united_notations,
+)
+from phonanim.speech.labels import Language, is_silent, load_language
+from phonanim.speech.language_names import language_names, language_weights
+from phonanim.speech.letters import script_languages
 
-FIRST_TRIED = ("english", "ipa", "sampa", "mandarin", "japanese")
-"""`auto` takes the first language that has every label, so the most common languages come first."""
+SURE = 0.95
+"""Certainty from which a choice is not questioned."""
 
-ENOUGH = 0.75
-"""Share of labels above which a file is ARPAbet. SAMPA can parse almost any letters, so without this limit
-one mistyped label would turn a file into SAMPA. Real files of other alphabets stay below 0.7."""
+EXPECTED = 0.97
+"""Share of lines that are in the language that is expected, as most lines of a batch are in one language."""
+
+SHARPNESS = 0.8
+"""Exponent of the likelihoods: neighbouring labels tell in part the same."""
+
+CONSIDERED = 24
+"""Notations that are compared by pairs of labels, after a comparison by single labels."""
+
+MOST = 12
+NEGLIGIBLE = 1e-3
+"""How many languages are candidates at most, and the share below which one is not."""
+
+UNREADABLE = 1e-2
+"""Factor for each label that a language does not have."""
+
+TOLD = 0.01
+"""Share from which a language is among the candidates."""
+
+# Notations that were not counted, with the probability of each label they have and their share of all files.
+ALPHABETS = {"ipa": (1 / 600, 0.05), "sampa": (1 / 600, 0.004)}
+UNNAMED = math.log(0.02)
+"""Logarithm of the share of files in none of the notations of their language alone."""
+
+OWN_SHARE = 0.002
+UNSEEN = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class LanguageChoice:
+    """A language that was chosen by labels.
+
+    `probability` is that of the language; `certainty` is that of all languages that read the labels as the
+    same phones. `runner_up` is the most probable of those that read them otherwise ("" without one), and
+    `runner_up_probability` is that of all that read them as it does. `candidates` are the most probable
+    languages with their probabilities.
+    """
+
+    language: Language
+    probability: float = 1.0
+    certainty: float = 1.0
+    runner_up: str = ""
+    runner_up_probability: float = 0.0
+    candidates: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def sure(self) -> bool:
+        """Whether the phones can be relied on."""
+        return self.certainty >= SURE
 
 
 def choose_language(labels: Iterable[str]) -> Language:
-    """The first language that has all labels, in its list or its alphabet; else the one that has most.
+    """The language that labels are most probably in."""
+    return rank_languages(labels).language
 
-    ARPAbet is chosen when it has most labels. A language with a list is judged by its list; otherwise every
-    IPA label would count as English.
+
+def rank_languages(labels: Iterable[str], expected: str = "") -> LanguageChoice:
+    """The language that labels are most probably in, with how sure that is.
+
+    `expected` is the language that the labels are in unless they tell otherwise.
     """
-    counts = Counter(label for label in labels if not is_silent(label))
-    best, best_share = load_language(FIRST_TRIED[0]), -1.0
-    for name in _tried():
-        language = load_language(name)
-        share = _share(language, counts)
-        if share == 1.0 or (name == FIRST_TRIED[0] and share >= ENOUGH):
-            return language
-        if share > best_share:
-            best, best_share = language, share
-    return best
+    labels = tuple(labels)
+    spoken = tuple(label for label in labels if not is_silent(label))
+    if not spoken:
+        return LanguageChoice(load_language(expected or "english"))
+    shares = _candidates(language_probabilities(labels, expected))
+    groups: dict[tuple[object, ...], list[str]] = {}
+    distinct = tuple(dict.fromkeys(spoken))
+    readings = {name: _reading(name, distinct) for name in shares}
+    shares = _without_unreadable(shares, readings)
+    for name in sorted(shares, key=lambda name: -shares[name]):
+        groups.setdefault(readings[name], []).append(name)
+    ranked = sorted(groups.values(), key=lambda names: -sum(shares[name] for name in names))
+    best, *others = ranked
+    return LanguageChoice(
+        language=load_language(best[0]),
+        probability=shares[best[0]],
+        certainty=sum(shares[name] for name in best),
+        runner_up=others[0][0] if others else "",
+        runner_up_probability=sum(shares[name] for name in others[0]) if others else 0.0,
+        candidates=tuple((name, shares[name]) for names in ranked for name in names if shares[name] >= TOLD),
+    )
 
 
-def _tried() -> Iterator[str]:
-    """The languages to try; the folder is listed only where the first do not fit."""
-    yield from FIRST_TRIED
-    yield from (name for name in language_names() if name not in FIRST_TRIED)
+def _candidates(shares: dict[str, float]) -> dict[str, float]:
+    """The most probable languages."""
+    ranked = sorted(shares, key=lambda name: -shares[name])
+    return {name: shares[name] for name in ranked[:MOST] if shares[name] >= NEGLIGIBLE}
+
+
+def _without_unreadable(
+    shares: dict[str, float], readings: dict[str, tuple[object, ...]]
+) -> dict[str, float]:
+    """Probabilities where a language that lacks a label gives way to those that have them all."""
+    weighed = {
+        name: share * UNREADABLE ** sum(sound is None for sound in readings[name])
+        for name, share in shares.items()
+    }
+    total = sum(weighed.values())
+    return {name: weight * sum(shares.values()) / total for name, weight in weighed.items()}
+
+
+def language_probabilities(labels: Iterable[str], expected: str = "") -> dict[str, float]:
+    """The probability of each language, given the labels of a line, without those that are far off."""
+    labels = tuple(labels)
+    if written := script_languages(label for label in labels if not is_silent(label)):
+        return written
+    spoken = tuple(EDGE if is_silent(label) else label.strip() for label in labels)
+    silent = {label.strip().lower() for label in labels if is_silent(label)}
+    silences = frozenset(silent & named_silences())
+    pairs = count_pairs(spoken)
+    scores = {
+        name: score + math.log(_prior(name, expected)) for name, score in _scores(pairs, silences).items()
+    }
+    best = max(scores.values())
+    weights = {name: math.exp(score - best) for name, score in scores.items()}
+    total = sum(weights.values())
+    return {name: weight / total for name, weight in weights.items()}
 
 
 def recognized_share(labels: Iterable[str]) -> float:
-    """The largest share of labels that any one language has as phones; 0 when nothing is spoken."""
-    spoken = Counter(label for label in labels if not is_silent(label))
-    return _share(choose_language(spoken.elements()), spoken) if spoken else 0.0
+    """The share of labels that the chosen language has as phones; 0 when nothing is spoken."""
+    spoken = [label for label in labels if not is_silent(label)]
+    if not spoken:
+        return 0.0
+    language = choose_language(spoken)
+    return sum(bool(language.resolve(label)) for label in spoken) / len(spoken)
 
 
-def _share(language: Language, counts: Counter[str]) -> float:
-    own = language.resolve_listed if language.phones or language.ipa else language.resolve
-    known = sum(count for label, count in counts.items() if own(label))
-    return known / counts.total() if counts else 1.0
+def _scores(pairs: Pairs, silences: frozenset[str]) -> dict[str, float]:
+    """The logarithm of the likelihood of each language: that of its best notation."""
+    singles: dict[str, int] = {}
+    for (_, label), count in pairs.items():
+        if label != EDGE:
+            singles[label] = singles.get(label, 0) + count
+    found: dict[str, float] = {}
+    for notation in _nearest(singles):
+        score = SHARPNESS * notation.log_likelihood(pairs) + notation.log_silences(silences)
+        score += 0.0 if notation.name else UNNAMED
+        found[notation.language] = max(score, found.get(notation.language, -math.inf))
+    counted = {notation.language for notation in notations()}
+    for name in language_names():
+        if name not in counted or name in ALPHABETS:
+            even = _even(load_language(name), singles, pairs)
+            even = SHARPNESS * even + len(silences) * math.log(SILENCES[False])
+            found[name] = max(even, found.get(name, -math.inf))
+    return found
+
+
+def _nearest(singles: dict[str, int]) -> list[Notation]:
+    """The notations that fit best by single labels."""
+
+    def fit(notation: Notation) -> float:
+        return sum(count * notation.log_share(label) for label, count in singles.items())
+
+    return sorted((*notations(), *united_notations()), key=fit, reverse=True)[:CONSIDERED]
+
+
+def _even(language: Language, singles: dict[str, int], pairs: Pairs) -> float:
+    """The logarithm of the likelihood where every label that a language has is as frequent."""
+    knows = language.resolve if language.name in ALPHABETS else language.resolve_listed
+    own = len(language.phones) + len(language.ipa) + len(language.closures)
+    share = ALPHABETS[language.name][0] if language.name in ALPHABETS else 1 / (own + 1)
+    score = sum(count * math.log(share if knows(label) else UNSEEN) for label, count in singles.items())
+    return score + math.log(0.1) * sum(count for (_, label), count in pairs.items() if label == EDGE)
+
+
+def _prior(name: str, expected: str) -> float:
+    weights = language_weights()
+    counted = weights.get(name, 0.0) / sum(weights.values())
+    share = counted or ALPHABETS.get(name, (0.0, OWN_SHARE))[1]
+    if not expected:
+        return share
+    return EXPECTED if name == expected else (1 - EXPECTED) * share
+
+
+def _reading(name: str, labels: tuple[str, ...]) -> tuple[object, ...]:
+    """What a language makes of labels."""
+    language = load_language(name)
+    return tuple(sound and (sound.kind, sound.codes) for sound in map(language.resolve, labels))

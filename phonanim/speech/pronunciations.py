@@ -15,6 +15,7 @@ from phonanim.speech.alignment_file import AlignmentFile, quote_label
 from phonanim.speech.cmu_dictionary import find_cmu_dictionary
 from phonanim.speech.intervals import Interval, Recording, Tier
 from phonanim.speech.labels import is_silent, load_language
+from phonanim.speech.language_names import is_auto
 from phonanim.speech.spelling import sound_out
 from phonanim.speech.spoken_words import is_sound, plain_word, split_word
 from phonanim.speech.tiers import (
@@ -108,7 +109,9 @@ def spell_out(
 def _default_dictionary(recording: Recording, language: str) -> Path | None:
     """The CMU dictionary, unless the file or the options name a language other than English."""
     try:
-        spoken = recording.spoken.lower() if language == "auto" else load_language(language).code
+        expected = language.partition(":")[2]
+        named = expected if is_auto(language) else language
+        spoken = load_language(named).code if named else recording.spoken.lower()
     except LabelError:
         return None
     return find_cmu_dictionary() if not spoken or spoken.startswith("en") else None

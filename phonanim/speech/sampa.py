@@ -10,10 +10,13 @@ from phonanim.core.lexicon import LEXICON
 
 def to_ipa(label: str) -> str:
     """The label in IPA; empty when any part of it is not X-SAMPA."""
+    return "".join(_table()[part] for part in split_sampa(label))
+
+
+def split_sampa(label: str) -> tuple[str, ...]:
+    """The symbols and marks of a label, the longest first; () when any part of it is not X-SAMPA."""
     parts = _pattern().findall(label.strip())
-    if "".join(parts) != label.strip():
-        return ""
-    return "".join(_table()[part] for part in parts)
+    return tuple(parts) if "".join(parts) == label.strip() else ()
 
 
 @cache

@@ -36,10 +36,15 @@ STOPS = frozenset({"plosive", "implosive", "click", "tap", "trill", "affricate"}
 FRICATIVES = frozenset({"fricative", "sibilant", "lateral fricative"})
 GLIDES = {"j": "i", "w": "u", "ɥ": "y", "ɰ": "ɯ"}
 COLOURS = ("ɹ", "ɻ")
-"""Consonants that eSpeak writes in one label with the vowel before them, as in [ɑːɹ]; also [əl]."""
+"""Consonants that eSpeak writes in one label with the vowel before them, as in [ɑːɹ]."""
+
+SONORANTS = frozenset("lɫnm")
+"""Sounds that may close a label with a schwa alone, as in [əl]."""
 
 # Consonants that form one label together: n nasal, s stop, f fricative, l lateral.
-CLUSTERS = frozenset({"", "n", "s", "f", "l", "a", "ns", "nf", "nl", "nn", "ss", "sf", "sl", "nsf", "nss"})
+CLUSTERS = frozenset(
+    {"", "n", "s", "f", "l", "a", "ns", "nf", "nl", "nn", "ss", "sf", "sl", "nsf", "nss", "sff"}
+)
 LONGEST = 4
 """Maximum number of vowels and glides in one label; more is a word."""
 
@@ -48,27 +53,16 @@ LONGEST = 4
 def to_visible_phones(label: str) -> tuple[str, ...]:
     """The phones that look like an IPA label, in order; empty when it is not one sound in IPA.
 
-    A label may be one sound, a diphthong or triphthong, a vowel coloured by [ɹ], an affricate, a double stop,
-    a nasal with its stop, or glides with their vowel. Words are refused, so that a word tier is not mistaken
-    for phones.
+    A label may be one sound, a diphthong or triphthong, a vowel after a glottal stop or coloured by [ɹ], an
+    affricate, a double stop, a nasal with its stop, or glides with their vowel. Words are refused, so that a
+    word tier is not mistaken for phones.
     """
     sounds = parse_ipa(label)
-    if _is_coloured(sounds):
-        return _without_repeats((*_vowels(sounds[:-1]), *_consonants(sounds[-1:])))
     if any(sound.vowel for sound in sounds):
-        glided = all(sound.vowel or sound.symbol in GLIDES for sound in sounds)
-        return _without_repeats(_vowels(sounds)) if glided and len(sounds) <= LONGEST else ()
+        return _without_repeats(_syllabic(sounds)) if len(sounds) <= LONGEST else ()
     kinds = "".join(_kind(sound) for sound in sounds)
     known = kinds.rstrip("w") in CLUSTERS
     return _without_repeats(_consonants(sounds)) if known else ()
-
-
-def _is_coloured(sounds: tuple[Articulation, ...]) -> bool:
-    """Whether the sounds are one or two vowels with the consonant that colours them."""
-    *vowels, last = sounds or (None,)
-    if not vowels or last is None or len(vowels) > 2 or not all(sound and sound.vowel for sound in vowels):
-        return False
-    return last.symbol in COLOURS or [sound.symbol for sound in sounds] == ["ə", "l"]
 
 
 def visual_distance(start: Articulation, end: Articulation, phone: Phone) -> float:
@@ -135,6 +129,18 @@ def _family(sound: Articulation) -> str:
     if sound.manner in STOPS:
         return "stop"
     return "fricative" if sound.manner in FRICATIVES else sound.manner
+
+
+def _syllabic(sounds: tuple[Articulation, ...]) -> tuple[str, ...]:
+    """Vowels and glides, after a glottal stop, before a rhotic or a schwa's sonorant; () for other sounds."""
+    core = sounds[1:] if sounds[0].symbol == "ʔ" else sounds
+    last = core[-1]
+    coda: tuple[Articulation, ...] = ()
+    if len(core) > 1 and (last.symbol in COLOURS or (core[0].symbol == "ə" and last.symbol in SONORANTS)):
+        core, coda = core[:-1], (last,)
+    if not all(sound.vowel or sound.symbol in GLIDES for sound in core):
+        return ()
+    return (*_vowels(core), *_consonants(coda))
 
 
 def _vowels(sounds: tuple[Articulation, ...]) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ from phonanim.regressors import NEEDS
 from phonanim.speech.alignment import ROUNDING, Alignment, Interval
 from phonanim.speech.labels import is_silent
 from phonanim.speech.language import to_phones
+from phonanim.speech.language_names import is_auto
 from phonanim.speech.loudness import Loudness
 from phonanim.speech.phones import PhoneTrack
 from phonanim.speech.prosody import Prosody
@@ -58,7 +59,7 @@ class PhoneStream:
     patience: ClassVar[float] = 0.0  # seconds that a due frame waits for a phone
 
     def __post_init__(self) -> None:
-        if self.options.language == "auto":
+        if is_auto(self.options.language):
             self.options = replace(self.options, language=AUTO)
         reject_whole_line_layers(self.options)
         self.model = load_model(self.options.model)

@@ -13,7 +13,7 @@ from phonanim.inputs.speech_input import read_with_options
 from phonanim.media.audio import open_audio, to_mono, truncation_note
 from phonanim.options import Options
 from phonanim.speech.alignment import Interval
-from phonanim.speech.language import choose_language
+from phonanim.speech.reading import find_reading_language
 from phonanim.stream.events import End, Event, Phone, Problem, Samples, Tick, parse_event
 
 BLOCK = 0.01  # seconds of microphone audio at a time
@@ -62,10 +62,7 @@ def alignment_file(path: Path, options: Options) -> tuple[str, tuple[Interval, .
     Raises AlignmentError.
     """
     alignment = read_with_options(path, options)
-    language = options.language
-    if language == "auto":
-        found = choose_language(interval.label for interval in alignment.intervals).name
-        language = alignment.language or found
+    language = find_reading_language(alignment, options.language, options.fallback).language.name
 
     def events() -> Iterator[Event]:
         for interval in alignment.intervals:

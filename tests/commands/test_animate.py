@@ -44,11 +44,12 @@ def test_nothing_but_an_alignment(line, capsys):
     out, err = capsys.readouterr()
     assert out == ""
     told = err.splitlines()
-    assert len(told) == 4
-    assert told[3] == "to see it: --view, or open a.glb in any glTF viewer"
+    assert len(told) == 5
+    assert told[4] == "to see it: --view, or open a.glb in any glTF viewer"
     assert told[0] == "read a.TextGrid: 39 phones in 4.52 s with a.wav"
-    assert told[1] == "moved arkit_tongue by default: 272 frames at 60 fps, 60 channels"
-    assert told[2].startswith("wrote a.glb (")
+    assert told[1] == "language english, by its labels, 99 % sure"
+    assert told[2] == "moved arkit_tongue by default: 272 frames at 60 fps, 60 channels"
+    assert told[3].startswith("wrote a.glb (")
 
 
 def test_another_reader_takes_the_glb(line):

@@ -80,7 +80,7 @@ def test_a_folder_with_one_bad_line(lines, tmp_path, capsys):
     assert report["lines"][0]["id"] == "bad"
     assert report["totals"] | {"seconds": 0, "frames": 0, "flags": {}, "flagged": 0} == {
         **{"lines": 6, "done": 5, "failed": 1},
-        **{"seconds": 0, "frames": 0, "flags": {}, "flagged": 0},
+        **{"seconds": 0, "frames": 0, "flags": {}, "flagged": 0, "languages": {"english": 5}},
     }
     assert made["report.html"].index(b"bad.TextGrid") < made["report.html"].index(b"<td>a</td>")
 

@@ -49,6 +49,7 @@ def test_totals():
     assert totals == {
         **{"lines": 4, "done": 3, "failed": 1, "flagged": 2, "seconds": 6.0, "frames": 30},
         "flags": {"closures": 1, "length": 1, "speed": 1},
+        "languages": {},
     }
     assert headline(totals) == (
         "4 lines: 3 done (0.1 min, 30 frames), 1 failed, 2 flagged (closures 1, length 1, speed 1)"

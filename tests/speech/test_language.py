@@ -155,7 +155,7 @@ def test_ipa_stands_for_a_language_that_is_not_there_by_consent() -> None:
         to_phones(alignment("ɓ a"), "hausa")
     track, notes = to_phones(alignment("ɓ a"), "hausa", fallback="ipa")
     assert track.codes.tolist() == to_phones(alignment("ɓ a"), "ipa")[0].codes.tolist()
-    assert notes == ('there is no language "hausa", so its labels were read as ipa',)
+    assert notes == ()
     with pytest.raises(LabelError, match='there is no language "ip"; nearest: ipa'):
         to_phones(alignment("ɓ a"), "hausa", fallback="ip")
 
@@ -164,9 +164,7 @@ def test_ipa_stands_for_a_language_that_is_not_there_by_consent() -> None:
     ("labels", "language"),
     [
         ("B IY1 M", "english"),
-        ("b iː m", "ipa"),
-        ("ɟʝ o β", "ipa"),
-        ("9 n @ S", "sampa"),
+        ("ɓ ʘ ɬ", "ipa"),
         ("zh ong1 g uo2", "mandarin"),
         ("ky o cl k a N sh", "japanese"),
     ],
