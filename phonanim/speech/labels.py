@@ -118,7 +118,7 @@ class Language:
             return _sound(names)
         if "SAMPA" not in self.alphabets or not (names := _read_sampa(label)):
             return None
-        if not self.labels or self._lists(label):
+        if not self.labels or self.alphabets == ("SAMPA",) or self._lists(label):
             return _sound(names)
         small = label.lower()
         if small != label and self._lists(small):

@@ -46,7 +46,7 @@ READ = {
     "101_en_short_format.TextGrid": ("phone", "english", 104, 2),
     "110_ja_BASIC5000_0001.lab": ("phones", "japanese", 44, 0),
     "112_ja_LOANWORD128_001.lab": ("phones", "japanese", 43, 0),
-    "113_de_dfg91_s1em_0666.MAU": ("labels", "german", 29, 0),
+    "113_de_dfg91_s1em_0666.MAU": ("labels", "german", 28, 0),
     "116_de_dfgspp_mo1_prosody_0020_bndl.json": ("Segment", "german", 32, 0),
 }
 REFUSED = {
