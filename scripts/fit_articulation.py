@@ -44,6 +44,8 @@ CLIPS_OF_SEARCH = 20
 # Least weight of the rounded vowels and w: few sentences of sensors have them, and where the fit leaves them
 # weak, neighbours flatten them.
 RESISTING = {"lip_width": 0.2, "protrusion": 0.8}
+# The same for sh and zh, which the recorded lips do not have, so that they are not as wide as s.
+POSTALVEOLAR = {"lip_width": 0.8, "protrusion": 1.3}
 PRICE = 0.01  # of r
 ROUND = GESTURES.articulation[:, GESTURES.columns.index("rounding")] >= 0.5
 # sd in speech, mm, beside those of the recordings given. First JW11, 43,260 frames of x-ray microbeam. Then
@@ -159,6 +161,8 @@ def scaled(name: str, fitted: Channel, recordings: list[Recording]) -> Channel:
     least weight (RESISTING).
     """
     least = np.where(ROUND, RESISTING.get(name, 0.0), 0.0)
+    for phone in ("sh", "zh"):  # ch and jh end in these
+        least[GESTURES.names.index(phone)] = POSTALVEOLAR.get(name, 0.0)
     fitted = replace(fitted, weight=np.maximum(fitted.weight, least))
     blend = np.concatenate([fitted.predict(one.track, one.times[one.speech]) for one in recordings])
     kept = {"jaw": fitted.target[GESTURES.names.index("s")], "lip_gap": 0.0}.get(name, blend.mean())
