@@ -52,6 +52,37 @@ ODD = [
 ]
 
 
+# Small files that grow when they are read: entities of XML, nesting, long numbers, anchors of YAML.
+LAUGHS = "".join(f'<!ENTITY e{n} "{f"&e{n - 1};" * 10 if n else "ha" * 10}">' for n in range(10))
+ROOTS = (b"ANNOTATION_DOCUMENT", b"rhubarbResult", b"Document", b"timing")
+BOMBS = [
+    *(
+        b"<?xml version='1.0'?><!DOCTYPE x ["
+        + LAUGHS.encode()
+        + b"]><"
+        + root
+        + b"><Tier><EffectLayer>&e9;</"
+        b"EffectLayer></Tier></" + root + b">"
+        for root in ROOTS
+    ),
+    *(b"<" + root + b"><Tier><EffectLayer>" * 3000 for root in ROOTS),
+    *(
+        b'{"' + key + b'":' + b"[" * 20_000
+        for key in (b"words", b"segments", b"NBest", b"fragments", b"voices")
+    ),
+    *(
+        b'{"' + key + b'":' + b'[{"' + key + b'":' * 400 + b"1" + b"}]" * 400
+        for key in (b"words", b"segments", b"fragments", b"children", b"results", b"alternatives")
+    ),
+    b'{"phonemes": [{"phoneme": "a", "start": ' + b"9" * 4000 + b', "end": 1e999}]}',
+    b'{"time": 1, "type": "viseme", "value": "p"}\n' * 30_000,
+    b"ustx_version: 1\nvoice_parts: " + b"[" * 20_000,
+    b"ustx_version: 1\na: &a [x,x,x,x,x,x,x,x]\nb: &b [*a,*a,*a,*a,*a,*a,*a,*a]\nvoice_parts: *b\n",
+    b"1\n00:00:00,200 --> 00:00:00,600\n" * 5000,
+    b"<00:00.1>" * 20_000 + b"\n00:00.100 --> 00:00.200\n" + b"<00:00.1>" * 20_000,
+]
+
+
 class HangError(Exception):
     """A file that takes too long; no TimeoutError, which readers would take for a fault of the disk."""
 
@@ -209,6 +240,8 @@ def fuzz(count: int, seconds: float, seed_: int, folder: Path) -> Tally:
         if time.perf_counter() - started < seconds:
             attempt(data, folder, tally)
 
+    for bomb in BOMBS:
+        use(bomb)
     # In portions, so that a run that time ends has had some of both.
     source = mutants(random.Random(seed_))
     for portion in range(0, count, 1000):

@@ -11,6 +11,9 @@ from phonanim.speech.alignment_file import AlignmentFile, quote_label
 ROWS_LOOKED_AT = 50
 """A format is recognized by the first rows of a file; a damaged row further down is an error of `read`."""
 
+LONGEST_ROW = 4000
+"""Characters; labels with their whole context have some hundred."""
+
 FEWEST_TICKS = 40_000
 """Mean ticks of 100 ns in a label (4 ms); more than the samples in one. Separates HTK times from samples."""
 
@@ -20,9 +23,14 @@ def lines(source: AlignmentFile) -> list[str]:
     return [line.strip() for line in source.text.splitlines() if line.strip()]
 
 
+def match_row(pattern: re.Pattern[str], line: str) -> re.Match[str] | None:
+    """The match of a row; a line that is longer than any row is none, and costs no time to find that out."""
+    return pattern.fullmatch(line) if len(line) <= LONGEST_ROW else None
+
+
 def all_match(source: AlignmentFile, pattern: re.Pattern[str]) -> list[re.Match[str]]:
     """The matches of the first rows; empty if one of them does not match."""
-    found = [pattern.fullmatch(line) for line in lines(source)[:ROWS_LOOKED_AT]]
+    found = [match_row(pattern, line) for line in lines(source)[:ROWS_LOOKED_AT]]
     matches = [match for match in found if match]
     return matches if len(matches) == len(found) else []
 
@@ -33,7 +41,7 @@ def split(
     """The matches of all rows. Raises AlignmentError, which names the first row that does not match."""
     matches = []
     for number, line in enumerate(lines(source) if text is None else text, 1):
-        match = pattern.fullmatch(line)
+        match = match_row(pattern, line)
         if not match:
             raise source.error(f'row {number} "{quote_label(line)}" is damaged; correct it')
         matches.append(match)

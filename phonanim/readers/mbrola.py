@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from phonanim.readers._rows import lines, split
+from phonanim.readers._rows import lines, match_row, split
 from phonanim.speech.alignment import Interval, Recording, Tier
 from phonanim.speech.alignment_file import AlignmentFile
 
@@ -21,7 +21,7 @@ _ROW = re.compile(
 def recognizes(source: AlignmentFile) -> bool:
     """Whether all rows are a phoneme, a length and pairs of numbers; comments begin with a semicolon."""
     rows = _rows(source)
-    matches = [_ROW.fullmatch(row) for row in rows[:50]]
+    matches = [match_row(_ROW, row) for row in rows[:50]]
     lengths = [float(match[2]) for match in matches if match]
     return len(rows) > 1 and len(lengths) == len(matches) and sum(lengths) >= SHORTEST * len(lengths)
 

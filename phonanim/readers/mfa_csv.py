@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Iterator
 
 from phonanim.speech.alignment import Interval, Recording, Tier
 from phonanim.speech.alignment_file import AlignmentFile
@@ -20,9 +21,7 @@ def recognizes(source: AlignmentFile) -> bool:
 def read(source: AlignmentFile) -> Recording:
     """A tier for each type (words, phones) and speaker."""
     tracks: dict[tuple[str, str], list[Interval]] = {}
-    for number, row in enumerate(csv.reader(source.text.splitlines()[1:]), 2):
-        if not row:
-            continue
+    for number, row in _rows(source):
         try:
             start, end, label, kind, speaker = row
             interval = Interval(label.strip(), float(start), float(end))
@@ -35,3 +34,13 @@ def read(source: AlignmentFile) -> Recording:
     ]
     last = max((interval.end for tier in tiers for interval in tier.intervals), default=0.0)
     return Recording(tuple(tiers), 0.0, last)
+
+
+def _rows(source: AlignmentFile) -> Iterator[tuple[int, list[str]]]:
+    """The rows below the header that are not empty, and their numbers."""
+    try:
+        for number, row in enumerate(csv.reader(source.text.splitlines()[1:]), 2):
+            if row:
+                yield number, row
+    except csv.Error as error:
+        raise source.error(f"has a damaged row ({error}); export it again") from error

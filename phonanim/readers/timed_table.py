@@ -5,8 +5,8 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterator
-from itertools import islice
 
+from phonanim.readers._rows import LONGEST_ROW
 from phonanim.readers._words import SPREAD, TimedWord, spread_text, word_recording
 from phonanim.speech.alignment import Interval, Recording, Tier
 from phonanim.speech.alignment_file import DAMAGE, AlignmentFile, quote_label
@@ -38,7 +38,10 @@ def read(source: AlignmentFile) -> Recording:
     """The one tier of the table. Whole numbers beside texts are milliseconds, as Whisper writes them."""
     header = _header(source)
     start, last, label = _places(header) or (0, 1, 2)
-    rows = [(number, row) for number, row in enumerate(_rows(source), 1) if number > 1 and any(row)]
+    try:
+        rows = [(number, row) for number, row in enumerate(_rows(source), 1) if number > 1 and any(row)]
+    except csv.Error as error:
+        raise source.error(f"has a damaged row ({error}); export it again") from error
     is_text = header[label] in WORDS
     plain = (
         is_text and header[start] == "start" and all(row[start : start + 1][0].isdigit() for _, row in rows)
@@ -71,15 +74,19 @@ def _words(found: list[Interval], unit: float) -> Recording:
 
 
 def _header(source: AlignmentFile) -> list[str]:
-    first = next(iter(islice(_rows(source), 1)), [])
+    line = source.text.partition("\n")[0]
+    if len(line) > LONGEST_ROW:
+        return []
+    first = next(csv.reader([line], delimiter=_separator(source)), [])
     return [name.strip().lower().replace(" ", "_") for name in first]
 
 
 def _rows(source: AlignmentFile) -> Iterator[list[str]]:
-    lines = source.text.splitlines()
-    head = lines[0] if lines else ""
-    mark = max("\t;,", key=head.count)
-    return csv.reader(lines, delimiter=mark)
+    return csv.reader(source.text.splitlines(), delimiter=_separator(source))
+
+
+def _separator(source: AlignmentFile) -> str:
+    return max("\t;,", key=source.text.partition("\n")[0].count)
 
 
 def _places(header: list[str]) -> tuple[int, int, int] | None:

@@ -28,9 +28,7 @@ def read(source: AlignmentFile) -> Recording:
         phones.append(Interval(label, time, time + length))
         time += length
     if not any(one.end > one.start for one in phones if one.label != "pau"):
-        raise source.error(
-            "has no lengths; query it with a speaker (AivisSpeech: mora_data), which gives them"
-        )
+        raise source.error("has no lengths of phonemes; query `mora_data`, which gives them")
     return Recording((Tier("phones", tuple(phones)),), 0.0, time, language="japanese")
 
 

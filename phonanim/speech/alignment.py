@@ -17,10 +17,9 @@ from phonanim.speech.intervals import (
     pack_intervals,
     unpack_intervals,
 )
-from phonanim.speech.pronunciations import spell_out
 from phonanim.speech.repair import mend_phones, mend_times
 from phonanim.speech.textgrid import textgrid_from, tiers_of
-from phonanim.speech.tiers import phone_tier, word_tier
+from phonanim.speech.tiers import PHONE_NAMES, best_named_tiers, phone_tier, word_tier
 
 if TYPE_CHECKING:
     from praatio.data_classes.textgrid import Textgrid
@@ -71,7 +70,10 @@ class Alignment:
     ) -> Alignment:
         """The phones of a recording. The arguments and errors are those of `read_alignment`."""
         _check_header(recording, source)
-        recording = spell_out(recording, Path(lexicon) if lexicon else None, source, unknown, language)
+        if not best_named_tiers(recording.tiers, PHONE_NAMES):
+            from phonanim.speech.pronunciations import spell_out
+
+            recording = spell_out(recording, Path(lexicon) if lexicon else None, source, unknown, language)
         chosen = phone_tier(recording, tier, speaker, source)
         factor, scaled = settle_unit(recording, chosen, clock, source)
         recording, chosen = scale_times(recording, chosen, factor)

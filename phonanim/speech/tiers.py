@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterable
 
 from phonanim.speech.alignment_file import AlignmentFile, quote_label
-from phonanim.speech.cmu_dictionary import find_cmu_dictionary
 from phonanim.speech.intervals import Recording, Tier
 
 # Best first: a file may have MAU (as pronounced) next to a broader `segments`.
@@ -47,6 +46,8 @@ def phone_tier(recording: Recording, wanted: str | None, speaker: str | None, so
 
 def _dictionary_hint(recording: Recording) -> str:
     """What brings a dictionary, if the words may be English and none is installed."""
+    from phonanim.speech.cmu_dictionary import find_cmu_dictionary
+
     may_be_english = not recording.spoken or recording.spoken.lower().startswith("en")
     if find_cmu_dictionary() or not may_be_english:
         return ""

@@ -22,6 +22,13 @@ def test_every_damaged_file_ends_in_a_track_or_in_one_line(root: Path) -> None:
     assert "0 faults" in run.stdout
 
 
+def test_files_that_grow_when_they_are_read_end_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "words.dict").write_text(fuzz.LEXICON)
+    for bomb in fuzz.BOMBS:
+        (tmp_path / "x").write_bytes(bomb)
+        assert fuzz.fault_of(tmp_path / "x", tmp_path / "words.dict")[1] == ""
+
+
 def test_the_same_seed_makes_the_same_files() -> None:
     def files(seed: int) -> list[bytes]:
         source = fuzz.mutants(random.Random(seed))
@@ -48,6 +55,7 @@ def test_faults_are_kept_with_their_file(
         raise error
 
     monkeypatch.setattr(fuzz, "read_alignment", fail)
+    monkeypatch.setattr(fuzz, "BOMBS", [])
     tally = fuzz.fuzz(20, 60.0, 0, tmp_path)
     assert sum(tally.ends.values()) == len(tally.faults) == 20
     assert all(fault in what for what, _ in tally.faults)
@@ -60,6 +68,7 @@ def test_a_file_that_takes_too_long(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             pass
 
     monkeypatch.setattr(fuzz, "read_alignment", loop)
+    monkeypatch.setattr(fuzz, "BOMBS", [])
     monkeypatch.setattr(fuzz, "HANG", 1)
     tally = fuzz.fuzz(1, 60.0, 0, tmp_path)
     assert "took more than 1 s" in tally.faults[0][0]

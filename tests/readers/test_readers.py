@@ -94,7 +94,7 @@ def test_words_alone_are_refused_without_a_dictionary(
     tmp_path: Path, name: str, sample: Sample, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("phonanim.speech.pronunciations.find_cmu_dictionary", lambda: None)
-    monkeypatch.setattr("phonanim.speech.tiers.find_cmu_dictionary", lambda: None)
+    monkeypatch.setattr("phonanim.speech.cmu_dictionary.find_cmu_dictionary", lambda: None)
     path = written(tmp_path, sample.data, "x.json")
     message = (
         r"x.json: has words but no phones; give a pronunciation dictionary \(--lexicon\), or .*\[align\]"

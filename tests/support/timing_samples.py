@@ -221,7 +221,7 @@ voice_parts:
   - {position: 288, duration: 192, tone: 60, lyric: "+~"}
   - {position: 480, duration: 192, tone: 60, lyric: "+"}
 """
-SUNG: Spans = (("b", 0.2, 0.4), ("iy", 0.4, 0.6), ("m", 0.6, 0.6))
+SUNG: Spans = (("b", 0.2, 0.2 + 0.4 / 3), ("iy", 0.2 + 0.4 / 3, 0.6 - 0.4 / 3), ("m", 0.6 - 0.4 / 3, 0.6))
 
 NEW: dict[str, list[Sample]] = {
     "azure_speech": [dumped(AZURE, labelled("", "b", "iy", "m", "")[1:4], WORD)],
