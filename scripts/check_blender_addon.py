@@ -23,8 +23,11 @@ FOLDER = Path(tempfile.mkdtemp(prefix="phonanim-blender-"))
 os.environ["BLENDER_USER_RESOURCES"] = str(FOLDER / "user")
 
 import bpy  # noqa: E402  after its folder of settings is set
+import numpy as np  # noqa: E402
+from check_blender import head_turns  # noqa: E402
 
-TOLERANCE, EDITED = 1e-6, 5e-3
+TOLERANCE, EDITED, TURN_TOLERANCE = 1e-6, 5e-3, 1e-3
+TURNS = ("headPitch", "headYaw", "headRoll")
 RATE = 30
 
 
@@ -67,6 +70,15 @@ def check_animation(face: bpy.types.Object, alignment: Path, names: Path) -> Non
     spoken = [label for label, _, _ in told["phones"] if label]
     assert [marker.name for marker in bpy.context.scene.timeline_markers] == spoken
     print(f"{len(told['curves'])} curves, largest difference {worst:.1e}, {len(spoken)} markers")
+    (sound,) = bpy.context.scene.sequence_editor.strips
+    assert (sound.name, sound.frame_start) == (alignment.stem, 11)
+    turned = 0.0
+    for n in range(told["frames"]):
+        bpy.context.scene.frame_set(11 + n)
+        wanted = [told["curves"][name][n] for name in TURNS]
+        turned = max(turned, float(np.abs(head_turns() - np.array(wanted)).max()))
+    assert 0 < turned < TURN_TOLERANCE, turned
+    print(f"the head turns by the curves within {turned:.1e} degrees")
 
 
 def check_edits(face: bpy.types.Object, alignment: Path, names: Path) -> None:
@@ -136,8 +148,8 @@ def largest_difference(face: bpy.types.Object, told: dict, first: float) -> floa
     for n in range(told["frames"]):
         bpy.context.scene.frame_set(int(first) + n)
         for channel, curve in told["curves"].items():
-            if channel.startswith("head"):
-                continue  # turns of the head
+            if channel in TURNS:
+                continue
             worst = max(worst, abs(blocks[renamed.get(channel, channel)].value - curve[n]))
     return worst
 

@@ -50,8 +50,8 @@ def test_the_package_has_a_manifest_and_nothing_heavy(package):
         names = set(archive.namelist())
         license_text = archive.read("LICENSE").decode()
     assert names == {
-        *("__init__.py", "faces.py", "operators.py", "programs.py", "takes.py"),
-        *("blender_manifest.toml", "LICENSE"),
+        *("__init__.py", "faces.py", "necks.py", "operators.py", "programs.py", "scenes.py", "strips.py"),
+        *("takes.py", "blender_manifest.toml", "LICENSE"),
     }
     assert manifest["version"] == phonanim.__version__
     assert package.name == f"{manifest['id']}-{manifest['version']}.zip"

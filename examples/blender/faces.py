@@ -4,6 +4,7 @@ import json
 
 import bpy
 
+from .strips import lay_strip
 from .takes import Take, TakeError, match_shapes
 
 KEPT = "phonanim"  # the custom property of actions, and of the scene for its markers
@@ -45,19 +46,6 @@ def put_take(
     return moved, [name for name in take.curves if name in left]
 
 
-def mark_phones(take: Take, scene: bpy.types.Scene, first: float) -> int:
-    """A marker at the start of each phone; those of an earlier take of this name go."""
-    listed = json.loads(scene.get(KEPT, "{}"))  # markers have no custom properties
-    before = {tuple(one) for one in listed.get(take.name, [])}
-    for marker in [one for one in scene.timeline_markers if (one.name, one.frame) in before]:
-        scene.timeline_markers.remove(marker)
-    rate = scene_rate(scene)
-    spoken = [(label, round(first + start * rate)) for label, start, _ in take.phones if label]
-    made = [scene.timeline_markers.new(label, frame=frame) for label, frame in spoken]
-    scene[KEPT] = json.dumps({**listed, take.name: [(one.name, one.frame) for one in made]})
-    return len(made)
-
-
 def read_back(face: bpy.types.Object, scene: bpy.types.Scene, name: str = "") -> tuple[Take, Take]:
     """The take that was laid on a mesh, and what its curves are now. Raises TakeError without one.
 
@@ -78,41 +66,11 @@ def read_back(face: bpy.types.Object, scene: bpy.types.Scene, name: str = "") ->
 def _put_strip(
     take: Take, keys: bpy.types.Key, found: dict[str, str], scene: bpy.types.Scene, first: float
 ) -> None:
-    data = keys.animation_data or keys.animation_data_create()
-    for track in [one for one in data.nla_tracks if one.name == take.name]:
-        data.nla_tracks.remove(track)
-    action = bpy.data.actions.new(f"{take.name} {keys.name}")
-    slot = action.slots.new(id_type="KEY", name=keys.name)
-    bag = action.layers.new("speech").strips.new(type="KEYFRAME").channelbag(slot, ensure=True)
-    rate = scene_rate(scene)
-    frames = [first + time * rate for time in take.times]
-    for channel, shape in found.items():
-        curve = bag.fcurves.new(_path(shape))
-        curve.keyframe_points.add(len(frames))
-        pairs = zip(frames, take.curves[channel], strict=True)
-        curve.keyframe_points.foreach_set("co", [number for pair in pairs for number in pair])
-        linear = bpy.types.Keyframe.bl_rna.properties["interpolation"].enum_items["LINEAR"].value
-        curve.keyframe_points.foreach_set("interpolation", [linear] * len(frames))
-        curve.update()
+    frames = [first + time * scene_rate(scene) for time in take.times]
+    curves = [(_path(shape), 0, take.curves[channel]) for channel, shape in found.items()]
+    action = lay_strip(keys, take.name, frames, curves)
     kept = {"name": take.name, "document": take.document, "shapes": found, "first": first}
     action[KEPT] = json.dumps(kept)
-    _add_strip(data, take.name, action, slot, frames)
-
-
-def _add_strip(
-    data: bpy.types.AnimData,
-    name: str,
-    action: bpy.types.Action,
-    slot: bpy.types.ActionSlot,
-    frames: list[float],
-) -> None:
-    track = data.nla_tracks.new()
-    track.name = name
-    strip = track.strips.new(name, int(frames[0]), action)
-    strip.action_slot = slot
-    strip.action_frame_start, strip.action_frame_end = frames[0], max(frames[-1], frames[0] + 1)
-    strip.frame_start, strip.frame_end = frames[0], max(frames[-1], frames[0] + 1)
-    strip.extrapolation = "NOTHING"
 
 
 def _path(shape: str) -> str:

@@ -9,8 +9,10 @@ import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
-from .faces import find_faces, mark_phones, put_take, read_back, scene_rate
+from .faces import find_faces, put_take, read_back, scene_rate
+from .necks import TURNS, put_turns
 from .programs import run_phonanim
+from .scenes import lay_sound, mark_phones
 from .takes import FORMATS, Take, TakeError, read_names, read_take
 
 ALIGNMENTS = (".textgrid", ".lab", ".ctm", ".tsv", ".srt", ".vtt", ".eaf")
@@ -41,13 +43,20 @@ def names_of(operator: bpy.types.Operator) -> dict[str, str]:
     return read_names(Path(bpy.path.abspath(operator.names))) if operator.names else {}
 
 
-def lay(operator: bpy.types.Operator, context: bpy.types.Context, take: Take, first: float) -> str:
-    """Put a take on the selected meshes, and say what it moves."""
+def lay(
+    operator: bpy.types.Operator, context: bpy.types.Context, take: Take, folder: Path, first: float
+) -> str:
+    """Put a take, whose sound is in `folder`, on the selected meshes, and say what it moves."""
+    scene = context.scene
     faces = find_faces(context.selected_objects)
-    moved, left = put_take(take, faces, context.scene, names_of(operator), first)
-    phones = mark_phones(take, context.scene, first) if operator.markers else 0
+    moved, left = put_take(take, faces, scene, names_of(operator), first)
+    heads = put_turns(take, context.selected_objects, scene_rate(scene), first) if operator.head else 0
+    phones = mark_phones(take, scene, first) if operator.markers else 0
+    sound = operator.sound and lay_sound(take, folder, scene, first)
+    left = [name for name in left if not (heads and name in TURNS)]
     without = f"; no shape key for {', '.join(left)}" if left else ""
-    return f"{take.name}: {moved} shape keys move, {phones} markers{without}"
+    told = f"{moved} shape keys and {heads} heads move, {phones} markers, {'its' if sound else 'no'} sound"
+    return f"{take.name}: {told}{without}"
 
 
 class Laid:
@@ -57,6 +66,8 @@ class Laid:
         name="Names", description="Table of channel,shape where names differ", subtype="FILE_PATH", default=""
     )
     markers: BoolProperty(name="Markers", description="A marker at the start of each phone", default=True)
+    head: BoolProperty(name="Head", description="Turn the head bone of the meshes' armature", default=True)
+    sound: BoolProperty(name="Sound", description="The recording, in the sequencer", default=True)
     first: FloatProperty(name="Frame", description="The frame of time zero", default=0.0)
 
 
@@ -74,11 +85,11 @@ class ImportLine(Laid, bpy.types.Operator, ImportHelper):
         """Read the file, by phonanim where it is not JSON."""
         path = Path(self.filepath)
         if path.suffix.lower() in FORMATS:
-            return lay(self, context, read_take(path), self.first)
+            return lay(self, context, read_take(path), path.parent, self.first)
         with tempfile.TemporaryDirectory() as folder:
             plain = Path(folder) / f"{path.stem}.json"
             run_phonanim(program(context), "convert", str(path), "-o", str(plain))
-            return lay(self, context, read_take(plain), self.first)
+            return lay(self, context, read_take(plain), path.parent, self.first)
 
 
 class Animated(Laid):
@@ -107,7 +118,7 @@ class Animated(Laid):
                 *more,
             )
             take = read_take(plain)
-        return take, lay(self, context, take, first)
+        return take, lay(self, context, take, path.parent, first)
 
 
 class AnimateAlignment(Animated, bpy.types.Operator, ImportHelper):
