@@ -16,7 +16,24 @@ from phonanim.errors import OptionError
 if TYPE_CHECKING:
     from phonanim.animation.animation import Animation
 
+
+def know_names(ctx: click.Context, param: click.Parameter, path: Path | None) -> None:
+    """Know the names of a table of one's own as long as the command runs."""
+    if path is not None:
+        from phonanim.rig.names import added_names
+
+        ctx.with_resource(added_names(path))
+
+
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
+NAMES = click.option(
+    "--names",
+    type=FILE,
+    callback=know_names,
+    expose_value=False,
+    is_eager=True,
+    help="A table shape,control,weight of the character's own names of shapes.",
+)
 SHARED_KEYS = (".glb", ".gltf", ".vrm")
 
 OPTIONS = {
@@ -57,7 +74,7 @@ def export_options(function: Callable[..., Any]) -> Callable[..., Any]:
         given = {name: kwargs.pop(name) for name in OPTIONS}
         return function(*args, exports={k: v for k, v in given.items() if v is not None}, **kwargs)
 
-    for add in reversed(OPTIONS.values()):
+    for add in reversed([*OPTIONS.values(), NAMES]):
         wrapped = add(wrapped)
     return wrapped
 
@@ -86,6 +103,10 @@ def output_notes(animation: Animation, outputs: Sequence[Path], exports: dict[st
     for path in outputs:
         if note := getattr(find_exporter(path), "NOTE", None):
             yield f"{path}: {note}"
+    if isinstance(character := exports.get("character"), Path):
+        from phonanim.rig.coverage import coverage_notes
+
+        yield from coverage_notes(character, animation.rig, animation.channels)
     error = exports.get("keys")
     if not isinstance(error, float):
         return

@@ -89,6 +89,8 @@ def command(
         outputs = (alignment.with_suffix(".glb"),)
         if click.get_current_context().get_parameter_source("rig") is ParameterSource.DEFAULT:
             options = replace(options, rig=options.rig if "character" in exports else HEAD_RIG)
+    if "character" in exports:
+        options = with_own_rig(options, exports["character"], console)
     check_outputs([*outputs, *filter(None, [sheet])], [alignment, *filter(None, [audio, edits])])
     animation = animate(alignment, options, audio=audio)
     if edits:
@@ -110,6 +112,21 @@ def needs_words(path: Path, options: Options) -> bool:
     from phonanim.pipeline import load_model
 
     return is_recording(path) and load_model(options.model).regressor.input_modality == "phones"
+
+
+def with_own_rig(options: Options, character: Any, console: Console) -> Options:
+    """The options with the rig whose names a character has, unless one was chosen. Raises RigError."""
+    from phonanim.rig.coverage import choose_rig
+
+    if click.get_current_context().get_parameter_source("rig") is not ParameterSource.DEFAULT:
+        return options
+    rig, share = choose_rig(character)
+    if rig == options.rig:
+        return options
+    console.print(
+        f"{character}: has shapes for {share} of the rig {rig}, so it is used; --rig chooses another"
+    )
+    return replace(options, rig=rig)
 
 
 def make_alignment(

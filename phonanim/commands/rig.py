@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from phonanim.commands import Console, console_options
+from phonanim.commands._export import NAMES
 from phonanim.commands._renamed import renamed_option
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
@@ -170,6 +171,7 @@ def phones_command(
 )
 @renamed_option("--contact-sheet", "--sheet", type=PLACE, help="Draw the character in all poses, as PNG.")
 @click.option("--model", default="default", help="The model whose face the rig is for.")
+@NAMES
 @console_options
 def fit_command(
     head: Path, output: Path | None, landmarks: Path | None, sheet: Path | None, model: str, console: Console

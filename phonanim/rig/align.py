@@ -17,7 +17,7 @@ from phonanim.errors import MissingExtraError, RigError
 from phonanim.rig.geometry import vertex_normals
 from phonanim.rig.head import Head
 from phonanim.rig.landmarks import MeshLandmarks
-from phonanim.rig.morphs import plain_name
+from phonanim.rig.names import known_controls
 from phonanim.rig.tables import VRM, read_viseme_shapes
 
 Array = NDArray[np.float64]
@@ -89,11 +89,12 @@ def add_viseme_shapes(model: Head) -> Head:
 def _anchors(head: Head) -> dict[str, Array]:
     """The centre of each shape's motion on the skin, by plain name."""
     skin = skin_rows(head)
-    found = {}
+    found: dict[str, Array] = {}
     for name, delta in zip(head.targets, head.deltas, strict=True):
         weight = (delta[skin] ** 2).sum(axis=1)
         if weight.sum() > 0:
-            found[plain_name(name)] = np.asarray(weight @ head.vertices[skin] / weight.sum())
+            centre = np.asarray(weight @ head.vertices[skin] / weight.sum())
+            found |= {known: centre for known in known_controls(name) if known not in found}
     return found
 
 
@@ -165,7 +166,7 @@ def skin_rows(head: Head) -> NDArray[np.int64]:
 def surface_of(head: Head) -> Surface:
     """The skin of a head, with its motion as the mouth opens."""
     skin = np.isin(head.triangles, skin_rows(head)).all(axis=1)
-    known = [i for i, name in enumerate(head.targets) if plain_name(name) in OPENINGS]
+    known = [i for i, name in enumerate(head.targets) if set(known_controls(name)) & set(OPENINGS)]
     opening = np.zeros(len(head.vertices))
     if known:
         moved = np.linalg.norm(head.deltas[known[0]], axis=1)

@@ -25,7 +25,7 @@ GREY = 0.3  # reflectance of a character's parts in pictures, where the file doe
 def load_character(path: Path) -> Head:
     """Read a GLB or VRM file: all meshes with morph targets joined, targets with the same name merged.
 
-    VRM expressions replace the targets that they group. Raises RigError.
+    VRM expressions replace the targets that they group; empty ones are left out. Raises RigError.
     """
     glb = read_glb(path)
     return _joined([piece for morphs in find_morphs(glb) for piece in _pieces(glb, morphs)], path)
@@ -91,7 +91,10 @@ def _controls(morphs: Morphs) -> dict[str, Array]:
         for name, pairs in morphs.binds.items()
         if pairs
     }
-    return mixed or {name: unit[number] for number, name in enumerate(morphs.names) if name}
+    present = morphs.names if morphs.present is None else morphs.present
+    return mixed or {
+        name: unit[number] for number, name in enumerate(morphs.names) if name and name in present
+    }
 
 
 def _pieces(glb: Glb, morphs: Morphs) -> list[Piece]:

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from phonanim.core.lexicon import LEXICON
 from phonanim.errors import RigError
 from phonanim.media.glb import Glb, read_glb, world_transform
-from phonanim.rig.morphs import has_targets, plain_name, target_names
+from phonanim.rig.morphs import has_targets, target_names
+from phonanim.rig.names import match_shapes
 from phonanim.rig.neck import Neck, find_bone
 
 SHIPPED = LEXICON / "rigs" / "head.glb"
@@ -56,20 +57,19 @@ class Head:
     def weights(self, values: NDArray[Any], channels: tuple[str, ...]) -> NDArray[np.float64]:
         """Curves by channel name as weights by target, (frames, channels) -> (frames, targets).
 
-        Names match exactly, or in their plain form. Channels that the head lacks are left out; raises
-        RigError when it has none of them.
+        Names match as in a character's file (phonanim/rig/names.py). Channels that the head lacks are left
+        out; raises RigError when it has none of them.
         """
-        alike = {plain_name(name): number for number, name in reversed(list(enumerate(self.targets)))}
-        exact = {name: number for number, name in enumerate(self.targets)}
-        found = [exact.get(name, alike.get(plain_name(name))) for name in channels]
-        known = [(column, target) for column, target in enumerate(found) if target is not None]
-        if not known:
+        moved = match_shapes(self.targets, channels, frozenset(self.targets), "the head")
+        if not moved:
             raise RigError(
                 f"the head has none of the channels {', '.join(channels[:4])} ...; use --rig arkit"
             )
-        columns, targets = np.transpose(known)
         weights = np.zeros((len(values), len(self.targets)))
-        weights[:, targets] = np.asarray(values)[:, columns]
+        for column, target, share in moved:
+            weights[:, target] += share * np.asarray(values)[:, column]
+        lessened = [target for _, target, share in moved if share < 0]
+        weights[:, lessened] = np.maximum(weights[:, lessened], 0)
         return weights
 
 
@@ -124,7 +124,7 @@ def _neck(glb: Glb, primitives: list[dict[str, Any]]) -> Neck | None:
 
 
 def _target_names(glb: Glb, mesh: dict[str, Any]) -> tuple[str, ...]:
-    names = target_names(mesh)
+    names = target_names(mesh, glb.tree.get("accessors", []))
     if not all(names):
         raise RigError(f"{glb.source}: its morph targets have no names (mesh extras.targetNames); name them")
     return names

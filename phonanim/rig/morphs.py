@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DAMAGE
 from phonanim.errors import RigError
 from phonanim.media.glb import Glb
+from phonanim.rig.names import match_shapes
+from phonanim.rig.names import plain_name as plain_name
 
-SIDES = {"l": "left", "r": "right"}
+STILL = 1e-6  # metres: a shape that moves all points less is empty
 # VRM 0.x calls the five vowels by their letters.
 VRM0_NAMES = {
     "a": "aa",
@@ -31,7 +33,8 @@ class Morphs:
     """The morph targets of one node of the file `source`: their names, and the channels that move them.
 
     `binds` maps an expression to pairs of target and weight, for characters that group their targets; `rest`
-    holds the weights that the character has without animation, zeros if it is empty.
+    holds the weights that the character has without animation, zeros if it is empty; `present` are the names
+    of all shapes of the file that move something, None for those of this node.
     """
 
     source: str
@@ -39,17 +42,24 @@ class Morphs:
     names: tuple[str, ...]
     binds: dict[str, list[tuple[int, float]]] = field(default_factory=dict)
     rest: tuple[float, ...] = ()
+    present: frozenset[str] | None = None
 
     def moved(self, channels: tuple[str, ...]) -> list[tuple[int, int, float]]:
         """(channel, target, weight) for every target that some channel moves.
 
         Raises RigError when a channel matches two targets.
         """
-        return [
+        present = frozenset(filter(None, self.names)) if self.present is None else self.present
+        names = tuple(name if name in present else "" for name in self.names)
+        unbound = tuple(channel for channel in channels if not self.binds.get(channel))
+        columns = [channels.index(channel) for channel in unbound]
+        bound = [
             (column, target, weight)
             for column, channel in enumerate(channels)
-            for target, weight in self.binds.get(channel) or self._named(channel)
+            for target, weight in self.binds.get(channel, ())
         ]
+        named = match_shapes(names, unbound, present, self.source)
+        return sorted([*bound, *((columns[place], target, share) for place, target, share in named)])
 
     def weights(self, values: NDArray[np.float32], channels: tuple[str, ...]) -> NDArray[np.float64]:
         """Weights of every target, (frames, channels) -> (frames, targets); those at rest where unmoved."""
@@ -60,39 +70,9 @@ class Morphs:
             weights[:, [target for _, target, _ in moved]] = 0
         for column, target, weight in moved:
             weights[:, target] += weight * values[:, column]
+        lessened = [target for _, target, weight in moved if weight < 0]
+        weights[:, lessened] = np.maximum(weights[:, lessened], 0)
         return weights
-
-    @cached_property
-    def _by_name(self) -> dict[str, list[int]]:
-        places: dict[str, list[int]] = {}
-        for number, name in enumerate(self.names):
-            places.setdefault(plain_name(name), []).append(number)
-        return places
-
-    def _named(self, channel: str) -> list[tuple[int, float]]:
-        """The target with a channel's exact name, or with the same plain name."""
-        alike = self._by_name.get(plain_name(channel), [])
-        exact = [i for i in alike if self.names[i] == channel]
-        found = exact or alike
-        if len(found) > 1:
-            names = " and ".join(repr(self.names[i]) for i in found[:2])
-            raise RigError(
-                f"{self.source}: the channel {channel} fits two morph targets, {names}; rename one"
-            )
-        return [(i, 1.0) for i in found]
-
-
-def plain_name(name: str) -> str:
-    """The plain form of a name, without what programs add: `head.jawOpen`, `JawOpen` and `jaw_open` match.
-
-    A side at the end is written in full, so that `eyeBlink_L` is `eyeBlinkLeft`.
-    """
-    last = name.rsplit(".", 1)[-1]
-    side = re.fullmatch(r"(.+[a-z])_?([LR])|(.+)_([lr])", last)
-    if side:
-        stem, letter = (side[1], side[2]) if side[1] else (side[3], side[4])
-        last = stem + SIDES[letter.lower()]
-    return re.sub(r"[\s_]", "", last).lower()
 
 
 def find_morphs(glb: Glb) -> list[Morphs]:
@@ -103,10 +83,16 @@ def find_morphs(glb: Glb) -> list[Morphs]:
     if not nodes:
         raise RigError(f"{glb.source}: has no morph targets; export the character with its shape keys")
     binds = _expressions(glb.tree)
+    named = {mesh: target_names(meshes[mesh], glb.tree.get("accessors", [])) for _, mesh in nodes}
+    moving = {mesh: moving_targets(glb, meshes[mesh]) for mesh in named}
+    shapes = {
+        name for mesh, rows in moving.items() for name, moves in zip(named[mesh], rows, strict=True) if moves
+    }
+    present = frozenset(filter(None, shapes or {name for names in named.values() for name in names}))
     found = []
     for node, mesh in nodes:
         rest = _rest(glb.tree, node, meshes[mesh])
-        found.append(Morphs(glb.source, node, target_names(meshes[mesh]), binds.get(node, {}), rest))
+        found.append(Morphs(glb.source, node, named[mesh], binds.get(node, {}), rest, present))
     for morphs in found:
         for name, pairs in morphs.binds.items():
             if any(target >= len(morphs.names) for target, _ in pairs):
@@ -119,12 +105,40 @@ def has_targets(mesh: dict[str, Any]) -> bool:
     return bool(mesh["primitives"] and mesh["primitives"][0].get("targets"))
 
 
-def target_names(mesh: dict[str, Any]) -> tuple[str, ...]:
-    """The names of a mesh's targets, "" for unnamed ones."""
+def target_names(mesh: dict[str, Any], accessors: Sequence[dict[str, Any]] = ()) -> tuple[str, ...]:
+    """The names of a mesh's targets, in its extras or else on its accessors; "" for unnamed ones."""
     first = mesh["primitives"][0]
     extras = [part["extras"] for part in (mesh, first) if isinstance(part.get("extras"), dict)]
     listed: list[Any] = next((e["targetNames"] for e in extras if isinstance(e.get("targetNames"), list)), [])
+    if not listed:
+        places = [target.get("POSITION", -1) for target in first["targets"]]
+        listed = [accessors[i].get("name", "") if 0 <= i < len(accessors) else "" for i in places]
     return (*map(str, listed), *[""] * len(first["targets"]))[: len(first["targets"])]
+
+
+def moving_targets(glb: Glb, mesh: dict[str, Any]) -> list[bool]:
+    """Whether each target of a mesh moves any of its points."""
+    return [
+        any(
+            _moves(glb, part["targets"][row])
+            for part in mesh["primitives"]
+            if row < len(part.get("targets", ()))
+        )
+        for row in range(len(mesh["primitives"][0]["targets"]))
+    ]
+
+
+def _moves(glb: Glb, target: dict[str, int]) -> bool:
+    """Whether a target moves points, by the limits of its accessor or else by its values."""
+    if "POSITION" not in target:
+        return False
+    try:
+        spec = glb.tree["accessors"][target["POSITION"]]
+        limits = [*spec.get("min", ()), *spec.get("max", ())]
+        values = np.abs(limits if len(limits) == 6 else glb.accessor(target["POSITION"]))
+        return bool(values.max(initial=0) > STILL)
+    except (RigError, *DAMAGE):
+        return True  # compressed or damaged: what reads the points says so
 
 
 def _rest(tree: dict[str, Any], node: int, mesh: dict[str, Any]) -> tuple[float, ...]:
@@ -143,7 +157,7 @@ def moving_morphs(glb: Glb, channels: tuple[str, ...]) -> list[Morphs]:
         shown = ", ".join(channels[:3])
         raise RigError(
             f"{glb.source}: has no morph target named like {shown} ...; "
-            "name a --character that has them, or choose another --rig"
+            "name a --character that has them, choose another --rig, or give their names as --names"
         )
     return found
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.rig.head import Head
-from phonanim.rig.morphs import plain_name
+from phonanim.rig.names import known_controls
 
 Array = NDArray[np.float64]
 
@@ -64,6 +64,6 @@ def _look(head: Head, face: Array, tall: float) -> str:
 
 def moved_centre(head: Head, names: tuple[str, ...]) -> Array | None:
     """The centre of what the shapes with these plain names move, (3,), or None without such shapes."""
-    rows = [number for number, name in enumerate(head.targets) if plain_name(name) in names]
+    rows = [number for number, name in enumerate(head.targets) if set(known_controls(name)) & set(names)]
     weight = np.linalg.norm(head.deltas[rows], axis=2).sum(axis=0) if rows else np.zeros(1)
     return np.asarray(weight @ head.vertices / weight.sum()) if weight.sum() > 0 else None

@@ -15,7 +15,7 @@ def test_names_that_programs_change_read_the_same(name):
 
 
 @pytest.mark.parametrize(
-    "name", ["eyeBlinkLeft", "eyeBlink_L", "EyeBlinkL", "eye_blink_l", "face.eyeBlink_L"]
+    "name", ["eyeBlinkLeft", "eyeBlink_L", "EyeBlinkL", "eye_blink_l", "face.eyeBlink_L", "eyeBlink.L"]
 )
 def test_sides_are_spelt_out(name):
     assert plain_name(name) == plain_name("eyeBlinkLeft") != plain_name("eyeBlinkRight")

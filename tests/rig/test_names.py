@@ -1,0 +1,96 @@
+"""Shapes are found by the names of programs and conventions."""
+
+import numpy as np
+import pytest
+
+from phonanim.errors import RigError
+from phonanim.rig.morphs import Morphs, plain_name
+from phonanim.rig.names import added_names, known_controls, read_names
+
+
+def moved(shapes: tuple[str, ...], *channels: str) -> dict[str, list[tuple[str, float]]]:
+    """The shapes and shares of each channel."""
+    found: dict[str, list[tuple[str, float]]] = {name: [] for name in channels}
+    for column, target, share in Morphs("hero.glb", 0, shapes).moved(channels):
+        found[channels[column]].append((shapes[target], share))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("shapes", "control", "shape"),
+    [
+        (("vrc.v_aa", "vrc.v_pp"), "viseme_PP", "vrc.v_pp"),
+        (("vrc.v_aa", "vrc.v_pp"), "aa", "vrc.v_aa"),
+        (("Fcl_MTH_A", "Fcl_MTH_I"), "ih", "Fcl_MTH_I"),
+        (("Face.M_F00_000_00_Fcl_MTH_A", "Face.M_F00_000_00_Fcl_MTH_O"), "oh", "Face.M_F00_000_00_Fcl_MTH_O"),
+        (("あ", "う"), "ou", "う"),
+        (("head__eCTRLvM", "head__eCTRLvF"), "viseme_PP", "head__eCTRLvM"),
+        (
+            ("Genesis8_1Male__facs_bs_MouthFunnel_div2",),
+            "mouthFunnel",
+            "Genesis8_1Male__facs_bs_MouthFunnel_div2",
+        ),
+        (("CTRL_expressions_mouthCornerPullL",), "mouthSmileLeft", "CTRL_expressions_mouthCornerPullL"),
+        (("PP", "aa", "E"), "viseme_E", "E"),
+        (("BS_aa", "BS_oh"), "oh", "BS_oh"),
+        (("jawOpen_001", "x"), "jawOpen", "jawOpen_001"),
+        (("Head_baseMesh.jawOpen.001",), "jawOpen", "Head_baseMesh.jawOpen.001"),
+        (("mouth-open",), "jawOpen", "mouth-open"),
+    ],
+)
+def test_a_control_finds_its_shape(shapes, control, shape):
+    assert moved(shapes, control) == {control: [(shape, 1.0)]}
+
+
+def test_a_control_moves_all_parts_of_its_shape():
+    parts = ("Mouth_Funnel_Up_L", "Mouth_Funnel_Up_R", "Mouth_Funnel_Down_L", "Mouth_Funnel_Down_R")
+    assert moved(parts, "mouthFunnel") == {"mouthFunnel": [(name, 1.0) for name in parts]}
+
+
+def test_a_table_does_not_move_what_the_own_name_moves():
+    assert moved(("jawOpen", "mouthOpen"), "jawOpen") == {"jawOpen": [("jawOpen", 1.0)]}
+    elsewhere = Morphs("hero.glb", 1, ("mouthOpen",), present=frozenset(("jawOpen", "mouthOpen")))
+    assert elsewhere.moved(("jawOpen",)) == []
+
+
+def test_one_shape_closes_where_the_lips_close():
+    values = np.array([[0.5, 0.1], [0.3, 0.3], [0.1, 0.2]], np.float32)
+    weights = Morphs("", 0, ("mouthOpen",)).weights(values, ("jawOpen", "mouthClose"))
+    np.testing.assert_allclose(weights[:, 0], [0.4, 0, 0], atol=1e-6)
+
+
+def test_names_of_ones_own_win(tmp_path):
+    table = tmp_path / "own.csv"
+    table.write_text("shape,control,weight\nMund_auf,jawOpen,0.5\nspitz,mouthPucker,\n", encoding="utf-8")
+    shapes = ("jawOpen", "Mund_auf", "spitz")
+    with added_names(table):
+        assert moved(shapes, "jawOpen", "mouthPucker") == {
+            "jawOpen": [("Mund_auf", 0.5)],
+            "mouthPucker": [("spitz", 1.0)],
+        }
+    assert moved(shapes, "jawOpen") == {"jawOpen": [("jawOpen", 1.0)]}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("name,control\na,b\n", r"own\.csv: its first line is not shape,control,weight"),
+        ("shape,control,weight\na,jawOpen,2\n", r"own\.csv:2: is no shape, control and weight"),
+        ("shape,control,weight\na,jawOpen,nan\n", r"own\.csv:2"),
+        ("shape,control\n,jawOpen\n", r"own\.csv:2"),
+    ],
+)
+def test_wrong_tables_are_named_by_line(tmp_path, text, message):
+    table = tmp_path / "own.csv"
+    table.write_text(text, encoding="utf-8")
+    with pytest.raises(RigError, match=message):
+        read_names([table])
+
+
+def test_short_names_need_no_guess():
+    assert moved(("tongue_aa", "hand_E"), "aa", "viseme_E") == {"aa": [], "viseme_E": []}
+
+
+def test_the_controls_that_a_shape_is():
+    assert "visemepp" in known_controls("vrc.v_pp")
+    assert plain_name("mouthClose") not in known_controls("mouthOpen")
