@@ -164,9 +164,9 @@ def predict_controls(
     times = start + np.arange(frames) / options.fps
     articulation = None
     if articulates(options, rig, track):
-        shapes, closed = model.face.instance(modes), contacts.closed_shape(model.face)
+        lips, closed = contacts.lip_part(model.face)
         mouth = blend_articulation(
-            shapes, model.face, closed, track, times, options.contacts, options.quickness
+            lips.instance(modes), lips, closed, track, times, options.contacts, options.quickness
         )
         articulation = _spoken(mouth, options, track, times, loudness)
     elif sound is not None and hears_articulation(options, rig, model):
@@ -201,8 +201,8 @@ def hear_mouth(
     if model.articulation is None:
         raise ModelError("the model has not learned articulation from sound; train it again")
     values, silent, rounded = HeardArticulation.from_tensors(model.articulation).at(sound, times)
-    shapes, closed = model.face.instance(modes), contacts.closed_shape(model.face)
-    return Articulation(blend_channels(values, shapes, model.face, closed, silent, rounded))
+    lips, closed = contacts.lip_part(model.face)
+    return Articulation(blend_channels(values, lips.instance(modes), lips, closed, silent, rounded))
 
 
 def _spoken(

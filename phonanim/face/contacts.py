@@ -15,7 +15,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.face.model import INNER_LIP_PAIRS, MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT, FaceModel
+from phonanim.face.model import (
+    INNER_LIP_PAIRS,
+    LOWER_LIP_INNER,
+    LOWER_LIP_OUTER,
+    MOUTH_CORNER_LEFT,
+    MOUTH_CORNER_RIGHT,
+    UPPER_LIP_INNER,
+    UPPER_LIP_OUTER,
+    FaceModel,
+)
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.phones import PhoneTrack, pair_rows
 
@@ -49,6 +58,14 @@ CONTACTS = (
     Contact(("f", "v"), "gap", limit=1.9, core=0.3, ramp=0.06, rise=14.0),
     Contact(("sh", "zh", "ch", "jh"), "width", limit=49.5, core=0.3, ramp=0.09, rise=10.0),
 )
+MEASURED = (
+    UPPER_LIP_OUTER,
+    UPPER_LIP_INNER,
+    LOWER_LIP_INNER,
+    LOWER_LIP_OUTER,
+    MOUTH_CORNER_RIGHT,
+    MOUTH_CORNER_LEFT,
+)  # by `lip_aperture`, `lip_width` and `lip_protrusion`
 AT_REST = 0.2  # mm: tracked lips that touch lie this far apart
 SWEEPS = 8  # of the alternating projections; the bounds then hold to a hundredth of a millimetre
 
@@ -113,6 +130,18 @@ def closed_shape(face: FaceModel) -> Array:
     limits[0, : len(INNER_LIP_PAIRS)] = AT_REST
     modes = project_within_limits(np.zeros((1, len(face.std))), weights, limits - offset, face.std)
     return np.asarray(face.instance(modes)[0])
+
+
+@lru_cache(maxsize=8)
+def lip_part(face: FaceModel) -> tuple[FaceModel, Array]:
+    """The landmarks that lips are measured by, as a face, and those of `closed_shape`, (6, 3) mm.
+
+    Their shapes take a thirtieth of the time and memory of whole faces.
+    """
+    rows = face.rows(MEASURED)
+    return FaceModel(face.mean[rows], face.modes[:, rows], face.std, face.indices[rows]), closed_shape(face)[
+        rows
+    ]
 
 
 @lru_cache(maxsize=8)

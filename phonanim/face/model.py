@@ -15,6 +15,7 @@ from phonanim.errors import ModelError
 # Numbers in the MediaPipe face mesh of the landmarks that the package uses by name.
 SUBNASALE = 2
 UPPER_LIP_INNER, LOWER_LIP_INNER = 13, 14
+UPPER_LIP_OUTER, LOWER_LIP_OUTER = 0, 17
 MOUTH_CORNER_RIGHT, MOUTH_CORNER_LEFT = 61, 291
 OUTER_LIPS = (61, 185, 40, 39, 37, 0, 267, 269, 270, 409, 291, 375, 321, 405, 314, 17, 84, 181, 91, 146)
 INNER_LIPS = (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308, 324, 318, 402, 317, 14, 87, 178, 88, 95)
@@ -99,4 +100,4 @@ def lip_width(shapes: NDArray[np.floating], face: FaceModel) -> Array:
 
 def lip_protrusion(shapes: NDArray[np.floating], face: FaceModel) -> Array:
     """Mean forward position of the outer lips' middles, (frames, landmarks, 3) -> (frames,) mm."""
-    return np.asarray(shapes[:, face.rows((0, 17)), 2].mean(axis=1), np.float64)
+    return np.asarray(shapes[:, face.rows((UPPER_LIP_OUTER, LOWER_LIP_OUTER)), 2].mean(axis=1), np.float64)

@@ -202,8 +202,9 @@ def _limit_within(values: Array, low: Array, high: Array, shared: NDArray[np.boo
     firmness, and bisection finds by how much.
     """
     rows = np.flatnonzero(shared)
-    over = np.flatnonzero(np.clip(values, low, high)[rows].sum(axis=0) > 1) if len(rows) else rows
-    part, floor, roof = (of[np.ix_(rows, over)] for of in (values, low, high))
+    over = np.flatnonzero(np.clip(values[rows], low[rows], high[rows]).sum(axis=0) > 1)
+    if len(over):
+        part, floor, roof = (of[np.ix_(rows, over)] for of in (values, low, high))
     np.minimum(np.maximum(values, low, out=values), high, out=values)
     if len(over) == 0:
         return
