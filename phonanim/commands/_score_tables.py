@@ -15,7 +15,7 @@ LEADING = (
     "aperture_r",
     "pbm_least_gap_mm",
     "control_mse",
-    "control_l1",
+    "control_mae",
     "control_lag_ms",
     "articulation_jaw_r",
     "articulation_lip_gap_r",

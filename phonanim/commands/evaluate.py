@@ -29,10 +29,9 @@ RESAMPLES = 2000  # enough for two digits of an interval, for each of some forty
 @click.option("--mask", "masks", multiple=True, metavar="[REGION=]FILE", help="Vertices of a region.")
 @click.option("--alignment", type=PATH, help="Alignment file, or a folder of them matched by stem.")
 @click.option("--language", default="auto", help="Label set of the alignment.")
-@click.option("--template", type=FILE, help="The mesh at rest (.ply, .obj, .off or .npy).")
-@click.option(
-    "--reference-template", type=FILE, help="The reference's mesh at rest, where it is another face."
-)
+@click.option("--template", type=PATH, help="The mesh at rest, or a folder or .pkl of one per subject.")
+@click.option("--reference-template", type=PATH, help="The same of the reference, where it is another face.")
+@click.option("--sound", type=PATH, help="Sound of the line, or a folder matched by stem: adds SLCC.")
 @click.option("--lips", help="Four vertices of the mesh: upper lip, lower lip, right and left corner.")
 @click.option(
     "--unit",
@@ -52,6 +51,7 @@ def command(
     language: str,
     template: Path | None,
     reference_template: Path | None,
+    sound: Path | None,
     lips: str | None,
     unit: str | None,
     fps: str | None,
@@ -78,13 +78,14 @@ def command(
     if lips_read:
         if not words:
             raise click.UsageError("--lips-read needs the words that the network knows: --words LIST")
+        check_unused("--lips-read, which looks at pictures", masks, template, lips, unit, sound)
         console.print_result(*read_lips(predictions, reference, alignment, lips_read, words))
         return
     if not reference:
         raise click.UsageError("Missing option '--reference'.")
     from phonanim.animation.rates import parse_rate
     from phonanim.ema.scoring import is_articulography
-    from phonanim.evaluation.predictions import pair_files, read_template
+    from phonanim.evaluation.predictions import pair_files, read_templates
     from phonanim.evaluation.surfaces import Settings
     from phonanim.face.masks import parse_masks
 
@@ -93,17 +94,19 @@ def command(
     settings = Settings(
         masks=parse_masks(masks),
         lips=_four(lips) if lips else (),
-        template=read_template(template) if template else None,
-        reference_template=read_template(reference_template) if reference_template else None,
         unit=unit,
     )
-    diversities: list[float] = []
+    rests = tuple(read_templates(path) if path else None for path in (template, reference_template))
+    diversities: list[dict[str, float]] = []
     with console.progress("scoring") as progress:
         if is_articulography(reference):
+            check_unused("sensors of articulography", masks, template, lips, unit, sound)
             rows = score_sensors(predictions, reference)
         else:
             pairs = pair_files(predictions, reference)
-            rows, diversities = score_all(pairs, rates, settings, alignment, language, progress)
+            rows, diversities = score_all(pairs, rates, settings, rests, alignment, language, progress)
+            if sound:
+                add_levels(rows, pairs, sound)
     facts = build_report(rows, diversities)
     for note in dict.fromkeys(note for scores in rows.values() for note in scores.notes):
         console.print(f"note: {note}")
@@ -139,23 +142,27 @@ def score_all(
     pairs: list[tuple[Path, Path]],
     rates: tuple[float | None, float | None],
     settings: Settings,
+    rests: tuple[dict[str, Any] | None, ...],
     alignment: Path | None,
     language: str,
     progress: Any,
-) -> tuple[dict[str, Scores], list[float]]:
+) -> tuple[dict[str, Scores], list[dict[str, float]]]:
     """The scores of every prediction by name, and the diversity of each line that has several."""
     from phonanim.errors import PhonanimError
     from phonanim.evaluation.evaluate import evaluate
-    from phonanim.evaluation.predictions import read_motion
+    from phonanim.evaluation.predictions import read_motion, template_of
     from phonanim.evaluation.scoring import takes_diversity
 
     rows: dict[str, Scores] = {}
     takes: dict[Path, list[Any]] = {}
-    other = settings.template if settings.reference_template is None else settings.reference_template
     for done, (mine, theirs) in enumerate(pairs, start=1):
         track = load_phones(alignment, mine, language) if alignment else None
-        predicted = read_motion(mine, rates[0], settings.template)
-        captured = read_motion(theirs, rates[1], other)
+        own, other = (
+            template_of(known, path) if known else None
+            for known, path in zip(rests, (mine, theirs), strict=True)
+        )
+        predicted = read_motion(mine, rates[0], own)
+        captured = read_motion(theirs, rates[1], own if other is None else other)
         try:
             rows[mine.name] = evaluate(
                 predicted,
@@ -163,8 +170,8 @@ def score_all(
                 alignment=track,
                 masks=settings.masks,
                 lips=settings.lips,
-                template=settings.template,
-                reference_template=settings.reference_template,
+                template=own,
+                reference_template=other,
                 unit=settings.unit,
             )
         except PhonanimError as error:
@@ -172,7 +179,23 @@ def score_all(
         takes.setdefault(theirs, []).append(predicted)
         progress(done / len(pairs))
     found = (takes_diversity(group, settings) for group in takes.values() if len(group) > 1)
-    return rows, [value for value in found if value is not None]
+    return rows, [values for values in found if values]
+
+
+def add_levels(rows: dict[str, Scores], pairs: list[tuple[Path, Path]], sound: Path) -> None:
+    """Add the level of each line's speech, `speech_level_db`. Raises EvaluationError, AudioError."""
+    from phonanim.evaluation.levels import find_sound, speech_level
+
+    for mine, _ in pairs:
+        rows[mine.name].measures["speech_level_db"] = speech_level(find_sound(sound, mine))
+
+
+def check_unused(scored: str, *given: Any) -> None:
+    """Raise UsageError when an option was given that a way of scoring does not read."""
+    names = ("--mask", "--template", "--lips", "--unit", "--sound")
+    unused = [name for name, value in zip(names, given, strict=True) if value]
+    if unused:
+        raise click.UsageError(f"{' and '.join(unused)} cannot be used with {scored}; leave it out")
 
 
 def load_phones(alignment: Path, prediction: Path, language: str) -> PhoneTrack:
@@ -183,14 +206,16 @@ def load_phones(alignment: Path, prediction: Path, language: str) -> PhoneTrack:
     return to_phones(read_alignment(find_alignment(alignment, prediction)), language)[0]
 
 
-def build_report(rows: dict[str, Scores], diversities: list[float]) -> dict[str, Any]:
+def build_report(rows: dict[str, Scores], diversities: list[dict[str, float]]) -> dict[str, Any]:
     """All results, for scripts; NaN becomes null."""
     from phonanim.evaluation.legibility import merge_visemes
     from phonanim.metrics import merge_tables
 
     summary = summarize(rows)
-    if diversities:
-        summary["diversity_mm"] = {"mean": sum(diversities) / len(diversities), "files": len(diversities)}
+    for name in dict.fromkeys(name for found in diversities for name in found):
+        values = [found[name] for found in diversities if name in found]
+        summary[name] = {"mean": sum(values) / len(values), "files": len(values)}
+    summary |= intensity_correlations(rows)
     return {
         "files": {
             name: {
@@ -228,6 +253,25 @@ def summarize(rows: dict[str, Scores]) -> dict[str, dict[str, Any]]:
         if len(values) > 1:
             interval = bootstrap_interval(mean_rows(values), np.random.default_rng(SEED), resamples=RESAMPLES)
             found[key]["interval"] = list(interval)
+    return found
+
+
+def intensity_correlations(rows: dict[str, Scores]) -> dict[str, dict[str, Any]]:
+    """SLCC of the predictions and of the references, over three files or more whose level is known."""
+    import numpy as np
+
+    from phonanim.metrics import correlation
+
+    found = {}
+    for side in ("", "captured_"):
+        names = "speech_level_db", f"{side}lip_intensity_mm_s"
+        table = np.array(
+            [[scores.measures.get(name, math.nan) for name in names] for scores in rows.values()]
+        )
+        table = table[np.isfinite(table).all(axis=1)]
+        value = correlation(table[:, 0], table[:, 1]) if len(table) > 2 else math.nan
+        if math.isfinite(value):
+            found[f"{side}slcc"] = {"mean": value, "files": len(table)}
     return found
 
 

@@ -27,6 +27,8 @@ FLAT_MESHES = {
 }
 MOST_CONTROLS = 1000  # flat frames with more values, and of no known mesh, are not a rig's controls
 REPORT = "report.json"  # of `phonanim batch`
+MESHES = (".npy", ".obj", ".ply", ".off")
+PICKLES = (".pkl", ".pickle")
 NPY_FPS = 30.0  # default for .npy, which has no rate: VOCASET at FaceFormer's rate, and FaceDiffuser's rigs
 
 
@@ -94,16 +96,55 @@ def read_template(path: Path) -> Array:
     suffix = path.suffix.lower()
     if suffix == ".npy":
         points = _load(path)
-    elif suffix in (".obj", ".ply", ".off"):
+    elif suffix in MESHES:
         from phonanim.rig.mesh_file import read_mesh
 
         points = read_mesh(path)[0]
     else:
         raise EvaluationError(f"{path}: a template is a .ply, an .obj, an .off or a .npy of vertices")
-    if points.ndim != 2 or points.shape[1] != 3 or not np.issubdtype(points.dtype, np.number):
-        raise EvaluationError(f"{path}: a template has shape (vertices, 3), this one {points.shape}")
-    check_finite(points, str(path))
-    return points.astype(np.float64)
+    return _mesh_at_rest(points, str(path))
+
+
+def read_templates(path: Path) -> dict[str, Array]:
+    """Meshes at rest by subject: the files of a folder, or a pickle of arrays by subject (VOCASET, BIWI).
+
+    One mesh is of every subject, and its name is "". Raises EvaluationError, CorpusError, RigError,
+    MissingExtraError.
+    """
+    if path.suffix.lower() in PICKLES:
+        from phonanim.datasets._pickles import read_pickle
+
+        tree = read_pickle(path)
+        if not isinstance(tree, dict) or not tree:
+            raise EvaluationError(f"{path}: is no set of templates; give a .pkl of arrays by subject")
+        return {
+            str(name): _mesh_at_rest(np.asarray(points), f"{path}, {name}") for name, points in tree.items()
+        }
+    if not path.is_dir():
+        return {"": read_template(path)}
+    found = {one.stem: read_template(one) for one in sorted(path.iterdir()) if one.suffix.lower() in MESHES}
+    if not found:
+        raise EvaluationError(f"{path}: has no {', '.join(MESHES)}; name each after its subject")
+    return found
+
+
+def template_of(templates: dict[str, Array], line: Path) -> Array:
+    """The template of a line's subject: the longest name that the file's name begins with.
+
+    Raises EvaluationError when no subject fits.
+    """
+    name = line_name(line)
+    fits = [
+        one
+        for one in templates
+        if not one or name == one or name.startswith((f"{one}_", f"{one}-", f"{one}."))
+    ]
+    if not fits:
+        raise EvaluationError(
+            f"{line}: begins with no subject that has a template ({', '.join(sorted(templates)[:4])}, ...); "
+            "name templates after subjects and files SUBJECT_LINE"
+        )
+    return templates[max(fits, key=len)]
 
 
 def resample_motion(motion: Motion, times: Array) -> Motion:
@@ -173,6 +214,13 @@ def check_finite(values: NDArray[Any], source: str) -> None:
         raise EvaluationError(
             f"{source}: {values[row, column]} in frame {row}, value {column} ({len(wrong)} such); correct it"
         )
+
+
+def _mesh_at_rest(points: NDArray[Any], source: str) -> Array:
+    if points.ndim != 2 or points.shape[1] != 3 or not np.issubdtype(points.dtype, np.number):
+        raise EvaluationError(f"{source}: a template has shape (vertices, 3), this one {points.shape}")
+    check_finite(points, source)
+    return points.astype(np.float64)
 
 
 def _unknown(source: str, shape: tuple[int, ...]) -> str:

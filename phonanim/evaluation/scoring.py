@@ -16,14 +16,21 @@ from phonanim.animation.animation import Animation
 from phonanim.errors import EvaluationError
 from phonanim.evaluation.channels import CHANNEL_OF, articulation_of, channel_error, channel_measures
 from phonanim.evaluation.legibility import VisemeRow, viseme_scores
-from phonanim.evaluation.measures import control_measures, lip_measures, vertex_measures
+from phonanim.evaluation.measures import (
+    control_measures,
+    control_regions,
+    find_rest,
+    lip_measures,
+    vertex_measures,
+)
 from phonanim.evaluation.predictions import Motion, resample_motion
-from phonanim.evaluation.surfaces import Settings, Surface, make_surface
+from phonanim.evaluation.surfaces import Settings, Surface, make_surface, moves_head
 from phonanim.evaluation.upper_face import upper_face_measures
 from phonanim.metrics import (
     PhoneError,
     by_class,
     by_phone,
+    control_diversity,
     diversity,
     mean_vertex_error,
     speech_mask,
@@ -100,7 +107,11 @@ def _compare_controls(predicted: Motion, captured: Motion, settings: Settings, f
     upper = upper_face_measures(predicted)
     upper |= {f"captured_{name}": value for name, value in upper_face_measures(captured).items()}
     predicted, captured, remarks = match_channels(without_turns(predicted), without_turns(captured))
-    found.measures |= control_measures(predicted, captured) | upper
+    own = {} if moves_head(predicted) and moves_head(captured) else settings.masks
+    regions = control_regions(captured.channels, own)
+    found.measures |= control_measures(predicted, captured, regions) | upper
+    if settings.template is not None:
+        found.notes.append("the template is not used: it is the rest of vertices, and these are controls")
     found.errors["control_mse"] = squared_error(predicted.values, captured.values)
     found.notes += remarks
 
@@ -123,7 +134,7 @@ def _compare_surfaces(predicted: Motion, captured: Motion, settings: Settings, f
     rows = ours.masks.get("lips", np.arange(ours.points.shape[1]))
     error = mean_vertex_error(ours.points, theirs.points, rows)
     found.errors["tmve_lips_mm" if "lips" in ours.masks else "mve_mm"] = error
-    found.notes += [*theirs.notes, *_doubts(ours, theirs)]
+    found.notes += [*theirs.notes, *find_doubts(ours, theirs)]
 
 
 def match_articulation(
@@ -222,17 +233,33 @@ def match_surfaces(predicted: Motion, captured: Motion, settings: Settings) -> t
     return ours, theirs
 
 
-def takes_diversity(takes: Sequence[Motion], settings: Settings) -> float | None:
-    """Diversity of several takes of one line, in mm over their common frames; None without a mesh."""
-    found = [make_surface(take, settings, settings.template) for take in takes]
-    points = [each.points for each in found if each is not None]
-    if len(points) < len(takes) or len({p.shape[1] for p in points}) > 1:
-        return None
-    frames = min(map(len, points))
-    return diversity(np.stack([p[:frames] for p in points]))
+def takes_diversity(takes: Sequence[Motion], settings: Settings) -> dict[str, float]:
+    """Diversity of several takes of one line over their common frames, by name; the user's regions too.
+
+    `diversity_mm` of a mesh, `control_diversity` of controls; empty where takes differ in kind.
+    """
+    curves = [without_turns(take) for take in takes if isinstance(take, Animation)]
+    found = {}
+    if len(curves) == len(takes) and len({take.channels for take in curves}) == 1:
+        frames = min(len(take.values) for take in curves)
+        values = np.stack([take.values[:frames] for take in curves])
+        found["control_diversity"] = control_diversity(values)
+        own = {} if moves_head(curves[0]) else settings.masks
+        for name, columns in control_regions(curves[0].channels, own).items():
+            found[f"control_diversity_{name}"] = control_diversity(values, columns)
+    surfaces = [make_surface(take, settings, settings.template) for take in takes]
+    known = [each for each in surfaces if each is not None]
+    if len(known) < len(takes) or len({each.points.shape[1] for each in known}) > 1:
+        return found
+    frames = min(len(each.points) for each in known)
+    points = np.stack([each.points[:frames] for each in known])
+    found["diversity_mm"] = diversity(points)
+    for name in settings.masks:
+        found[f"diversity_{name}_mm"] = diversity(points, known[0].masks[name])
+    return found
 
 
-def _doubts(ours: Surface, theirs: Surface) -> list[str]:
+def find_doubts(ours: Surface, theirs: Surface) -> list[str]:
     """Warnings about vertex errors that are meaningless or less exact than they look."""
     apart = float(np.linalg.norm((ours.points - theirs.points).mean(axis=0), axis=1).mean())
     doubts = []
@@ -241,9 +268,8 @@ def _doubts(ours: Surface, theirs: Surface) -> list[str]:
             f"the mean faces are {apart:.0f} mm apart: another head, place or unit? --template and "
             "--reference-template give the rest pose of each side"
         )
-    if theirs.rest is None and "upper" in theirs.masks:
-        doubts.append("fdd uses the reference's mean face; give the face at rest with --template")
-    return doubts
+    without = find_rest(theirs)[1]
+    return [*doubts, without] if without else doubts
 
 
 def _some(names: tuple[str, ...] | list[str]) -> str:

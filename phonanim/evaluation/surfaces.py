@@ -63,6 +63,12 @@ class Surface:
     notes: tuple[str, ...] = ()
 
 
+def moves_head(animation: Animation) -> bool:
+    """Whether a control has the name of a shape of the package's head."""
+    shapes = set(map(plain_name, load_head().targets))
+    return any(plain_name(name) in shapes for name in animation.channels)
+
+
 def make_surface(motion: Motion, settings: Settings, template: Array | None = None) -> Surface | None:
     """The surface that a side moves; None for controls that the package's head does not have.
 

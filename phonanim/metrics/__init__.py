@@ -1,11 +1,17 @@
 """Distances between predicted and captured motion: each measure with its unit, its equation and its source.
 
 `arrays` compares arrays of any kind (parameters, shapes, pixels, controls, sensors), `vertices` meshes,
-`lips` lip gaps and closures, `curves` single curves over time; `phones` gives errors by phone.
-docs/evaluation.md says which measure to use when.
+`controls` rigs, `lips` lip gaps and closures, `curves` single curves over time, `timing` their extrema;
+`phones` gives errors by phone. docs/evaluation.md says which measure to use when.
 """
 
-from phonanim.metrics.arrays import absolute_error, euclidean_error, squared_error
+from phonanim.metrics.arrays import (
+    absolute_error,
+    euclidean_error,
+    squared_error,
+    summed_absolute_error,
+)
+from phonanim.metrics.controls import control_diversity, control_dynamics_deviation
 from phonanim.metrics.curves import (
     band_energies,
     correlation,
@@ -26,6 +32,7 @@ from phonanim.metrics.phones import (
     phone_middles,
     speech_mask,
 )
+from phonanim.metrics.timing import temporal_misalignment
 from phonanim.metrics.vertices import (
     distances,
     diversity,
@@ -44,6 +51,8 @@ __all__ = [
     "by_class",
     "by_phone",
     "closure_error",
+    "control_diversity",
+    "control_dynamics_deviation",
     "correlation",
     "derivative_error",
     "distances",
@@ -63,6 +72,8 @@ __all__ = [
     "sd_ratio",
     "speech_mask",
     "squared_error",
+    "summed_absolute_error",
     "temporal_mean_vertex_error",
+    "temporal_misalignment",
     "vertex_error",
 ]

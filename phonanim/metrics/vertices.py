@@ -55,14 +55,18 @@ def lip_vertex_error(predicted: Shapes, captured: Shapes, lips: Rows, squared: b
 
 
 def temporal_mean_vertex_error(
-    predicted: Shapes, captured: Shapes, regions: Mapping[str, Rows]
+    predicted: Shapes, captured: Shapes, regions: Mapping[str, Rows], squared: bool = False
 ) -> dict[str, float]:
-    """TMVE by region: mean distance over frames and the region's vertices, (frames, vertices, 3) -> mm each.
+    """TMVE by region, over frames and the region's vertices, (frames, vertices, 3) -> mm each, or mm².
 
-    1/(S K) sum_j sum_k |v_jk - w_jk|, equation 4.29 of Medina 2023 for one sample; weight samples of
-    different lengths by frames.
+    1/(S K) sum_j sum_k |v_jk - w_jk|, or the mean of its square with `squared`. Equation 4.29 of Medina 2023
+    is for one sample; its 2 can be read as the norm's name or as a square. Weight samples of different
+    lengths by frames.
     """
-    return {name: float(distances(predicted, captured, rows).mean()) for name, rows in regions.items()}
+    power = 2 if squared else 1
+    return {
+        name: float((distances(predicted, captured, rows) ** power).mean()) for name, rows in regions.items()
+    }
 
 
 def dynamics_deviation(

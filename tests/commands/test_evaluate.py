@@ -1,4 +1,6 @@
 import json
+import pickle
+import wave
 from dataclasses import replace
 
 import numpy as np
@@ -161,6 +163,71 @@ def test_styles_of_a_line_have_a_diversity(run, lines):
     code, out, _ = run(lines / "styles", "--reference", lines / "captured", "--unit", "mm", "--json")
     assert code == 0
     assert json.loads(out)["summary"]["diversity_mm"] == {"mean": pytest.approx(3**0.5), "files": 1}
+
+
+def test_each_subject_has_its_template(run, lines):
+    (lines / "faces").mkdir()
+    (lines / "rest").mkdir()
+    wobble = np.random.default_rng(1).normal(size=(20, 9, 3)).astype(np.float32)
+    for subject, size in (("F1", 50), ("F10", 90)):
+        rest = size * np.random.default_rng(size).normal(size=(9, 3)).astype(np.float32)
+        np.save(lines / "rest" / f"{subject}.npy", rest)
+        np.save(lines / "faces" / f"{subject}_e01.npy", rest + wobble)
+    (lines / "upper.txt").write_text("0 1 2 3")
+    shared = (lines / "faces", "--reference", lines / "faces", "--mask", f"upper={lines / 'upper.txt'}")
+    code, out, err = run(*shared, "--template", lines / "rest", "--unit", "mm", "--json")
+    assert code == 0, err
+    assert json.loads(out)["summary"]["fdd_mm"] == {"mean": 0, "files": 2, "interval": [0, 0]}
+    facts = json.loads(run(*shared, "--template", lines / "rest/F1.npy", "--unit", "mm", "--json")[1])
+    assert facts["summary"]["fdd_mm"] == {"mean": 0, "files": 1}
+    assert "it is another subject's" in facts["files"]["F10_e01.npy"]["notes"][0]
+    (lines / "rest/F1.npy").unlink()
+    assert (
+        "F1_e01.npy: begins with no subject that has a template (F10"
+        in run(*shared, "--template", lines / "rest")[2]
+    )
+
+
+def test_templates_in_a_pickle(run, lines):
+    rest = np.zeros((5023, 3))
+    (lines / "templates.pkl").write_bytes(pickle.dumps({"voca": rest, "other": rest}))
+    code, out, err = run(
+        lines / "voca.npy", "--reference", lines / "voca.npy", "--template", lines / "templates.pkl",
+        "--mask", f"upper={lines / 'lips.txt'}", "--unit", "mm", "--json",
+    )  # fmt: skip
+    assert code == 0, err
+    assert json.loads(out)["files"]["voca.npy"]["measures"]["fdd_mm"] == 0
+
+
+def test_options_that_a_way_of_scoring_does_not_read_are_refused(run, lines):
+    np.savez(lines / "ema.npz", sensors=np.zeros(3))
+    code, _, err = run(
+        lines / "ours/a.track.json", "--reference", lines / "ema.npz", "--mask", f"lips={lines / 'lips.txt'}"
+    )
+    assert code == 2
+    assert "--mask cannot be used with sensors of articulography" in err
+
+
+def test_loudness_of_lines_against_their_lips(run, lines):
+    rate = 16000
+    times = np.arange(2 * rate) / rate
+    voice = sum(np.sin(2 * np.pi * 120 * k * times) / k for k in range(1, 9)) * (np.sin(6 * times) > -0.5)
+    (lines / "sound").mkdir()
+    for place, name in enumerate("abc"):
+        take = speaking()
+        save(replace(take, values=take.values * (0.4 + 0.3 * place)), lines / "ours" / f"{name}.track.json")
+        save(take, lines / "theirs" / f"{name}.npz")
+        loud = (2000 * 2**place * voice).astype("<i2")
+        with wave.open(str(lines / "sound" / f"{name}.wav"), "wb") as file:
+            file.setparams((1, 2, rate, 0, "NONE", ""))
+            file.writeframes(loud.tobytes())
+    arguments = (lines / "ours", "--reference", lines / "theirs", "--json", "--sound")
+    code, out, err = run(*arguments, lines / "sound")
+    assert code == 0, err
+    summary = json.loads(out)["summary"]
+    assert summary["slcc"]["mean"] > 0.95
+    assert "captured_slcc" not in summary  # the same motion thrice has no correlation
+    assert run(*arguments, lines / "said")[2].endswith("rename it\n")
 
 
 def test_what_is_no_number_is_null(run, lines):
