@@ -22,6 +22,8 @@ SHORT_ONES = 0.3
 """Seconds. In song, vowels are held, but a quarter of the phones is shorter than this."""
 
 FEWEST = 3  # phones that tell an average
+SURE, BEYOND = 5, 3.0  # phones, or seconds of a phone, from which long phones are no accident
+LEAST, MOST = 0.02, 1.2  # seconds on average in the unit that times are likely in: speech, or slow song
 USUAL = 0.1  # seconds of a phone
 APART = 0.5  # seconds between the ends of a recording and its alignment that count as rounding
 NEAR = 0.03  # share of a recording's length by which an alignment of the right unit may miss it
@@ -157,20 +159,26 @@ def _is_sensible(intervals: Iterable[Interval]) -> bool:
     """Whether spoken phones last as long as phones do."""
     lengths = _lengths(one for one in intervals if not is_silent(one.label))
     mean = sum(lengths) / len(lengths)
-    too_long = mean > LONGEST and lengths[len(lengths) // 4] > SHORT_ONES
+    enough = len(lengths) >= SURE or mean > BEYOND
+    too_long = enough and mean > LONGEST and lengths[len(lengths) // 4] > SHORT_ONES
     return mean >= SHORTEST and not too_long
 
 
 def _refusal(mean: float, unit: float, name: str) -> str:
     """One line that says how long a phone would last, and the unit that the times are likely in."""
-    number = mean / unit
-    likely = min(CANDIDATES, key=lambda name: abs(math.log(number * CANDIDATES[name] / USUAL)))
+    shown = f"{mean * 1000:.2g} ms" if mean < 1 else f"{mean:.3g} s"
+    told = f"a phone lasts {shown} on average, which speech does not"
+    lengths = {known: mean * seconds / unit for known, seconds in CANDIDATES.items()}
+    others = {
+        known: one for known, one in lengths.items() if abs(one / mean - 1) > NEAR and LEAST <= one <= MOST
+    }
+    if not others:
+        return f"{told}; give --unit s, ms, 100ns or samples@RATE, also where its unit is right"
+    likely = min(others, key=lambda known: abs(math.log(others[known] / USUAL)))
     likely = TIMIT if name.lower().endswith((".phn", ".wrd")) and likely.startswith("samples") else likely
     rate = (
         " (with the recording's rate)" if likely.startswith("samples") and not likely.endswith("@100") else ""
     )
-    shown = f"{mean * 1000:.2g} ms" if mean < 1 else f"{mean:.3g} s"
     return (
-        f"a phone lasts {shown} on average, which speech does not; its times are likely {likely}: "
-        f"give --unit {likely}{rate}, or s, ms, 100ns or samples@RATE"
+        f"{told}; its times are likely {likely}: give --unit {likely}{rate}, or s, ms, 100ns or samples@RATE"
     )

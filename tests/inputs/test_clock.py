@@ -48,7 +48,11 @@ def saved(folder: Path, text: str, name: str = "x.lab") -> Path:
             r"likely samples@48000: give --unit samples@48000 \(with the recording's rate\)",
         ),
         (rows(1e-3, points=True), "x.txt", r"lasts 133 s on average, .* likely ms: give --unit ms"),
-        (rows(0.1, points=True), "x.txt", r"lasts 1.33 s on average"),
+        (
+            "".join(f"{n}.0 {n + 1}.0 {x}\n" for n, x in enumerate("bimba")),
+            "x.txt",
+            r"lasts 1 s .*; give --unit s, ms",
+        ),
     ],
 )
 def test_times_that_no_speech_has_are_refused_with_the_likely_unit(

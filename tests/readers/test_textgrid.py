@@ -59,8 +59,8 @@ def test_layout_and_comments_carry_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize("write", [long_text, short_text])
 def test_labels_that_look_like_structure(tmp_path: Path, write) -> None:
     odd = ['say "B"', '"IntervalTier"', "item [1]:", "intervals [2]:\nxmin = 3", "! no comment", '"""', "1.5"]
-    entries: list[Entry] = [(i, i + 1, label) for i, label in enumerate(odd)]
-    found = read(tmp_path, write([("odd one", entries)], end=7), tier="odd one")
+    entries: list[Entry] = [(i / 5, (i + 1) / 5, label) for i, label in enumerate(odd)]
+    found = read(tmp_path, write([("odd one", entries)], end=1.4), tier="odd one")
     assert [interval.label for interval in found.intervals] == odd
 
 
