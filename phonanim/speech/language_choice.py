@@ -39,6 +39,9 @@ NEGLIGIBLE = 1e-3
 UNREADABLE = 1e-2
 """Factor for each label that a language does not have."""
 
+LISTED = 0.1
+"""Share of a language that lists every label, where no probable language can read them all."""
+
 TOLD = 0.01
 """Share from which a language is among the candidates."""
 
@@ -92,6 +95,11 @@ def rank_languages(labels: Iterable[str], expected: str = "") -> LanguageChoice:
     groups: dict[tuple[object, ...], list[str]] = {}
     distinct = tuple(dict.fromkeys(spoken))
     readings = {name: _reading(name, distinct) for name in shares}
+    if not any(map(all, readings.values())):
+        listing = _listing_all(distinct)
+        shares |= {name: max(shares.get(name, 0.0), LISTED) for name in listing}
+        shares = {name: share / sum(shares.values()) for name, share in shares.items()}
+        readings |= {name: _reading(name, distinct) for name in listing}
     shares = _without_unreadable(shares, readings)
     for name in sorted(shares, key=lambda name: -shares[name]):
         groups.setdefault(readings[name], []).append(name)
@@ -111,6 +119,12 @@ def _candidates(shares: dict[str, float]) -> dict[str, float]:
     """The most probable languages."""
     ranked = sorted(shares, key=lambda name: -shares[name])
     return {name: shares[name] for name in ranked[:MOST] if shares[name] >= NEGLIGIBLE}
+
+
+def _listing_all(labels: tuple[str, ...]) -> list[str]:
+    """The languages with a list of labels of their own that has all of these."""
+    languages = map(load_language, language_names())
+    return [one.name for one in languages if all(one.resolve_listed(label) for label in labels)]
 
 
 def _without_unreadable(

@@ -43,7 +43,7 @@ def saved(folder: Path, text: str, name: str = "x.lab") -> Path:
     [
         (MILLISECONDS, "x.lab", r"lasts 8.3 ms on average, .* likely ms: give --unit ms, or"),
         (
-            rows(1 / 96_000),
+            "".join(f"{24_000 * n} {24_000 * n + 24_000} {x}\n" for n, x in enumerate("bimba")),
             "x.lab",
             r"likely samples@48000: give --unit samples@48000 \(with the recording's rate\)",
         ),
