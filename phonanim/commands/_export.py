@@ -34,6 +34,7 @@ NAMES = click.option(
     is_eager=True,
     help="A table shape,control,weight of the character's own names of shapes.",
 )
+SHOWN = 8  # controls that a note lists
 SHARED_KEYS = (".glb", ".gltf", ".vrm")
 
 OPTIONS = {
@@ -107,6 +108,7 @@ def output_notes(animation: Animation, outputs: Sequence[Path], exports: dict[st
         from phonanim.rig.coverage import coverage_notes
 
         yield from coverage_notes(character, animation.rig, animation.channels)
+        yield from character_notes(animation, outputs, character)
     error = exports.get("keys")
     if not isinstance(error, float):
         return
@@ -115,3 +117,24 @@ def output_notes(animation: Animation, outputs: Sequence[Path], exports: dict[st
             yield f"{path}: {describe_shared_keys(reduce_curves(animation.values, error), animation)}"
         elif "keys" in option_names(path):
             yield f"{path}: {describe_keys(reduce_channels(animation, error), animation)}"
+
+
+def character_notes(animation: Animation, outputs: Sequence[Path], character: Path) -> Iterator[str]:
+    """What a character cannot show beside shapes: VRM expressions of controls, turns of a head without a bone."""
+    import numpy as np
+
+    from phonanim.exporters.vrma import match_expressions
+    from phonanim.media.glb import read_glb
+    from phonanim.rig.neck import TURNS, find_bone, turns_of
+
+    for path in (one for one in outputs if one.suffix.lower() == ".vrma"):
+        found = match_expressions(animation.channels, path, character).values()
+        moving = [
+            name for name in animation.channels if name not in TURNS and np.ptp(animation.channel(name)) > 0
+        ]
+        if left := [name for name in moving if name not in found]:
+            have = "has" if len(left) == 1 else "have"
+            shown = ", ".join(left[:SHOWN]) + (f" and {len(left) - SHOWN} more" if len(left) > SHOWN else "")
+            yield f"{path}: {len(left)} of {len(moving)} moving controls {have} no expression: {shown}"
+    if turns_of(animation.values, animation.channels) is not None and find_bone(read_glb(character)) is None:
+        yield f"{character}: has no bone called head, so the head does not turn"

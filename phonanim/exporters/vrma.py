@@ -50,7 +50,7 @@ def write(animation: Animation, path: Path, character: Path | None = None, keys:
     expression of the character or the destination cannot be written, RigError when the character cannot be
     read.
     """
-    named = _expressions(animation.channels, path, character)
+    named = match_expressions(animation.channels, path, character)
     bones = skeleton_nodes()
     binary = Appended(Glb({}, b"", str(path)))
     targets, samplers = _keyed(binary, animation, list(named.values()), bones, keys)
@@ -79,8 +79,8 @@ def read(path: Path) -> Animation:
     raise OutputError(f"{path}: has no animation of VRM expressions; export it as VRM animation")
 
 
-def _expressions(channels: tuple[str, ...], path: Path, character: Path | None) -> dict[str, str]:
-    """The channel of each expression. Raises OutputError when there is none."""
+def match_expressions(channels: tuple[str, ...], path: Path, character: Path | None) -> dict[str, str]:
+    """The channel of each expression that is written. Raises OutputError when there is none."""
     faces = [name for name in channels if name not in TURNS and name not in GAZE]
     if character is None:
         return {name: name for name in faces}

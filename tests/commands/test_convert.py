@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from animations import line, only
+from avatars import write_vrm1
 
+from benchmarks.hostile import small_character
 from phonanim.__main__ import run
 from phonanim.exporters import load, save
 from phonanim.media.glb import read_glb
@@ -29,6 +31,22 @@ def test_one_take_to_several_formats(take, capsys):
     assert (facts["frames"], facts["fps"], facts["channels"]) == (61, 60.0, 55)
     assert [output["path"] for output in facts["outputs"]] == [*outputs, "take.png"]
     np.testing.assert_allclose(load(take / "take.glb").values, line().values, atol=1e-6)
+
+
+def test_what_a_character_cannot_show_is_said_once(take, capsys):
+    write_vrm1(take / "mine.vrm")
+    outputs = ["-o", "a.glb", "-o", "a.vrm", "-o", "a.vrma", "-o", "a.tres"]
+    assert run(["convert", "take.npz", *outputs, "--character", "mine.vrm"]) == 0
+    told = capsys.readouterr().err
+    assert "\na.vrm: a glTF viewer plays it; " in told
+    assert "\na.vrma: 50 of 52 moving controls have no expression: browDownLeft, " in told
+    assert "no bone called head" not in told
+
+
+def test_a_character_without_a_head_bone(take, capsys):
+    (take / "one.glb").write_bytes(small_character())
+    assert run(["convert", "take.npz", "-o", "a.glb", "--character", "one.glb"]) == 0
+    assert "\none.glb: has no bone called head, so the head does not turn\n" in capsys.readouterr().err
 
 
 def test_another_rate_start_and_timecode(take):
@@ -92,7 +110,10 @@ def test_two_takes_on_one_page(take):
         (["take.npz", "-o", "a.csv", "--timecode", "1h"], "'1h' is not a timecode at 60 frames per second"),
         (["take.npz", "-o", "a.csv", "--fps", "0"], "frames per second"),
         (["none.npz", "-o", "a.csv"], "none.npz"),
-        (["a.tsv", "-o", "a.csv"], "a.tsv: this format can only be written; readable formats: .csv"),
+        (
+            ["a.tsv", "-o", "a.csv"],
+            "a.tsv: this format can only be written; readable formats: .a2f.json .csv",
+        ),
         (["broken.glb", "-o", "a.csv"], "broken.glb: is not a binary glTF 2.0 file"),
     ],
 )
