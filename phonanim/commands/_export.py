@@ -120,7 +120,7 @@ def output_notes(animation: Animation, outputs: Sequence[Path], exports: dict[st
 
 
 def character_notes(animation: Animation, outputs: Sequence[Path], character: Path) -> Iterator[str]:
-    """What a character cannot show beside shapes: VRM expressions of controls, turns of a head without a bone."""
+    """What a character cannot show: controls without a VRM expression, turns of a head without a bone."""
     import numpy as np
 
     from phonanim.exporters.vrma import match_expressions

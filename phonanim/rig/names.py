@@ -32,7 +32,8 @@ _added: ContextVar[dict[str, Shares]] = ContextVar("added_names")
 def plain_name(name: str) -> str:
     """The plain form of a name, without what programs add: `head.jawOpen`, `JawOpen` and `jaw_open` match.
 
-    A side at the end is written in full, so that `eyeBlink_L` and `eyeBlink.L` are `eyeBlinkLeft`; `jawOpen_001` is `jawOpen`.
+    A side at the end is written in full, so that `eyeBlink_L` and `eyeBlink.L` are `eyeBlinkLeft`;
+    `jawOpen_001` is `jawOpen`.
     """
     bare = re.sub(r"(?<=[a-z])\.(?=[LR]$)", "_", COPIED.sub("", name) or name)
     last = bare.rsplit(".", 1)[-1]
