@@ -8,7 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phonanim.speech.alignment_file import AlignmentFile, quote_label
-from phonanim.speech.clock import ANY, Clock, cut_before, scale_times, settle_offset, settle_unit
+from phonanim.speech.clock import (
+    ANY,
+    Clock,
+    cut_before,
+    length_notes,
+    scale_times,
+    settle_offset,
+    settle_unit,
+)
 from phonanim.speech.intervals import (
     ROUNDING,
     Interval,
@@ -80,6 +88,7 @@ class Alignment:
         phones, mended = mend_phones(chosen)
         words = word_tier(recording, chosen)
         offset, shifted = settle_offset(recording, phones, clock)
+        shifted += length_notes(recording, phones, offset, clock)
         if clock.offset is not None:
             phones, words = cut_before(phones, offset), words and cut_before(words, offset)
         intervals = _checked(phones, offset, source)

@@ -21,6 +21,9 @@ SHORTEST, LONGEST = 0.012, 0.6
 SHORT_ONES = 0.3
 """Seconds. In song, vowels are held, but a quarter of the phones is shorter than this."""
 
+LATE_LABEL = (
+    0.3  # seconds of silence before the first label, from which a file without a header may be a part
+)
 FEWEST = 3  # phones that tell an average
 SURE, BEYOND = 5, 3.0  # phones, or seconds of a phone, from which long phones are no accident
 LEAST, MOST = 0.02, 1.2  # seconds on average in the unit that times are likely in: speech, or slow song
@@ -109,14 +112,24 @@ def settle_offset(recording: Recording, phones: Tier, clock: Clock) -> tuple[flo
     start, audio = recording.start, clock.audio
     first = phones.intervals[0].start if phones.intervals else 0.0
     last = max([recording.end, *(one.end for one in phones.intervals[-1:])])
-    for begin in (start, first):
-        cut = audio is not None and begin > 2 * ROUNDING and audio < last - min(begin / 2, APART)
+    for begin, least in ((start, 2 * ROUNDING), (first, LATE_LABEL)):
+        cut = audio is not None and begin > least and audio < last - min(begin / 2, APART)
         if cut and audio is not None and abs(last - begin - audio) <= max(NEAR * audio, 0.05):
             told = f"the recording lasts {audio:.2f} s, as the part from there does"
             return begin, (f"times are counted from {begin:g} s, where the file starts: {told}",)
     if start >= LATE_START:
         return start, (f"times are counted from {start:g} s, where the file starts",)
     return 0.0, ()
+
+
+def length_notes(recording: Recording, phones: Tier, offset: float, clock: Clock) -> tuple[str, ...]:
+    """A note where an alignment goes on after its recording, or ends before the half of it."""
+    last = max([recording.end, *(one.end for one in phones.intervals[-1:])]) - offset
+    audio = clock.audio
+    if audio is None or audio / 2 <= last <= audio + APART or audio > offset + last >= audio / 2:
+        return ()
+    lasts = f"the recording lasts {audio:.2f} s and the alignment {last:.2f} s"
+    return (f"{lasts}; check that they belong together, or give --unit or --offset",)
 
 
 def cut_before(tier: Tier, offset: float) -> Tier:

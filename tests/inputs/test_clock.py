@@ -104,6 +104,14 @@ def test_a_part_whose_recording_was_cut_out_starts_at_0(tmp_path: Path) -> None:
     assert (whole.offset, whole.notes) == (0.0, ())
 
 
+def test_lengths_that_do_not_fit_are_told(tmp_path: Path) -> None:
+    path = saved(tmp_path, rows(1.0, points=True))
+    for seconds, told in ((0.3, 1), (0.8, 0), (1.0, 0), (1.9, 0), (2.5, 1)):
+        notes = read_alignment(path, audio=recording(tmp_path, seconds)).notes
+        assert len(notes) == told, notes
+        assert all("check that they belong together" in note for note in notes)
+
+
 def test_an_offset_given_by_hand(tmp_path: Path) -> None:
     found = read_alignment(saved(tmp_path, rows(1.0, points=True)), offset=0.25)
     assert (found.intervals[0].end, found.offset) == (pytest.approx(0.05), 0.25)

@@ -127,7 +127,7 @@ def test_a_long_file_is_read_as_fast_as_its_different_labels() -> None:
 
 
 def test_a_language_that_lists_every_label_goes_before_one_that_lacks_some() -> None:
-    sung = "SP d ao p u AP zh iong q v SP".split()  # pinyin without tones, as singers are labelled
-    found = rank_languages(sung)
+    sung = "SP d ao p u AP zh iong q v SP"  # pinyin without tones, as singers are labelled
+    found = rank_languages(sung.split(" "))
     assert found.language.name == "mandarin"
     assert sum(share for _, share in found.candidates) <= 1.0 + 1e-9
