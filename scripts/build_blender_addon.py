@@ -12,6 +12,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "examples" / "blender"
+NAMES = sorted((ROOT / "lexicon" / "rigs" / "names").glob("*.csv"))
 EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
@@ -22,11 +23,12 @@ def build(folder: Path) -> Path:
     if not name or not version:
         raise ValueError("blender_manifest.toml has no id or no version")
     files = [*sorted(SOURCE.glob("*.py")), SOURCE / "blender_manifest.toml", ROOT / "LICENSE"]
+    entries = {path.name: path for path in files} | {f"names/{path.name}": path for path in NAMES}
     folder.mkdir(parents=True, exist_ok=True)
     target = folder / f"{name[1]}-{version[1]}.zip"
     with zipfile.ZipFile(target, "w") as archive:
-        for path in files:
-            entry = zipfile.ZipInfo(path.name, EPOCH)
+        for inside, path in entries.items():
+            entry = zipfile.ZipInfo(inside, EPOCH)
             entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
             archive.writestr(entry, path.read_bytes())
     return target

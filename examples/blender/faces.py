@@ -4,9 +4,11 @@ import json
 
 import bpy
 
+from .names import Table, match_shapes
 from .strips import lay_strip
-from .takes import Take, TakeError, match_shapes
+from .takes import Take, TakeError
 
+CHANGED = 1e-4  # of full weight
 KEPT = "phonanim"  # the custom property of actions, and of the scene for its markers
 
 
@@ -24,7 +26,7 @@ def scene_rate(scene: bpy.types.Scene) -> float:
 
 
 def put_take(
-    take: Take, faces: list[bpy.types.Object], scene: bpy.types.Scene, names: dict[str, str], first: float
+    take: Take, faces: list[bpy.types.Object], scene: bpy.types.Scene, names: Table, first: float
 ) -> tuple[int, list[str]]:
     """Lay a take on meshes, its time zero at frame `first`: the count of moved keys, channels without one.
 
@@ -34,7 +36,7 @@ def put_take(
     for face in faces:
         shapes = [block.name for block in face.data.shape_keys.key_blocks[1:]]
         found = match_shapes(list(take.curves), shapes, names)
-        left -= set(found)
+        left -= {channel for shares in found.values() for channel in shares}
         moved += len(found)
         if found:
             _put_strip(take, face.data.shape_keys, found, scene, first)
@@ -46,28 +48,48 @@ def put_take(
     return moved, [name for name in take.curves if name in left]
 
 
-def read_back(face: bpy.types.Object, scene: bpy.types.Scene, name: str = "") -> tuple[Take, Take]:
-    """The take that was laid on a mesh, and what its curves are now. Raises TakeError without one.
+def read_back(face: bpy.types.Object, scene: bpy.types.Scene, name: str = "") -> tuple[Take, Take, list[str]]:
+    """The take that was laid on a mesh, what its curves are now, and changed shapes that are not read back.
 
-    Without a name, the take of the active action, else of the last strip.
+    A shape that several channels move cannot be told apart. Without a name, the take of the active action,
+    else of the last strip. Raises TakeError without one.
     """
     action = _find_action(face.data.shape_keys, name)
     kept = json.loads(action[KEPT])
     base = Take(kept["name"], kept["document"])
-    rate, curves = scene_rate(scene), dict(base.curves)
+    rate, curves, lost = scene_rate(scene), dict(base.curves), []
     keyed = {curve.data_path: curve for curve in _curves(action)}
-    for channel, shape in kept["shapes"].items():
+    shapes = kept["shapes"]
+    alone = [channel for shares in shapes.values() for channel in shares]
+    for shape, shares in shapes.items():
         curve = keyed.get(_path(shape))
-        if curve is not None:
-            curves[channel] = [curve.evaluate(kept["first"] + time * rate) for time in base.times]
-    return base, Take(base.name, {**base.document, "curves": curves})
+        if curve is None:
+            continue
+        now = [curve.evaluate(kept["first"] + time * rate) for time in base.times]
+        (channel, share), *others = shares.items()
+        if not others and share > 0 and alone.count(channel) == 1:
+            curves[channel] = [value / share for value in now]
+        elif any(abs(a - b) > CHANGED for a, b in zip(now, _values(base, shares), strict=True)):
+            lost.append(shape)
+    return base, Take(base.name, {**base.document, "curves": curves}), lost
+
+
+def _values(take: Take, shares: dict[str, float]) -> list[float]:
+    """What channels give a shape, at each frame."""
+    columns = [[share * value for value in take.curves[channel]] for channel, share in shares.items()]
+    sums = [sum(values) for values in zip(*columns, strict=True)]
+    return [max(value, 0.0) for value in sums] if min(shares.values()) < 0 else sums
 
 
 def _put_strip(
-    take: Take, keys: bpy.types.Key, found: dict[str, str], scene: bpy.types.Scene, first: float
+    take: Take,
+    keys: bpy.types.Key,
+    found: dict[str, dict[str, float]],
+    scene: bpy.types.Scene,
+    first: float,
 ) -> None:
     frames = [first + time * scene_rate(scene) for time in take.times]
-    curves = [(_path(shape), 0, take.curves[channel]) for channel, shape in found.items()]
+    curves = [(_path(shape), 0, _values(take, shares)) for shape, shares in found.items()]
     action = lay_strip(keys, take.name, frames, curves)
     kept = {"name": take.name, "document": take.document, "shapes": found, "first": first}
     action[KEPT] = json.dumps(kept)

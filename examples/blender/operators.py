@@ -10,10 +10,11 @@ from bpy.props import BoolProperty, FloatProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from .faces import find_faces, put_take, read_back, scene_rate
+from .names import Table, read_names
 from .necks import TURNS, put_turns
 from .programs import run_phonanim
 from .scenes import lay_sound, mark_phones
-from .takes import FORMATS, Take, TakeError, read_names, read_take
+from .takes import FORMATS, Take, TakeError, read_take
 
 ALIGNMENTS = (".textgrid", ".lab", ".ctm", ".tsv", ".srt", ".vtt", ".eaf")
 
@@ -38,9 +39,9 @@ def program(context: bpy.types.Context) -> str:
     return bpy.path.abspath(addon.preferences.program) if addon and addon.preferences else ""
 
 
-def names_of(operator: bpy.types.Operator) -> dict[str, str]:
+def names_of(operator: bpy.types.Operator) -> Table:
     """The table of names that an operator was given."""
-    return read_names(Path(bpy.path.abspath(operator.names))) if operator.names else {}
+    return read_names([Path(bpy.path.abspath(operator.names))]) if operator.names else {}
 
 
 def lay(
@@ -63,7 +64,7 @@ class Laid:
     """What the operators that lay lines on meshes ask for."""
 
     names: StringProperty(
-        name="Names", description="Table of channel,shape where names differ", subtype="FILE_PATH", default=""
+        name="Names", description="Table shape,control,weight of own names", subtype="FILE_PATH", default=""
     )
     markers: BoolProperty(name="Markers", description="A marker at the start of each phone", default=True)
     head: BoolProperty(name="Head", description="Turn the head bone of the meshes' armature", default=True)
@@ -182,7 +183,7 @@ class ExportEdits(bpy.types.Operator, ExportHelper):
     def execute(self, context: bpy.types.Context) -> str:
         """Compare the curves with the take that was laid on the active mesh."""
         (face,) = find_faces([context.active_object] if context.active_object else [])
-        base, edited = read_back(face, context.scene, self.line)
+        base, edited, lost = read_back(face, context.scene, self.line)
         with tempfile.TemporaryDirectory() as folder:
             places = [Path(folder) / name for name in ("base.json", "edited.json")]
             for place, take in zip(places, (base, edited), strict=True):
@@ -190,7 +191,8 @@ class ExportEdits(bpy.types.Operator, ExportHelper):
             more = ["--replace"] if self.replace else []
             run_phonanim(program(context), "edit", "diff", *map(str, places), "-o", self.filepath, *more)
         found = json.loads(Path(self.filepath).read_text("utf-8"))["edits"]
-        return f"{self.filepath}: {len(found)} edits of {base.name}"
+        without = f"; not of {', '.join(lost)}, which several controls move" if lost else ""
+        return f"{self.filepath}: {len(found)} edits of {base.name}{without}"
 
 
 OPERATORS = (ImportLine, AnimateAlignment, AnimateFolder, ExportEdits)

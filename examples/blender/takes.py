@@ -1,13 +1,10 @@
-"""Animations as phonanim writes them, and the shapes that they move. Nothing here needs Blender."""
+"""Animations as phonanim writes them. Nothing here needs Blender."""
 
-import csv
 import json
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-SIDES = {"l": "left", "r": "right"}
 FORMATS = (".json",)  # what is read here, tracks among them; phonanim turns everything else into it
 
 
@@ -73,40 +70,3 @@ def _value(keys: list[list[float]], time: float) -> float:
         return (before[-1] if before else after[0])[1]
     (t0, v0), (t1, v1) = before[-1], after[0]
     return v0 + (v1 - v0) * (time - t0) / (t1 - t0)
-
-
-def plain_name(name: str) -> str:
-    """A name without what programs add: `head.jawOpen`, `JawOpen`, `jaw_open` and `jawOpen.001` are one."""
-    last = re.sub(r"[._]\d{3}$", "", name).rsplit(".", 1)
-    if len(last) == 2 and last[1] in ("L", "R"):  # `eyeBlink.L`
-        return re.sub(r"[\s_]", "", last[0] + SIDES[last[1].lower()]).lower()
-    side = re.fullmatch(r"(.+[a-z])_?([LR])|(.+)_([lr])", last[-1])
-    text = last[-1]
-    if side:
-        stem, letter = (side[1], side[2]) if side[1] else (side[3], side[4])
-        text = stem + SIDES[letter.lower()]
-    return re.sub(r"[\s_]", "", text).lower()
-
-
-def read_names(path: Path) -> dict[str, str]:
-    """A table of names, `channel,shape` in each row. Raises TakeError."""
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            rows = [row for row in csv.reader(stream) if row and not row[0].startswith("#")]
-        return {channel.strip(): shape.strip() for channel, shape in rows}
-    except (OSError, ValueError) as error:
-        raise TakeError(f"{path}: is not a table of two columns, channel and shape: {error}") from error
-
-
-def match_shapes(channels: list[str], shapes: list[str], names: dict[str, str]) -> dict[str, str]:
-    """The shape of each channel that has one: by the table, by its name, by its plain name."""
-    plain: dict[str, str] = {}
-    for shape in shapes:
-        plain.setdefault(plain_name(shape), shape)
-    found = {}
-    for channel in channels:
-        wanted = names.get(channel, channel)
-        shape = wanted if wanted in shapes else plain.get(plain_name(wanted))
-        if shape is not None:
-            found[channel] = shape
-    return found

@@ -45,12 +45,14 @@ export function valueAt({ times, values }, time) {
   return values[low] + share * (values[high] - values[low]);
 }
 
-// A name without what programs add: `head.jawOpen`, `JawOpen` and `jaw_open` are one, `eyeBlink_L` has a side.
+// A name without what programs add: `head.jawOpen`, `JawOpen`, `jaw_open` and `jawOpen.001` are one, and the
+// side of `eyeBlink_L` and `eyeBlink.L` is written in full.
 export function plainName(name) {
-  const last = name.slice(name.lastIndexOf(".") + 1);
+  const bare = (name.replace(/([._]\d{3}|_div\d)+$/, "") || name).replace(/(?<=[a-z])\.(?=[LR]$)/, "_");
+  const last = bare.slice(bare.lastIndexOf(".") + 1);
   const side = /^(.+[a-z])_?([LR])$/.exec(last) ?? /^(.+)_([lr])$/.exec(last);
   const full = side ? side[1] + SIDES[side[2].toLowerCase()] : last;
-  return full.replace(/[\s_]/g, "").toLowerCase();
+  return full.replace(/[\s_-]/g, "").toLowerCase();
 }
 
 export class LinePlayer {

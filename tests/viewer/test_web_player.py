@@ -49,6 +49,7 @@ def test_tracks_that_are_written_are_played(tmp_path, module):
 
 def test_names_match_as_in_the_exporters(module):
     names = ["jawOpen", "BS.jaw_open", "eyeBlink_L", "mouthRoll", "eyeBlinkR", "a_l", "L", "aaR", "Jaw Open"]
+    names += ["eyeBlink.L", "jaw-open_001", "jawOpen_div2", "jawOpen.001", ".001"]
     code = "console.log(JSON.stringify(given.map(player.plainName)));"
     assert evaluate(module, code, *names) == [plain_name(name) for name in names]
 
