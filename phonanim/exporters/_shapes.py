@@ -15,6 +15,9 @@ from phonanim.rig.head import SHIPPED
 from phonanim.rig.morphs import moving_morphs
 from phonanim.rig.neck import TURNS
 
+KEYS = 0.002
+"""Error of keys, of full weight, unless another is asked for: a key at every frame makes texts of many MB."""
+
 
 @dataclass(frozen=True)
 class ShapeCurve:
@@ -48,12 +51,10 @@ def shape_curves(animation: Animation, node: str | None, character: Path | None)
 
 
 def curve_keys(
-    animation: Animation, curve: NDArray[np.float64], keys: float | None
+    animation: Animation, curve: NDArray[np.float64], keys: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Times, (k,) seconds, none below zero, and values, (k,): every frame, or keys within this error."""
+    """Times, (k,) seconds, none below zero, and values, (k,), of keys within this error."""
     times = animation.times - min(0.0, animation.start)
-    if keys is None:
-        return times, curve
     reduced = reduce_curve(curve, keys)
     return times[reduced.frames], reduced.values[:, 0]
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from phonanim.animation.animation import Animation
 from phonanim.core.files import write_text
 from phonanim.errors import OutputError
-from phonanim.exporters._shapes import ShapeCurve, curve_keys, shape_curves
+from phonanim.exporters._shapes import KEYS, ShapeCurve, curve_keys, shape_curves
 
 SUMMARY = "Godot 3 and 4 Animation resource for the blend shapes of a mesh"
 HEADER = """[gd_resource type="Animation" format=2]
@@ -41,12 +41,12 @@ def write(
     path: Path,
     node: str | None = None,
     character: Path | None = None,
-    keys: float | None = None,
+    keys: float = KEYS,
 ) -> None:
     """Write an animation; `node` is the path of the mesh from the AnimationPlayer's root node.
 
-    With a `character`, a GLB or VRM, the tracks move its meshes by the names of their shapes. With `keys`,
-    frames are left out if linear interpolation is within that error. Turns of the head are not in the file.
+    With a `character`, a GLB or VRM, the tracks move its meshes by the names of their shapes. Frames are
+    left out if linear interpolation is within the error `keys`. Turns of the head are not in the file.
     Raises RigError when the character cannot be used, OutputError when a name cannot stand in a path or the
     destination cannot be written.
     """
@@ -62,7 +62,7 @@ def write(
     write_text(path, header + "".join(_track(animation, one, n, keys) for n, one in enumerate(found)))
 
 
-def _track(animation: Animation, one: ShapeCurve, number: int, keys: float | None) -> str:
+def _track(animation: Animation, one: ShapeCurve, number: int, keys: float) -> str:
     times, values = curve_keys(animation, one.curve, keys)
     return TRACK.format(
         number=number,

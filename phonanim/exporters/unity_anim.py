@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.core.files import write_text
-from phonanim.exporters._shapes import ShapeCurve, curve_keys, shape_curves
+from phonanim.exporters._shapes import KEYS, ShapeCurve, curve_keys, shape_curves
 
 SUMMARY = "Unity AnimationClip (YAML) for the blend shapes of a SkinnedMeshRenderer"
 STRAIGHT = 69  # tangent mode of keys: broken, linear on both sides
@@ -113,12 +113,12 @@ def write(
     path: Path,
     node: str | None = None,
     character: Path | None = None,
-    keys: float | None = None,
+    keys: float = KEYS,
 ) -> None:
     """Write a clip; `node` is the path of the renderer below the Animator, such as `Body/Face`.
 
-    With a `character`, a GLB or VRM, the clip moves its meshes by the names of their shapes. With `keys`,
-    frames are left out if linear interpolation is within that error. Turns of the head are not in the clip.
+    With a `character`, a GLB or VRM, the clip moves its meshes by the names of their shapes. Frames are
+    left out if linear interpolation is within the error `keys`. Turns of the head are not in the clip.
     Raises RigError when the character cannot be used, OutputError when the destination cannot be written.
     """
     found = shape_curves(animation, node, character)
@@ -132,8 +132,8 @@ def write(
     write_text(path, clip)
 
 
-def _curve(animation: Animation, one: ShapeCurve, keys: float | None) -> str:
-    times, values = curve_keys(animation, 100 * one.curve, None if keys is None else 100 * keys)
+def _curve(animation: Animation, one: ShapeCurve, keys: float) -> str:
+    times, values = curve_keys(animation, 100 * one.curve, 100 * keys)
     before, after = _slopes(times, values)
     rows = zip(times.tolist(), values.tolist(), before.tolist(), after.tolist(), strict=True)
     return CURVE.format(

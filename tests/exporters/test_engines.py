@@ -38,7 +38,7 @@ def unity(path):
 
 def test_unity_reads_percents_and_straight_tangents(tmp_path):
     animation = line(frames=20)
-    save(animation, tmp_path / "hello.unity.anim", node="Armature/Face")
+    save(animation, tmp_path / "hello.unity.anim", node="Armature/Face", keys=0)
     clip, curves = unity(tmp_path / "hello.unity.anim")
     assert clip["m_Name"] == "hello"
     assert float(clip["m_SampleRate"]) == 60
@@ -79,7 +79,7 @@ def godot(path):
 
 def test_godot_moves_properties_of_the_mesh(tmp_path):
     animation = replace(line(), start=-0.5)
-    save(animation, tmp_path / "a.tres", node="Armature/Face")
+    save(animation, tmp_path / "a.tres", node="Armature/Face", keys=0)
     tracks = godot(tmp_path / "a.tres")
     assert set(tracks) == {f"Armature/Face:blend_shapes/{name}" for name in MOVED}
     times, values = tracks["Armature/Face:blend_shapes/jawOpen"]
@@ -114,7 +114,7 @@ GODOT = shutil.which("godot3-server")
 
 @pytest.mark.skipif(GODOT is None, reason="needs godot3-server")
 def test_godot_shows_the_curves(tmp_path, root):
-    save(line(), tmp_path / "a.tres", node="Face")
+    save(line(), tmp_path / "a.tres", node="Face", keys=0)
     save(line(), tmp_path / "a.json")
     script = root / "scripts" / "check_godot.gd"
     command = [GODOT, "-s", script, "--animation=a.tres", "--take=a.json"]
