@@ -1,6 +1,6 @@
 """Onset errors of `phonanim align` against other labels of the same recordings, its speed, and recognition.
 
-    python benchmarks/align.py ../shared/data/textgrids [../shared/data/grid_s1]
+    python benchmarks/align.py RECORDINGS/textgrids [RECORDINGS/grid_s1]
 
 Takes every English WAV that has a TextGrid with words beside it (or the praatIO files, which are labelled
 by hand). Each word of the reference is compared with the word of the same number in the alignment; each

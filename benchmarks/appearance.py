@@ -1,7 +1,7 @@
 """The appearance model and the search on the test clips: what it keeps, how far it is from the tracker.
 
-    python benchmarks/appearance.py ../shared/data/grid_s1 work/corpus [MOUTH ...]
-    python benchmarks/appearance.py ../shared/data/grid_s1 work/corpus --tune     (on training clips)
+    python benchmarks/appearance.py RECORDINGS/grid_s1 work/corpus [MOUTH ...]
+    python benchmarks/appearance.py RECORDINGS/grid_s1 work/corpus --tune     (on training clips)
 
 The corpus has its appearance already (`phonanim corpus appearance`); mouths are folders of
 `phonanim mouth train`, scored in joint parameters, landmarks and pixels.

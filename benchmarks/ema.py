@@ -1,6 +1,6 @@
 """Jaw and tongue against articulography: predicted heights and measured ones, over the speech of utterances.
 
-    python benchmarks/ema.py ../shared/data/ema_de --model tree=work/tree --json work/ema.json
+    python benchmarks/ema.py RECORDINGS/ema_de --model tree=work/tree --json work/ema.json
 
 The jaw is the chin of the reference face. The tongue is the shipped head's, where rig `arkit_tongue` moves
 it by place of articulation, at three points of its upper side as far behind its tip as the sensors are.

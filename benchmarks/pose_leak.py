@@ -1,6 +1,6 @@
 """How much of the landmarks' motion follows the head's pose from clip to clip, before and after its removal.
 
-python benchmarks/pose_leak.py ../shared/data/grid_s1 --model phonanim/models/default --corpus work/corpus
+python benchmarks/pose_leak.py RECORDINGS/grid_s1 --model phonanim/models/default --corpus work/corpus
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Draw one test clip three times over: as filmed, as the model can show it, and as it is predicted.
 
-    python scripts/plot_mouths.py ../shared/data/grid_s1 work/corpus work/mouth -o docs/images/mouths.png
+    python scripts/plot_mouths.py RECORDINGS/grid_s1 work/corpus work/mouth -o docs/images/mouths.png
 
 The columns are the middles of the clip's phones, the longest first until the picture is full.
 """

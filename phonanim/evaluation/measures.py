@@ -54,11 +54,11 @@ def control_regions(channels: tuple[str, ...], masks: Mapping[str, Rows]) -> dic
 
     Raises EvaluationError when a region has a control beyond the last.
     """
-    found = {}
+    found: dict[str, Rows] = {}
     for region, heads in (("lips", MOUTH_CONTROLS), ("upper", UPPER_CONTROLS)):
-        rows = [row for row, name in enumerate(channels) if plain_name(name).startswith(heads)]
-        if rows:
-            found[region] = np.array(rows, np.int64)
+        named = [row for row, name in enumerate(channels) if plain_name(name).startswith(heads)]
+        if named:
+            found[region] = np.array(named, np.int64)
     for region, rows in masks.items():
         if rows.max() >= len(channels):
             raise EvaluationError(

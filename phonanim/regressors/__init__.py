@@ -20,6 +20,7 @@ from phonanim.errors import ModelError
 from phonanim.face.model import FaceModel
 from phonanim.inputs.speech_input import InputModality as InputModality
 from phonanim.media.audio import Sound
+from phonanim.regressors._contract import check_class, check_required
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.phones import PhoneTrack, silent_track
 
@@ -64,8 +65,17 @@ class Examples:
 class Regressor(Protocol):
     """The class that each file of this folder, or a plugin of `phonanim.regressors`, has as `REGRESSOR`.
 
-    `config_class` is a frozen dataclass. `input_modality` is the input that is used: "phones" ignores the
-    sound, "audio" ignores the track, "both" needs both.
+    A regressor is usually a frozen dataclass of its `config` and the arrays that it has learned. It is
+    written as `tensors()` and `config`, and read by `from_tensors`: there is no `save` or `load` to write.
+    `fit` must take chance from `rng` alone, so that the same recipe gives the same bytes. `phonanim train`
+    tries out what `fit` returns, and says in one line what does not keep this contract.
+
+    Attributes:
+        input_modality: The input that is used: "phones" ignores the sound, "audio" ignores the track, "both"
+            needs both.
+        config_class: A frozen dataclass of numbers, texts, truth values and tuples of them: the keys of
+            [settings] in a recipe. A field without a default must be given there.
+        config: The settings that it was trained with.
     """
 
     input_modality: ClassVar[InputModality]
@@ -81,15 +91,19 @@ class Regressor(Protocol):
         rng: np.random.Generator,
         progress: Progress,
     ) -> Regressor:
-        """Learn from examples; `validation` is used for early stopping only."""
+        """Learn from examples; `validation` is used for early stopping only. `progress` takes 0 to 1."""
 
     def predict(
         self, track: PhoneTrack, times: NDArray[np.float64], sound: Sound | None = None
     ) -> NDArray[np.float32]:
-        """Modes at instants of a track or a sound, (times,) seconds -> (times, modes)."""
+        """Modes at instants of a track or a sound, (times,) seconds -> (times, modes) float32.
+
+        Instants are of any rate, and may lie beyond the ends, where there is silence. None at all give (0,
+        modes).
+        """
 
     def tensors(self) -> Tensors:
-        """Everything learned, by name."""
+        """Everything learned: NumPy arrays by name, which weights.safetensors holds."""
 
     @classmethod
     def from_tensors(cls, config: Any, tensors: Tensors) -> Regressor:
@@ -161,7 +175,9 @@ def kind_of(regressor: Regressor) -> str:
 def regressor_class(kind: str) -> type[Regressor]:
     """The class of a kind. Raises ModelError, which suggests the nearest name, when there is none."""
     found = REGRESSORS.find(kind)
-    if found is None:
+    if found is not None:
+        check_class(found, kind)
+    else:
         near = get_close_matches(kind, kinds(), n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise ModelError(f"there is no regressor {kind!r}{hint} (known: {', '.join(kinds())})")
@@ -179,6 +195,7 @@ def make_config(kind: str, values: dict[str, Any], where: str) -> Any:
             hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(known)}"
             raise ModelError(f"{where}: {kind} has no setting {key!r}; {hint}")
     check_types(values, config, where)
+    check_required(config, values, where)
     for key, value in values.items():
         most = MAX_SIZE if key in SIZES else MAX_NUMBER
         listed = value if isinstance(value, (list, tuple)) else [value]

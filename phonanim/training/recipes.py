@@ -37,6 +37,7 @@ from phonanim.regressors import (
     make_config,
     regressor_class,
 )
+from phonanim.regressors._contract import check_fitted
 from phonanim.speech.language import to_phones
 
 if sys.version_info >= (3, 11):
@@ -134,6 +135,8 @@ def fit_recipe(
     if journal and getattr(regressor_class(recipe.kind), "resumable", False):
         fit = partial(fit, journal=journal)
     regressor = fit(settings, recordings, held_out, rng, lambda done: progress(base + (1 - base) * done))
+    if not heard:
+        check_fitted(regressor, recipe.kind, recordings.tracks[0], recordings.times[0], len(face.std))
     card = {
         "fps": corpus.fps,
         "provenance": {

@@ -98,7 +98,7 @@ def test_damaged_arrays_are_told(tmp_path: Path) -> None:
         load_recordings(tmp_path)
 
 
-@pytest.mark.skipif(not (REAL / "ema_de").is_dir(), reason="needs ../shared/data/ema_de")
+@pytest.mark.skipif(not (REAL / "ema_de").is_dir(), reason="needs the folder ema_de of PHONANIM_DATA")
 def test_the_jaw_of_a_real_speaker_opens_in_a() -> None:
     for one in load_recordings(REAL / "ema_de"):
         jaw, code = one.curves["jaw"][one.speech], one.track.sample(one.times[one.speech])

@@ -11,6 +11,7 @@ from click.testing import CliRunner
 from speech import made_up_face
 
 import phonanim
+from phonanim.core.plugins import _entries
 from phonanim.corpus.corpus import PUPILS, RIGID, build_corpus, load_corpus, remove_pose_leak, stabilize
 from phonanim.errors import CorpusError, ModelError
 from phonanim.face.fit import fit_face
@@ -291,3 +292,23 @@ def test_real_recordings(shared_data: Path, tmp_path: Path) -> None:
     assert 12 <= len(face.std) <= 16
     energy = face.std**2
     assert energy[:4].sum() / energy.sum() > 0.9
+
+
+def test_a_regressor_of_another_package_is_trained_by_a_recipe(
+    recordings: Path, tmp_path: Path, root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("sklearn")
+    facts = tmp_path / "site/phonanim_example-1.0.dist-info"
+    facts.mkdir(parents=True)
+    (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: phonanim-example\nVersion: 1.0\n")
+    (facts / "entry_points.txt").write_text("[phonanim.regressors]\nheld_mean = phonanim_example.held_mean\n")
+    for folder in (tmp_path / "site", root / "examples/plugin"):
+        monkeypatch.syspath_prepend(str(folder))
+    _entries.cache_clear()
+    build_corpus(recordings, tmp_path / "corpus")
+    path = tmp_path / "held.toml"
+    path.write_text('kind = "held_mean"\ncorpus = "corpus"\n[settings]\ngain = 1.5\n')
+    model = load(train(path, tmp_path / "held"))
+    _entries.cache_clear()
+    assert (model.card["kind"], model.regressor.config.gain) == ("held_mean", 1.5)
+    assert model.card["provenance"]["scores"]["validation_aperture_r"] > 0.3
