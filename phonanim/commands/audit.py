@@ -27,11 +27,22 @@ FOUND = 1
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="TOML with the styles that a table names; phonanim's own by default.",
 )
+@click.option(
+    "--characters",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="TOML or CSV with the characters that a table names, as for phonanim batch.",
+)
 @click.option("--workers", type=click.IntRange(1, 512), help="Number of processes; one per core by default.")
 @click.option("--verify", is_flag=True, help="Read every file again, also those of the same size and time.")
 @console_options
 def command(
-    source: str, delivered: str, styles: Path | None, workers: int | None, verify: bool, console: Console
+    source: str,
+    delivered: str,
+    styles: Path | None,
+    characters: Path | None,
+    workers: int | None,
+    verify: bool,
+    console: Console,
 ) -> int:
     """Compare lines (a table, a folder, or a pattern) with the outputs made for them.
 
@@ -46,12 +57,13 @@ def command(
     """
     from phonanim.articulation.styles import read_styles
     from phonanim.dubbing.audit import audit, count_problems
+    from phonanim.dubbing.characters import read_characters
     from phonanim.dubbing.lines import read_lines
     from phonanim.dubbing.processes import count_cores
     from phonanim.dubbing.row import Common
     from phonanim.dubbing.storage import parse_place
 
-    lines = read_lines(source, Common(styles=read_styles(styles)))
+    lines = read_lines(source, Common(styles=read_styles(styles), characters=read_characters(characters)))
     findings = audit(lines, parse_place(delivered), workers or count_cores(), verify)
     totals = count_problems(findings)
     console.print_result(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -16,11 +16,8 @@ from phonanim.commands._export import export_options, option_spelling
 from phonanim.commands._options import animation_options
 
 if TYPE_CHECKING:
-    from phonanim.dubbing.job import Result
-    from phonanim.dubbing.lines import Lines
     from phonanim.dubbing.row import Common
     from phonanim.dubbing.run import Engine
-    from phonanim.dubbing.storage import Place
     from phonanim.options import Options
 
 SOME_FAILED = 1
@@ -42,6 +39,11 @@ SOME_FAILED = 1
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="TOML with the styles that a table names; phonanim's own by default.",
 )
+@click.option(
+    "--characters",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="TOML or CSV with the characters that a table names: rig, mesh, style, language, voice.",
+)
 @export_options
 @click.option(
     "--edits", metavar="FOLDER", help="Folder of an animator's edits, with OUTPUT.edits.json for each line."
@@ -56,6 +58,7 @@ SOME_FAILED = 1
 @click.option("--scheduler", help="Address of the dask scheduler, such as tcp://10.0.0.1:8786.")
 @click.option("--verify", is_flag=True, help="Read every file again, also those of the same size and time.")
 @click.option("--dry-run", is_flag=True, help="Report what would be made, and write nothing.")
+@click.option("--verbose", "-v", is_flag=True, help="Print every line, not only what is wrong.")
 @console_options
 def command(
     source: str,
@@ -63,6 +66,7 @@ def command(
     formats: tuple[str, ...],
     options: Options,
     styles: Path | None,
+    characters: Path | None,
     styled: Mapping[str, float],
     exports: dict[str, object],
     edits: str | None,
@@ -71,6 +75,7 @@ def command(
     scheduler: str | None,
     verify: bool,
     dry_run: bool,
+    verbose: bool,
     console: Console,
 ) -> int:
     """Animate many lines: a folder, a pattern in quotes, or a table.
@@ -88,36 +93,37 @@ def command(
       phonanim batch 'takes/**/*.TextGrid' -o out/ --format glb --format npz --workers 4
       phonanim batch script.csv -o out/ --format glb --character hero.glb --edits edits/
       phonanim batch s3://show/script.csv -o s3://show/out --engine dask --scheduler tcp://10.0.0.1:8786
+      phonanim batch script.csv -o out/ --characters show.toml --format metahuman.csv --format curves.usda
       phonanim batch script.csv -o out/ --dry-run
     """
     from phonanim.articulation.styles import read_styles
+    from phonanim.commands._batch_report import RunReporter, report_dry_run
+    from phonanim.dubbing.characters import read_characters
     from phonanim.dubbing.lines import read_lines
-    from phonanim.dubbing.report import count_totals, headline
     from phonanim.dubbing.reserve import reserve_outputs
     from phonanim.dubbing.row import Common
     from phonanim.dubbing.run import run
     from phonanim.dubbing.storage import parse_place
+    from phonanim.exporters import option_names
 
     formats = tuple(dict.fromkeys(name.lower().lstrip(".") for name in formats))
     check_options(formats, options, exports)
     target = parse_place(folder)
+    meshes = any("character" in option_names(Path(f"line.{name}")) for name in formats)
+    known = read_characters(characters, meshes)
     common = with_absolute_paths(
-        Common(options, read_styles(styles), exports, parse_place(edits) if edits else None, styled)
+        Common(options, read_styles(styles), exports, parse_place(edits) if edits else None, styled, known)
     )
     lines = reserve_outputs(read_lines(source, common), target, formats)
     if dry_run:
-        return report_dry_run(lines, target, formats, console)
+        return SOME_FAILED if report_dry_run(lines, target, formats, console, verbose) else 0
     started = time.monotonic()
     with console.progress(source) as progress:
-        tell = event_reporter(len(lines.lines), console, progress)
-        outcomes = run(lines, target, formats, choose_engine(engine, scheduler, workers), tell, verify)
-    totals = count_totals(outcomes)
-    console.print_event(
-        "end", **totals, wall_seconds=round(time.monotonic() - started, 3), report=target / "report.html"
-    )
-    console.print(headline(totals))
-    console.print(f"read {target / 'report.html'}; it has the worst lines first")
-    return SOME_FAILED if totals["failed"] else 0
+        reporter = RunReporter(len(lines.lines), console, progress, verbose)
+        chosen = choose_engine(engine, scheduler, workers)
+        outcomes = run(lines, target, formats, chosen, reporter.tell, verify)
+    failed = reporter.finish(outcomes, target / "report.html", time.monotonic() - started)
+    return SOME_FAILED if failed else 0
 
 
 def with_absolute_paths(common: Common) -> Common:
@@ -166,40 +172,3 @@ def choose_engine(engine: str, scheduler: str | None, workers: int | None) -> En
     from phonanim.dubbing import cluster
 
     return partial(cluster.run_jobs, task=make_line, scheduler=scheduler)
-
-
-def event_reporter(
-    count: int, console: Console, progress: Callable[[float], None]
-) -> Callable[[Result], None]:
-    """Report each line as it ends."""
-    done = 0
-
-    def tell(result: Result) -> None:
-        nonlocal done
-        done += 1
-        progress(done / count)
-        outcome = result.outcome
-        status = "failed" if not outcome.done else "made" if result.made else "kept"
-        console.print_event("line", id=outcome.id, status=status, error=outcome.error, done=done, lines=count)
-        if not outcome.done:
-            console.print(f"{outcome.id}: {outcome.error}")
-
-    return tell
-
-
-def report_dry_run(lines: Lines, folder: Place, formats: tuple[str, ...], console: Console) -> int:
-    """Report what a run would do with each line."""
-    from phonanim.dubbing.run import plan_run
-
-    plan = dict(plan_run(lines, folder, formats))
-    for id, what in plan.items():
-        console.print_event("line", id=id, would=what)
-        console.print(f"{what}  {id}")
-    for fault in lines.faults:
-        console.print_event("line", id=fault.id, would="fail", error=fault.message)
-        console.print(f"fail  {fault.id}: {fault.place}: {fault.message}")
-    kinds = list(plan.values())
-    console.print(
-        f"{kinds.count('make')} to make, {kinds.count('keep')} to keep, {len(lines.faults)} invalid"
-    )
-    return SOME_FAILED if lines.faults else 0

@@ -182,6 +182,11 @@ def _now(line: Line, known: Outcome, given: Outcome | None) -> Mapping[str, obje
         "audio": input_entry(line, "audio", given),
         "model": model_hash(options["model"]),
         "rig": rig_hash(options["rig"]),
+        **(
+            {"rigs": {name: rig_hash(name) for name in known.origin["rigs"]}}
+            if known.origin.get("rigs")
+            else {}
+        ),
         **({"edits": input_entry(line, "edits", given)} if line.edits else {}),
     }
 

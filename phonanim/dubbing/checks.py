@@ -16,6 +16,7 @@ from phonanim.media.audio import audio_duration, read_audio
 from phonanim.pipeline import AnimationResult
 from phonanim.speech.alignment_file import quote_label
 from phonanim.speech.bilabials import shut_segments
+from phonanim.speech.language import NOISE_NOTE
 from phonanim.speech.phones import PhoneTrack, pair_rows
 
 OPEN_MM = 1.0  # a gap between the lips that is visibly open
@@ -25,6 +26,7 @@ LENGTH_TOLERANCE = 0.15  # seconds between the ends of recording and alignment
 STEP = 0.01  # seconds, for the loudness of the recording
 MARGIN = 5  # steps on each side of a boundary that do not count, because boundaries are not that exact
 CONTRAST_DB = 20.0  # least range of loudness in which silence and speech can be separated
+LONG_NOISE = 0.5  # seconds; a longer `spn` may be a word that the dictionary lacks, a longer breath is rare
 MISPLACED = 0.3  # seconds of sound in silence, or of silence in speech, that make a flag
 
 
@@ -53,8 +55,18 @@ def line_facts(result: AnimationResult, audio: Path | None) -> dict[str, Any]:
 def replaced_labels(result: AnimationResult, audio: Path | None) -> Flag | None:
     """Labels that were not used as written."""
     doubts = result.language.doubt() if result.language else ()
-    notes = [note for note in result.notes if note not in doubts]
+    notes = [note for note in result.notes if note not in doubts and not _is_usual_noise(note, result)]
     return Flag("labels", _severity(len(notes), 5), "; ".join(notes)) if notes else None
+
+
+def _is_usual_noise(note: str, result: AnimationResult) -> bool:
+    """Whether a note is of breaths and other noises, none of them long enough to hide speech."""
+    if not note.endswith(NOISE_NOTE):
+        return False
+    named = [
+        phone for phone in result.animation.phones if note.startswith(f'"{quote_label(phone.label)}" at ')
+    ]
+    return max((phone.end - phone.start for phone in named), default=0.0) <= LONG_NOISE
 
 
 def unsure_language(result: AnimationResult, audio: Path | None) -> Flag | None:

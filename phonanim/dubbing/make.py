@@ -11,6 +11,7 @@ from phonanim.core.files import content_hash
 from phonanim.core.plugins import find_culprit
 from phonanim.dubbing.align_lines import align_line, alignment_place
 from phonanim.dubbing.checks import line_facts
+from phonanim.dubbing.format_rigs import rig_of_format, rigs_of_formats
 from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.motion import line_motion
@@ -21,6 +22,7 @@ from phonanim.dubbing.stamps import OUTPUTS, stamp_inputs, stamp_outputs
 from phonanim.dubbing.storage import forget_listings
 from phonanim.errors import OptionError, PhonanimError
 from phonanim.exporters import assign_options, save
+from phonanim.options import Options
 from phonanim.pipeline import (
     AnimationResult,
     animate_detailed,
@@ -63,6 +65,7 @@ def reset_caches(run: str) -> None:
         rig_hash,
         shared_file_entry,
         find_extensions,
+        rig_of_format,
     ):
         remembered.cache_clear()
     forget_listings()
@@ -78,7 +81,7 @@ def _made(job: Job, near: Copies) -> Result:
         stamped = {**stamps, OUTPUTS: stamp_outputs(job.known.outputs, job.folder)}
         return Result(replace(job.known, place=job.line.place, stamps=stamped), made=False)
     folder = cast("Path", here.folder)
-    performance, outputs = _written(here.line, folder, origin["outputs"])
+    performance, outputs = _written(here.line, folder, job.formats)
     upload_outputs(list(outputs), folder, job.folder)
     audio = cast("Path | None", here.line.audio)
     facts, motion = line_facts(performance, audio), line_motion(performance, audio)
@@ -88,21 +91,36 @@ def _made(job: Job, near: Copies) -> Result:
     )
 
 
-def _written(line: Line, folder: Path, names: list[str]) -> tuple[AnimationResult, dict[str, str]]:
+def _written(line: Line, folder: Path, formats: tuple[str, ...]) -> tuple[AnimationResult, dict[str, str]]:
     """The animation of a line, and the content hashes of the outputs that were written."""
     alignment = cast("Path", alignment_place(line, folder))
     made = [] if line.text is None else [alignment]
     options, notes = (line.options, ()) if line.text is None else align_line(line, alignment)
-    performance = _edited(animate_detailed(alignment, options, cast("Path | None", line.audio)), line)
-    performance = replace(performance, notes=(*notes, *performance.notes))
-    paths = [folder / name for name in names]
+    rigs = rigs_of_formats(line, formats)
+    paths = [folder / f"{line.output}.{suffix}" for suffix in formats]
     exports, idle = assign_options(line.exports, paths)
     if idle:
-        raise OptionError(f"{line.alignment}: {idle[0]} has no effect on {', '.join(names)}; leave it out")
-    for path, given in zip(paths, exports, strict=True):
+        names = ", ".join(path.relative_to(folder).as_posix() for path in paths)
+        raise OptionError(f"{line.alignment}: {idle[0]} has no effect on {names}; leave it out")
+    found = {
+        rig: _performed(line, alignment, replace(options, rig=rig), notes)
+        for rig in dict.fromkeys([line.options.rig, *rigs.values()])
+        if rig in rigs.values()
+    }
+    for path, given, rig in zip(paths, exports, rigs.values(), strict=True):
         make_folder_within(path.parent, folder)
-        save(performance.animation, path, **given)
-    return performance, {path.relative_to(folder).as_posix(): content_hash(path) for path in (*made, *paths)}
+        save(found[rig].animation, path, **given)
+    hashes = {path.relative_to(folder).as_posix(): content_hash(path) for path in (*made, *paths)}
+    return next(iter(found.values())), hashes
+
+
+def _performed(line: Line, alignment: Path, options: Options, notes: tuple[str, ...]) -> AnimationResult:
+    """The animation of a line on one rig, with its edits."""
+    performance = animate_detailed(alignment, options, cast("Path | None", line.audio))
+    if line.edits is not None:
+        animation = apply_edit_file(performance.animation, cast("Path", line.edits), options)
+        performance = replace(performance, animation=animation, notes=tuple(animation.provenance["notes"]))
+    return replace(performance, notes=(*notes, *performance.notes))
 
 
 def make_folder_within(place: Path, folder: Path) -> None:
@@ -110,10 +128,3 @@ def make_folder_within(place: Path, folder: Path) -> None:
     place.mkdir(parents=True, exist_ok=True)
     if not place.resolve().is_relative_to(folder.resolve()):
         raise OptionError(f"{place}: a link leads out of the output folder; remove the link")
-
-
-def _edited(performance: AnimationResult, line: Line) -> AnimationResult:
-    if line.edits is None:
-        return performance
-    animation = apply_edit_file(performance.animation, cast("Path", line.edits), line.options)
-    return replace(performance, animation=animation, notes=tuple(animation.provenance["notes"]))

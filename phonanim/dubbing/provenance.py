@@ -14,6 +14,7 @@ from phonanim.core.files import content_hash
 from phonanim.core.lexicon import LEXICON, find_tables
 from phonanim.core.plugins import plugin_packages
 from phonanim.core.version import __version__
+from phonanim.dubbing.format_rigs import rigs_of_formats
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.stamps import INPUTS, OUTPUTS, Stamp, stamp_file
@@ -39,8 +40,14 @@ def origin_of(line: Line, formats: tuple[str, ...], known: Outcome | None = None
         "version": __version__,
         "outputs": [f"{line.output}.{suffix}" for suffix in formats],
     }
-    origin |= find_extensions()
+    origin |= find_extensions() | _other_rigs(line, formats)
     return dict(json.loads(json.dumps(origin)))  # as it will be read back from the ledger
+
+
+def _other_rigs(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
+    """The hashes of rigs that formats need besides that of the line, where there are any."""
+    others = sorted(set(rigs_of_formats(line, formats).values()) - {line.options.rig})
+    return {"rigs": {name: rig_hash(name) for name in others}} if others else {}
 
 
 @cache

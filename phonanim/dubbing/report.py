@@ -6,10 +6,12 @@ import html
 import json
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from math import prod
 from typing import Any
 
 from phonanim.core.pages import page_policy
 from phonanim.core.version import __version__
+from phonanim.dubbing.causes import Cause, chance_seen, find_causes
 from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.storage import Place, write
 
@@ -39,6 +41,7 @@ def write_reports(folder: Place, outcomes: Sequence[Outcome], remarks: Sequence[
         "tool": f"phonanim {__version__}",
         "totals": totals,
         "remarks": list(remarks),
+        "causes": [_cause(cause) for cause in find_causes(ordered)],
         "lines": [_entry(outcome) for outcome in ordered],
     }
     write(folder / "report.json", json.dumps(document, indent=1, ensure_ascii=False) + "\n")
@@ -47,7 +50,7 @@ def write_reports(folder: Place, outcomes: Sequence[Outcome], remarks: Sequence[
 
 
 def worst_first(outcomes: Iterable[Outcome]) -> list[Outcome]:
-    """Failed lines, then flagged ones by the sum of their severities, then the others; ties by id."""
+    """Failed lines, then flagged ones by how likely a flag is seen, then the others; ties by id."""
     return sorted(outcomes, key=lambda outcome: (outcome.done, -_badness(outcome), outcome.id))
 
 
@@ -69,12 +72,13 @@ def count_totals(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     }
 
 
-def headline(totals: dict[str, Any]) -> str:
-    """The totals in one line."""
+def headline(totals: dict[str, Any], done: str = "") -> str:
+    """The totals in one line; `done` says how lines came to be done, such as "3 made, 2 kept"."""
     flags = ", ".join(f"{name} {count}" for name, count in totals["flags"].items())
     languages = ", ".join(f"{name} {count}" for name, count in totals["languages"].items())
+    done = done or f"{totals['done']} done"
     return (
-        f"{totals['lines']} lines: {totals['done']} done ({totals['seconds'] / 60:.1f} min, "
+        f"{totals['lines']} lines: {done} ({totals['seconds'] / 60:.1f} min, "
         f"{totals['frames']} frames), {totals['failed']} failed, {totals['flagged']} flagged"
         + (f" ({flags})" if flags else "")
         + (f"; language: {languages}" if languages else "")
@@ -82,9 +86,11 @@ def headline(totals: dict[str, Any]) -> str:
 
 
 def text_summary(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Sequence[str]) -> str:
-    """The run as plain text: the totals, remarks, and the worst lines."""
-    bad = [outcome for outcome in ordered if _trouble(outcome)]
-    lines = [headline(totals), *remarks, *(f"{outcome.id}: {_trouble(outcome)}" for outcome in bad[:WORST])]
+    """The run as plain text: the totals, remarks, causes, and the worst flagged lines."""
+    bad = [outcome for outcome in ordered if outcome.done and _trouble(outcome)]
+    lines = [headline(totals), *remarks, *map(str, find_causes(ordered))]
+    if bad:
+        lines += ["", "the worst lines:", *(f"{outcome.id}: {_trouble(outcome)}" for outcome in bad[:WORST])]
     if len(bad) > WORST:
         lines.append(f"... and {len(bad) - WORST} more: see report.html")
     return "\n".join(lines) + "\n"
@@ -94,6 +100,7 @@ def html_page(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Seque
     """The run as one HTML page without scripts, the worst lines first."""
     rows = "\n".join(map(_row, ordered))
     notes = "".join(f"<p>{html.escape(remark)}</p>\n" for remark in remarks)
+    notes += "".join(f'<p class="cause">{html.escape(str(cause))}</p>\n' for cause in find_causes(ordered))
     return f"""<!doctype html>
 <html lang="en">
 <meta charset="utf-8">
@@ -114,6 +121,11 @@ def html_page(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Seque
 def _entry(outcome: Outcome) -> dict[str, Any]:
     """A line of the report: an outcome without what only the ledger needs."""
     return {name: getattr(outcome, name) for name in ("id", "place", "outputs", "facts", "error")}
+
+
+def _cause(cause: Cause) -> dict[str, Any]:
+    named = {"check": cause.check, "cause": cause.what, "lines": len(cause.ids)}
+    return {**named, "ids": cause.ids, "example": cause.example}
 
 
 def _row(outcome: Outcome) -> str:
@@ -145,4 +157,5 @@ def _trouble(outcome: Outcome) -> str:
 
 
 def _badness(outcome: Outcome) -> float:
-    return float(sum(flag["severity"] for flag in outcome.facts.get("flags", ())))
+    """How likely a viewer sees one of the flags."""
+    return 1.0 - prod(1.0 - chance_seen(flag) for flag in outcome.facts.get("flags", ()))

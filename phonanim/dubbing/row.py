@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from phonanim.animation.overlay import is_pose
 from phonanim.animation.rates import parse_rate
 from phonanim.articulation.styles import DIALS, Styles, find_style, parse_dial, read_styles
 from phonanim.core.catalog import CARD
+from phonanim.dubbing.characters import Characters
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.output_names import safe_name
 from phonanim.dubbing.pairing import spellings
@@ -22,6 +24,7 @@ from phonanim.inputs.level import parse_level
 from phonanim.life.parsing import parse_emotions, parse_life, parse_look_at, parse_seed
 from phonanim.media.audio import SUFFIXES as RECORDINGS
 from phonanim.options import DEFAULTS, Options, Overlay
+from phonanim.rig.read import find_rig, rig_names
 from phonanim.speech.clock import parse_offset, parse_unit
 
 TEXTS = ("rig", "model", "language", "fallback", "tier", "speaker", "unknown", "unit")
@@ -48,7 +51,8 @@ class Common:
     """Settings of all lines of a run, unless a row overrides them.
 
     `exports` are options of output formats; `edits` is a folder with an animator's changes to each line,
-    `<output>.edits.json`; `styled` are the dials that the style of the run has set.
+    `<output>.edits.json`; `styled` are the dials that the style of the run has set; `characters` are
+    the names that a cell of `character` may have.
     """
 
     options: Options = DEFAULTS
@@ -56,11 +60,15 @@ class Common:
     exports: Mapping[str, Any] = field(default_factory=dict)
     edits: Place | None = None
     styled: Mapping[str, float] = field(default_factory=dict)
+    characters: Characters = field(default_factory=Characters)
 
 
 def parse_row(id: str, row: Row, root: Place, common: Common) -> Line:
-    """The line of a row, whose paths are relative to `root`. Raises OptionError for invalid cells."""
-    cells = row.cells
+    """The line of a row, whose paths are relative to `root`.
+
+    Raises OptionError for invalid cells, RigError for a rig that is not there.
+    """
+    cells = common.characters.fill(row.cells)
     spoken = "alignment" not in cells
     if spoken and not {"audio", "text"} <= cells.keys():
         raise OptionError("the row names no alignment; fill its cell, or those of audio and text")
@@ -141,8 +149,10 @@ def _overrides(cells: Mapping[str, str], root: Place, common: Common) -> dict[st
     if "style" in cells:  # instead of the style of the run
         chosen = {dial: getattr(DEFAULTS, dial) for dial in common.styled}
         chosen |= find_style(cells["style"], common.styles)
-    chosen |= {name: cells[name] for name in TEXTS if name in cells} | _rig(cells)
+    chosen |= {name: cells[name] for name in TEXTS if name in cells} | _rig(cells, common)
     chosen |= resolve_files(root, chosen)
+    if "rig" in chosen:
+        _check_rig(chosen["rig"])
     if chosen.get("unknown", "error") not in UNKNOWN:
         raise OptionError(f"unknown = {chosen['unknown']!r}; choose error, nearest or silence")
     if "unit" in chosen:
@@ -160,14 +170,22 @@ def _overrides(cells: Mapping[str, str], root: Place, common: Common) -> dict[st
     return chosen
 
 
-def _rig(cells: Mapping[str, str]) -> dict[str, str]:
+def _rig(cells: Mapping[str, str], common: Common) -> dict[str, str]:
     """The rig in a `character` cell."""
     name = cells.get("character", "")
     if not name or is_character(name):
         return {}
     if "rig" in cells:
         raise OptionError(f"character = {name!r} and rig = {cells['rig']!r} both name a rig; give one")
+    if Path(name).suffix != ".toml" and name not in rig_names():
+        raise OptionError(f"there is no character or rig {name!r}; {common.characters.suggest(name)}")
     return {"rig": name}
+
+
+@lru_cache(maxsize=64)
+def _check_rig(name: str) -> None:
+    """Raise RigError for a rig that is not there."""
+    find_rig(name)
 
 
 def _pitch(cell: str) -> str:

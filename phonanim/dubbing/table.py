@@ -106,13 +106,13 @@ def _records(path: Place) -> Records:
 
     A row that cannot be read is the reason for it.
     """
-    text = _text(path)
+    text = table_text(path)
     if path.suffix.lower() in (".jsonl", ".ndjson"):
         yield from _json_records(text)
         return
     named = _SEPARATOR.match(text)
     text = text[named.end() :] if named else text
-    delimiter = named[1] if named else "\t" if path.suffix.lower() == ".tsv" else _delimiter(text)
+    delimiter = named[1] if named else "\t" if path.suffix.lower() == ".tsv" else table_delimiter(text)
     skipped = 1 if named else 0
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
     header: list[str] = []
@@ -142,7 +142,8 @@ def _json_records(text: str) -> Records:
                 yield number, f"{error}; write one object per line"
 
 
-def _text(path: Place) -> str:
+def table_text(path: Place) -> str:
+    """The text of a table, in UTF-8 or UTF-16. Raises OptionError."""
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -154,7 +155,7 @@ def _text(path: Place) -> str:
         raise OptionError(f"{path}: is not UTF-8 text (byte {error.start}); save it as UTF-8") from error
 
 
-def _delimiter(text: str) -> str:
+def table_delimiter(text: str) -> str:
     """Comma, semicolon or tab: the most frequent one in the header."""
     header = text.lstrip().split("\n", 1)[0]
     return max(",;\t", key=header.count)

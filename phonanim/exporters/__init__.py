@@ -23,7 +23,8 @@ class Exporter(Protocol):
     """What a module of this folder, or a plugin of the group `phonanim.exporters`, offers.
 
     The parameters of `write` after the first two are the options of the format. A format that can be read
-    back also has `read(path) -> Animation`.
+    back also has `read(path) -> Animation`. A format of one rig's controls alone has that rig's name as `RIG`
+    and `fits(channels) -> bool`, whether it can hold any of these channels.
     """
 
     SUMMARY: str  # one line of description
@@ -58,6 +59,19 @@ def find_exporter(path: Path) -> Exporter:
 def option_names(path: Path) -> tuple[str, ...]:
     """The names of the options of a path's format, such as `keys` or `character`."""
     return tuple(signature(find_exporter(path).write).parameters)[2:]
+
+
+def needed_rig(path: Path, channels: Sequence[str], has_character: bool = False) -> str:
+    """The rig that a path's format needs in place of one with these channels; empty where they will do.
+
+    With a character of the user's own, a format that takes one needs no other rig.
+    """
+    exporter = find_exporter(path)
+    rig: str = getattr(exporter, "RIG", "")
+    if not rig or (has_character and "character" in option_names(path)):
+        return ""
+    fits: Callable[[Sequence[str]], bool] = getattr(exporter, "fits", lambda names: True)
+    return "" if fits(channels) else rig
 
 
 def assign_options(

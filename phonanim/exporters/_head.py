@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from phonanim.errors import RigError
 from phonanim.rig.head import SHIPPED, Head, load_head
+from phonanim.rig.morphs import plain_name
+
+RIG = "arkit"
+"""The rig of the shipped head."""
+
+
+def fits(channels: Sequence[str]) -> bool:
+    """Whether the shipped head has a shape for any of these channels."""
+    return not set(map(plain_name, load_head().targets)).isdisjoint(map(plain_name, channels))
 
 
 def load_drawable_head(character: Path = SHIPPED) -> Head:

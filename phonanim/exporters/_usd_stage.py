@@ -23,6 +23,8 @@ from phonanim.exporters._usd_mesh import (
     vectors_text,
 )
 from phonanim.rig.head import SHIPPED, Head
+from phonanim.rig.morphs import plain_name
+from phonanim.rig.neck import TURNS as NECK_TURNS
 from phonanim.rig.neck import quaternions, turns_of
 from phonanim.speech.alignment import pack_intervals
 
@@ -90,6 +92,29 @@ def SkelRoot "head" (
 {meshes}}}
 """
 
+CURVES = """#usda 1.0
+(
+    defaultPrim = "speech"
+    doc = "Written by phonanim"
+    endTimeCode = {last:.9g}
+    framesPerSecond = {fps:.9g}
+    startTimeCode = {first:.9g}
+    timeCodesPerSecond = {fps:.9g}
+)
+
+def SkelAnimation "speech" (
+    customData = {{
+        string phonanim = {about}
+    }}
+)
+{{
+    uniform token[] blendShapes = [{names}]
+    float[] blendShapeWeights.timeSamples = {{
+{samples}
+    }}
+}}
+"""
+
 TURNS = """        uniform token[] joints = ["{joint}"]
         quatf[] rotations.timeSamples = {{
 {samples}
@@ -113,7 +138,7 @@ def stage_text(animation: Animation, character: Path = SHIPPED) -> str:
         fps=animation.fps,
         first=frames[0],
         last=frames[-1],
-        about=json.dumps(json.dumps(_about(animation), ensure_ascii=False), ensure_ascii=False),
+        about=_about_text(animation),
         names=quoted_names(head.targets),
         samples=_samples(frames, [f"[{row_text(values)}]" for values in weights.tolist()]),
         turns=_turns(animation, head, frames),
@@ -122,6 +147,22 @@ def stage_text(animation: Animation, character: Path = SHIPPED) -> str:
         root=ROOT,
         binds=", ".join(binds),
         joints=quoted_names(joints),
+    )
+
+
+def curves_text(animation: Animation) -> str:
+    """A stage of the animation alone, as text."""
+    turned = set(map(plain_name, NECK_TURNS))
+    shapes = [name for name in animation.channels if plain_name(name) not in turned]
+    weights = animation.values[:, [animation.channels.index(name) for name in shapes]]
+    frames = animation.times * animation.fps
+    return CURVES.format(
+        fps=animation.fps,
+        first=frames[0],
+        last=frames[-1],
+        about=_about_text(animation),
+        names=quoted_names(shapes),
+        samples=_samples(frames, [f"[{row_text(values)}]" for values in weights.tolist()]),
     )
 
 
@@ -142,6 +183,11 @@ def _samples(frames: NDArray[np.float64], values: list[str]) -> str:
     return "\n".join(
         f"            {frame:.9g}: {value}," for frame, value in zip(frames, values, strict=True)
     )
+
+
+def _about_text(animation: Animation) -> str:
+    """What is kept for reading back, as a USD string."""
+    return json.dumps(json.dumps(_about(animation), ensure_ascii=False), ensure_ascii=False)
 
 
 def _about(animation: Animation) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from phonanim.exporters._livelink import N_ARKIT, columns, turns
 from phonanim.exporters._take import build_take, check_size, sample_curves, take_grid
 
 SUMMARY = "Live Link Face: a row per frame, ARKit controls by name (rigs with ARKit controls)"
+RIG = "arkit"
 LEAD = ("Timecode", "BlendShapeCount")
 ZERO = b"0.0000000000,"  # for every control that the rig lacks
 LABEL = ("00:00:00", "00.000")  # before and after the mark of drop-frame counting
@@ -39,7 +40,7 @@ def write(animation: Animation, path: Path, timecode: str | None = None) -> None
     the destination cannot be written, OptionError when the timecode is invalid.
     """
     names = columns()
-    if not set(names[:N_ARKIT]) & set(animation.channels):
+    if not fits(animation.channels):
         raise OutputError(
             f"{path}: the rig {animation.rig} has no ARKit control; choose --rig arkit or another suffix"
         )
@@ -51,6 +52,11 @@ def write(animation: Animation, path: Path, timecode: str | None = None) -> None
         file.write(f"{header}\n".encode())
         for rows in _pieces(animation, names, clock, origin):
             file.write(rows)
+
+
+def fits(channels: Sequence[str]) -> bool:
+    """Whether a channel is one of ARKit's 52 controls."""
+    return not set(columns()[:N_ARKIT]).isdisjoint(channels)
 
 
 def _pieces(animation: Animation, names: tuple[str, ...], clock: Timecode, origin: float) -> Iterator[bytes]:

@@ -7,6 +7,8 @@ from pathlib import Path
 from phonanim.animation.animation import Animation
 from phonanim.exporters._gltf import add_to_character
 from phonanim.exporters._gltf import read as read
+from phonanim.exporters._head import RIG as RIG
+from phonanim.exporters._head import fits as fits
 from phonanim.rig.head import SHIPPED
 
 SUMMARY = "glTF binary: the shipped head, or your own character, speaking"

@@ -9,6 +9,8 @@ from phonanim.animation.animation import Animation
 from phonanim.core.files import write_text
 from phonanim.exporters._gltf import add_animation
 from phonanim.exporters._gltf import read as read
+from phonanim.exporters._head import RIG as RIG
+from phonanim.exporters._head import fits as fits
 from phonanim.media.glb import parse_glb, read_glb
 from phonanim.media.gltf_text import data_uri
 from phonanim.rig.head import SHIPPED

@@ -13,6 +13,8 @@ from phonanim.articulation import CHANNELS
 from phonanim.core.files import write_text
 from phonanim.core.pages import fill_page, script_data
 from phonanim.errors import OutputError, RigError
+from phonanim.exporters._head import RIG as RIG
+from phonanim.exporters._head import fits as fits
 from phonanim.media.glb import Glb, read_glb
 from phonanim.media.gltf import external_files
 from phonanim.rig.head import SHIPPED

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from phonanim.rig.morphs import plain_name
 from phonanim.rig.neck import TURNS, turns_of
 
 SUMMARY = "MetaHuman CTRL_expressions curves, to import into Unreal as a linear Curve Table"
+RIG = "metahuman"
 PREFIX = "CTRL_expressions_"
 SWITCH = "HeadControlSwitch"
 
@@ -31,7 +33,7 @@ def write(animation: Animation, path: Path) -> None:
     With turns of the head, the switch of its curves is on; without motion there it is off.
     Raises OutputError when the rig has no MetaHuman curve, or the destination cannot be written.
     """
-    if not any(name.startswith(PREFIX) for name in animation.channels):
+    if not fits(animation.channels):
         raise OutputError(f"{path}: the rig {animation.rig} has no {PREFIX} curve; choose --rig metahuman")
     stream = io.StringIO()
     table = csv.writer(stream, lineterminator="\n")
@@ -42,6 +44,11 @@ def write(animation: Animation, path: Path) -> None:
         turns = turns_of(animation.values, animation.channels) is not None
         table.writerow([SWITCH, *[f"{turns:.6f}"] * len(animation.times)])
     write_text(path, stream.getvalue())
+
+
+def fits(channels: Sequence[str]) -> bool:
+    """Whether a channel is a MetaHuman curve."""
+    return any(name.startswith(PREFIX) for name in channels)
 
 
 def read(path: Path) -> Animation:

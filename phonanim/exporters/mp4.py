@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from phonanim.animation.animation import Animation
 from phonanim.core.files import atomic_path
 from phonanim.errors import AudioError, MissingExtraError, OutputError
+from phonanim.exporters._head import RIG as RIG
+from phonanim.exporters._head import fits as fits
 from phonanim.exporters._head import load_drawable_head
 from phonanim.media.pixels import Image, draw_text
 from phonanim.media.video import H264, LOCAL, local_file

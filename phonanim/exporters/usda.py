@@ -6,6 +6,8 @@ from pathlib import Path
 
 from phonanim.animation.animation import Animation
 from phonanim.core.files import write_text
+from phonanim.exporters._head import RIG as RIG
+from phonanim.exporters._head import fits as fits
 from phonanim.exporters._usd import read as read
 from phonanim.exporters._usd_stage import stage_text
 from phonanim.rig.head import SHIPPED

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from phonanim.animation.animation import Animation
+from phonanim.exporters._head import RIG as RIG
+from phonanim.exporters._head import fits as fits
 from phonanim.exporters._usd import read as read
 from phonanim.exporters._usd import write_binary
 from phonanim.exporters._usd_stage import stage_text

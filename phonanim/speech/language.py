@@ -30,6 +30,7 @@ __all__ = [
     "to_phones",
 ]
 
+NOISE_NOTE = "not a phone, shown as silence"
 Unknown = Literal["error", "nearest", "silence"]
 
 
@@ -67,7 +68,7 @@ def read_phones(
     for interval in alignment.intervals:
         sound = chosen.resolve(interval.label) or _replaced(interval, chosen, unknown, notes)
         if sound.kind == "noise":
-            notes.add("not a phone, shown as silence", interval)
+            notes.add(NOISE_NOTE, interval)
         if sound.alphabet:
             notes.add(f"no label of {chosen.name}, read as {sound.alphabet}", interval)
         segments += _segments(interval, sound)

@@ -1,6 +1,7 @@
 import html.parser
 import json
 
+from phonanim.dubbing.causes import find_causes
 from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.report import count_totals, headline, text_summary, worst_first, write_reports
 
@@ -77,6 +78,43 @@ def test_the_summary_stops_after_the_worst():
     many = [done(f"{number:03}", ("speed", 0.5)) for number in range(50)]
     lines = text_summary(count_totals(many), worst_first(many), ["a remark"]).splitlines()
     assert lines[1] == "a remark"
-    assert lines[2] == "000: speed: <speed>"
+    assert lines[2] == "50 lines: speed, such as 000: <speed>"
+    assert lines[3:6] == ["", "the worst lines:", "000: speed: <speed>"]
     assert lines[-1] == "... and 30 more: see report.html"
-    assert len(lines) == 2 + 20 + 1
+    assert len(lines) == 3 + 2 + 20 + 1
+
+
+def test_how_lines_came_to_be_done_is_told_where_it_is_known():
+    assert headline(count_totals(OUTCOMES), "1 made, 2 kept").startswith("4 lines: 1 made, 2 kept (0.1 min")
+
+
+def test_equal_failures_are_one_line_with_their_rows():
+    failed = [Outcome(f"l{n}", f"t.csv row {n}", error=f"t.csv row {n}: no rig") for n in (2, 3, 4, 9)]
+    own = [Outcome(f"f{n}", f"a/{n}.lab", error=f"/x/{n}.lab: is empty") for n in range(7)]
+    summary = text_summary(count_totals(failed), worst_first([*failed, *own]), [])
+    assert "4 lines failed: no rig (t.csv rows 2-4, 9)\n" in summary
+    assert "7 lines failed: is empty (a/0.lab, a/1.lab, a/2.lab, a/3.lab, a/4.lab and 2 more)\n" in summary
+    assert summary.count("no rig") == 1
+
+
+def test_flags_are_ranked_by_how_likely_they_are_seen():
+    lines = [
+        done("labels", ("labels", 1.0)),
+        done("silence", ("silence", 0.5)),
+        done("speed", ("speed", 0.8)),
+    ]
+    assert [outcome.id for outcome in worst_first(lines)] == ["silence", "speed", "labels"]
+    assert [cause.check for cause in find_causes(lines)] == ["silence", "speed", "labels"]
+
+
+def test_labels_are_grouped_by_what_was_done_with_them():
+    first = done("a", ("labels", 0.4))
+    first.facts["flags"][0]["text"] = (
+        '"zz" at 1.00 s: shown as silence; "qq" at 2.00 s and 3 more: shown as k'
+    )
+    second = done("b", ("labels", 0.2))
+    second.facts["flags"][0]["text"] = '"zz" at 7.50 s: shown as silence'
+    causes = {cause.what: cause for cause in find_causes([first, second])}
+    assert causes['"zz": shown as silence'].ids == ("a", "b")
+    assert causes['"qq": shown as k'].ids == ("a",)
+    assert 'such as a: "zz" at 1.00 s' in str(causes['"zz": shown as silence'])

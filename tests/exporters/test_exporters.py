@@ -25,7 +25,7 @@ FOLDER = Path(exporters.__file__).parent
 
 # Packages without which a suffix cannot be written, or read.
 WRITING = {".usdc": "pxr", ".mp4": "av"}
-READING = {".usda": "pxr", ".usdc": "pxr"}
+READING = {".usda": "pxr", ".usdc": "pxr", ".curves.usda": "pxr"}
 
 
 def marked(needed, found):
@@ -71,7 +71,12 @@ DIGITS = {
     **{".csv": 1e-8, ".glb": 1e-6, ".gltf": 1e-6, ".vrm": 1e-6, ".vrma": 1e-6},
     **{".metahuman.csv": 1e-6, ".json": 1e-6, ".a2f.json": 1e-6, ".vmd": 1e-6, ".track.json": 0.004},
 }
-STILL = {".usda": TURNS, ".usdc": TURNS, ".a2f.json": TURNS}  # what a format has no place for
+STILL = {
+    ".usda": TURNS,
+    ".curves.usda": TURNS,
+    ".usdc": TURNS,
+    ".a2f.json": TURNS,
+}  # what a format has no place for
 
 
 @pytest.mark.parametrize("suffix", list(marked(READING, READABLE)))

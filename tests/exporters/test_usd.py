@@ -188,3 +188,20 @@ def test_a_full_temporary_folder(tmp_path, root):
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout
     assert re.match(r"OutputError .*a\.usdc: the USD library cannot write to .*; free space there", said)
     assert not list(tmp_path.iterdir())
+
+
+def test_curves_alone_are_a_stage_of_a_few_percent(tmp_path):
+    save(turning(), tmp_path / "whole.usda")
+    save(turning(), tmp_path / "a.curves.usda")
+    stage = Usd.Stage.Open(str(tmp_path / "a.curves.usda"))
+    assert [prim.GetTypeName() for prim in stage.Traverse()] == ["SkelAnimation"]
+    animation = UsdSkel.Animation(stage.GetDefaultPrim())
+    shapes = [str(name) for name in animation.GetBlendShapesAttr().Get()]
+    assert "jawOpen" in shapes
+    assert not set(TURNS) & set(shapes)
+    np.testing.assert_array_equal(
+        np.array(animation.GetBlendShapeWeightsAttr().Get(17), np.float32)[shapes.index("jawOpen")],
+        turning().channel("jawOpen")[17],
+    )
+    sizes = [(tmp_path / name).stat().st_size for name in ("a.curves.usda", "whole.usda")]
+    assert sizes[0] < 0.05 * sizes[1]
