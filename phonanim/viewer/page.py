@@ -12,12 +12,13 @@ from phonanim.rig.morphs import moving_morphs
 PAGE = Path(__file__).parent
 
 
-def character_targets(channels: tuple[str, ...], glb: Glb) -> dict[str, str]:
-    """The morph target of a character that each channel moves. Raises RigError when no channel has one."""
-    found: dict[str, str] = {}
+def character_targets(channels: tuple[str, ...], glb: Glb) -> list[tuple[int, int, int, float]]:
+    """(channel, mesh, target, share) for what channels move. Raises RigError when they move nothing."""
+    found: dict[tuple[int, int, int], float] = {}
     for morphs in moving_morphs(glb, channels):
-        found |= {channels[column]: morphs.names[target] for column, target, _ in morphs.moved(channels)}
-    return found
+        mesh = glb.tree["nodes"][morphs.node]["mesh"]
+        found |= {(column, mesh, target): share for column, target, share in morphs.moved(channels)}
+    return [(*place, share) for place, share in sorted(found.items())]
 
 
 def base64_text(data: bytes) -> str:

@@ -1,6 +1,8 @@
 // The heads, one beside the other, each moved by its take.
 
 const FIELD = 26; // degrees from bottom to top
+const AROUND = 1.55, ALONE = 4; // of the height of what moves, with the eyes and without
+const LIDS = /blink|eyes?_?clos|まばたき/i;
 
 class Stage {
   constructor(section, takes) {
@@ -19,14 +21,14 @@ class Stage {
   async load(bytes) {
     for (const take of this.takes) {
       const gltf = await new THREE.GLTFLoader().parseAsync(bytes.slice().buffer, "");
-      this.heads.push(this.lit(gltf.scene, take));
+      this.heads.push(this.lit(gltf, take));
     }
     this.heads[0].scene.updateMatrixWorld(true);
     this.frame(this.heads[0]);
   }
 
   // A scene with one head and its lights: key from the upper left, a cool fill, a rim from behind.
-  lit(model, take) {
+  lit({ scene: model, parser }, take) {
     const scene = new THREE.Scene();
     scene.background = new THREE.Color(0x30343c);
     scene.add(model, new THREE.HemisphereLight(0xdfe6f2, 0x4a3a32, 0.9));
@@ -43,9 +45,9 @@ class Stage {
     const morphs = [];
     model.traverse((part) => {
       part.castShadow = part.receiveShadow = Boolean(part.isMesh);
-      if (part.morphTargetDictionary) morphs.push(...binds(part, take));
+      if (part.morphTargetInfluences) morphs.push(...binds(part, parser.associations.get(part)?.meshes, take));
     });
-    return { scene, take, morphs, neck: neck(model, take) };
+    return { scene, model, take, morphs, neck: neck(model, take) };
   }
 
   shade(light, size) {
@@ -57,16 +59,21 @@ class Stage {
     Object.assign(light.shadow.camera, { left: -reach, right: reach, top: reach, bottom: -reach, near: size * 0.1, far: size * 5 });
   }
 
-  // Look at the face: what the bound targets move, and as much again around it.
-  frame({ morphs }) {
+  // Look at the face from its front: what the bound targets move, and as much again around it.
+  frame({ model, morphs }) {
     const box = new THREE.Box3();
     for (const { part, target } of morphs) box.union(reach(part, target));
-    const tall = 1.55 * (box.max.y - box.min.y);
-    const centre = box.getCenter(new THREE.Vector3());
-    centre.y += 0.04 * tall;
+    const lids = eyes(model);
+    const both = box.clone().union(lids);
+    const height = both.max.y - both.min.y;
+    const tall = (lids.isEmpty() ? ALONE : AROUND) * height;
+    const centre = both.getCenter(new THREE.Vector3());
+    centre.y += lids.isEmpty() ? 0.5 * height : 0.04 * tall;
     const distance = tall / 2 / Math.tan((FIELD * Math.PI) / 360);
+    const turn = facing(model, both.getCenter(new THREE.Vector3()), height);
+    const away = new THREE.Vector3(-0.22 * distance, 0, distance).applyAxisAngle(new THREE.Vector3(0, 1, 0), turn);
     this.controls.target.copy(centre);
-    this.camera.position.set(centre.x - 0.22 * distance, centre.y, centre.z + distance);
+    this.camera.position.copy(centre).add(away);
     this.camera.near = distance / 50;
     this.camera.far = distance * 50;
     this.controls.update();
@@ -81,7 +88,9 @@ class Stage {
     this.camera.updateProjectionMatrix();
     this.heads.forEach(({ scene, take, morphs, neck }, number) => {
       if (neck) neck(time);
-      for (const { part, target, channel } of morphs) part.morphTargetInfluences[target] = take.at(channel, time);
+      for (const { part, target } of morphs) part.morphTargetInfluences[target] = 0;
+      for (const { part, target, channel, share } of morphs) part.morphTargetInfluences[target] += share * take.at(channel, time);
+      for (const { part, target } of morphs) part.morphTargetInfluences[target] = Math.max(part.morphTargetInfluences[target], 0);
       this.renderer.setViewport(number * share, 0, share, height);
       this.renderer.setScissor(number * share, 0, share, height);
       this.renderer.render(scene, this.camera);
@@ -110,26 +119,46 @@ function neck(model, take) {
   };
 }
 
-// Which target of a part follows which channel of a take, by the pairs that were found when the page was made.
-function binds(part, take) {
-  const found = [];
-  take.channels.forEach((name, channel) => {
-    const target = part.morphTargetDictionary[take.targets[name]];
-    if (target !== undefined) found.push({ part, target, channel });
+// Which targets of a part of a mesh follow which channels of a take, as found when the page was made.
+function binds(part, number, take) {
+  const own = take.targets.filter(([, mesh, target]) => mesh === number && target < part.morphTargetInfluences.length);
+  return own.map(([channel, , target, share]) => ({ part, target, channel, share }));
+}
+
+// The box around what the shapes that close the eyes move, empty without one.
+function eyes(model) {
+  const box = new THREE.Box3();
+  model.traverse((part) => {
+    for (const [name, target] of Object.entries(part.morphTargetDictionary || {})) {
+      if (LIDS.test(name)) box.union(reach(part, target));
+    }
   });
-  return found;
+  return box;
+}
+
+// The quarter turn from z to where the face at a place looks: away from the middle of its head.
+function facing(model, face, height) {
+  const box = new THREE.Box3();
+  const point = new THREE.Vector3();
+  model.traverse((part) => {
+    for (let i = 0; part.isMesh && i < part.geometry.attributes.position.count; i++) {
+      part.getVertexPosition(i, point).applyMatrix4(part.matrixWorld);
+      if (Math.abs(point.y - face.y) < height / 2 && point.distanceTo(face) < 3 * height) box.expandByPoint(point);
+    }
+  });
+  const ahead = face.clone().sub(box.getCenter(point));
+  return (Math.round(Math.atan2(ahead.x, ahead.z) / (Math.PI / 2)) * Math.PI) / 2;
 }
 
 // The box around the vertices that a target moves by a fifth or more of its largest move.
 function reach(part, target) {
-  const points = part.geometry.attributes.position;
   const moves = part.geometry.morphAttributes.position[target];
   const move = new THREE.Vector3();
   const lengths = Array.from({ length: moves.count }, (_, i) => move.fromBufferAttribute(moves, i).length());
   const most = lengths.reduce((a, b) => Math.max(a, b), 0);
   const box = new THREE.Box3();
   lengths.forEach((length, i) => {
-    if (most > 0 && length >= 0.2 * most) box.expandByPoint(move.fromBufferAttribute(points, i).applyMatrix4(part.matrixWorld));
+    if (most > 0 && length >= 0.2 * most) box.expandByPoint(part.getVertexPosition(i, move).applyMatrix4(part.matrixWorld));
   });
   return box;
 }

@@ -1,6 +1,7 @@
 // Waveform, words, phones and chosen curves over time; the hand on it moves the time.
 
 const ROWS = { ruler: 20, wave: 46, words: 24, phones: 24 };
+const SQUEEZED = 0.55;
 const COLORS = ["#e0896e", "#6fb3d9", "#9fcf7a", "#d9b45f", "#b794e0", "#e07fb0", "#6fd0bd", "#c9c9c9"];
 
 class Timeline {
@@ -119,7 +120,7 @@ class Timeline {
       pen.fillRect(left + 0.5, top + 1, Math.max(1, right - left - 1), height - 2);
       pen.fillStyle = current ? "#201510" : "#eceef2";
       const middle = (Math.max(left, 0) + Math.min(right, this.canvas.clientWidth)) / 2;
-      if (pen.measureText(label).width < right - left - 2) pen.fillText(label, middle, top + height / 2);
+      writeWithin(pen, label, middle, top + height / 2, right - left - 2);
     }
     return intervals.length ? top + height : top;
   }
@@ -150,6 +151,14 @@ class Timeline {
     pen.setLineDash([]);
     pen.textAlign = "center";
   }
+}
+
+// A label squeezed into its room, to SQUEEZED of its width; what is longer still is cut.
+function writeWithin(pen, label, x, y, room) {
+  const fits = (text) => pen.measureText(text).width * SQUEEZED <= room;
+  let text = label;
+  for (let kept = label.length - 1; !fits(text) && kept > 0; kept--) text = `${label.slice(0, kept)}…`;
+  if (fits(text)) pen.fillText(text, x, y, Math.max(room, 1));
 }
 
 function sameLabels(a, b) {

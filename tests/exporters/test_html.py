@@ -11,9 +11,9 @@ from animations import line, only
 
 from phonanim.articulation import CHANNELS
 from phonanim.errors import OutputError, RigError
-from phonanim.exporters import save
+from phonanim.exporters import html, save
 from phonanim.exporters.html import SCRIPTS
-from phonanim.rig.head import SHIPPED
+from phonanim.rig.head import SHIPPED, load_head
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 browser = pytest.mark.skipif(CHROMIUM is None, reason="needs chromium or google-chrome")
@@ -32,7 +32,8 @@ def test_the_page_holds_everything(tmp_path):
     first, second = data["takes"]
     curves = np.frombuffer(base64.b64decode(first["curves"]), "<f4").reshape(-1, len(first["channels"]))
     np.testing.assert_array_equal(curves, animation.values)
-    assert first["targets"]["jawOpen"] == "jawOpen"
+    jaw = first["channels"].index("jawOpen")
+    assert [jaw, 0, load_head().targets.index("jawOpen"), 1.0] in first["targets"]
     assert first["phones"][1] == ["HH", 0.1, 0.2]
     assert second["channels"] == first["channels"]
     assert data["audio"] == "data:audio/wav;base64," + base64.b64encode(b"RIFF").decode()
@@ -116,3 +117,23 @@ def test_the_lips_open_where_the_curves_say(tmp_path):
     row, column = np.median(changed, axis=0)
     assert row > 160  # the lower half of the face
     assert 250 < column < 380  # its middle
+
+
+FIND = """
+$("search").value = "mouthpu"; $("search").dispatchEvent(new Event("input"));
+const seen = rows.filter(({ row }) => getComputedStyle(row).display !== "none");
+document.documentElement.dataset.found = seen.map(({ name }) => name).join();
+document.documentElement.dataset.high = $("stage").clientHeight;
+"""
+
+
+@browser
+@pytest.mark.slow
+@pytest.mark.parametrize(("size", "head"), [("1280,800", 280), ("844,390", 250), ("390,844", 280)])
+def test_the_page_on_screens_of_three_sizes(tmp_path, monkeypatch, size, head):
+    read = html.read_page_part
+    monkeypatch.setattr(html, "read_page_part", lambda part: read(part) + FIND * (part == "player.js"))
+    save(line(), tmp_path / "a.html")
+    document = opened(tmp_path / "a.html", "#t=0.5", f"--window-size={size}", "--dump-dom")
+    assert 'data-found="mouthPucker"' in document
+    assert int(re.search(r'data-high="(\d+)"', document)[1]) >= head

@@ -18,6 +18,7 @@ import pytest
 
 from phonanim.errors import MissingExtraError, OptionError, OutputError
 from phonanim.pipeline import load_cached_rig
+from phonanim.rig.head import load_head
 from phonanim.rig.neck import TURNS
 from phonanim.stream.sinks import Stage, find_sink, open_named, parse_address, sink_names
 
@@ -163,7 +164,8 @@ def test_the_page_and_the_frames() -> None:
     with urllib.request.urlopen(f"http://127.0.0.1:{port}/") as page:
         shown = page.read().decode()
     assert "THREE" in shown
-    assert '"jawOpen":"jawOpen"' in shown
+    jaw = [ARKIT.controls.index("jawOpen"), 0, load_head().targets.index("jawOpen"), 1]
+    assert json.dumps(jaw, separators=(",", ":"))[:-1] in shown
     assert "http://" not in shown.split("<script>")[0]
     with pytest.raises(urllib.error.HTTPError, match="404"):
         urllib.request.urlopen(f"http://127.0.0.1:{port}/secret")
