@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from animations import line
+from animations import line, vowels
 from hostile import LEAVES, damaged
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -22,9 +22,10 @@ from phonanim.dubbing.report import count_totals, html_page
 from phonanim.dubbing.reserve import reserve_outputs
 from phonanim.dubbing.row import Common
 from phonanim.errors import PhonanimError
-from phonanim.exporters import load
+from phonanim.exporters import load, save
 from phonanim.exporters._document import document
 from phonanim.media.glb import parse_glb
+from phonanim.media.gltf_text import data_uri
 from phonanim.regressors import make_config
 from phonanim.rig.character import load_character
 from phonanim.rig.read import load_rig
@@ -79,6 +80,35 @@ def test_takes(tmp_path: Path, tree: Any) -> None:
 def test_tracks(tmp_path: Path, tree: Any) -> None:
     (tmp_path / "a.track.json").write_text(json.dumps(tree))
     ends_well(load, tmp_path / "a.track.json")
+
+
+EXPORT = {"exportFps": 30, "facsNames": ["a", "b"], "weightMat": [[0, 1], [1, 0]]}
+GLTF = {**GLB.tree, "buffers": [{"uri": data_uri(GLB.binary)}], "images": [{"uri": "a.json"}]}
+
+
+@given(damaged(EXPORT))
+@quickly
+def test_exports_of_audio2face(tmp_path: Path, tree: Any) -> None:
+    (tmp_path / "a.a2f.json").write_text(json.dumps(tree))
+    ends_well(load, tmp_path / "a.a2f.json")
+
+
+@given(st.integers(0, 50 + 4 + 2 * 111 + 4 + 10 * 23), st.binary(min_size=1, max_size=8))
+@quickly
+def test_motion(tmp_path: Path, place: int, noise: bytes) -> None:
+    save(vowels(frames=2, fps=30), tmp_path / "a.vmd")
+    data = (tmp_path / "a.vmd").read_bytes()
+    (tmp_path / "a.vmd").write_bytes(data[:place] + noise + data[place + len(noise) :])
+    ends_well(load, tmp_path / "a.vmd")
+    (tmp_path / "a.vmd").write_bytes(data[:place])
+    ends_well(load, tmp_path / "a.vmd")
+
+
+@given(damaged(GLTF))
+@quickly
+def test_characters_as_text(tmp_path: Path, tree: Any) -> None:
+    (tmp_path / "a.gltf").write_text(json.dumps(tree))
+    ends_well(load_character, tmp_path / "a.gltf")
 
 
 @given(st.data())

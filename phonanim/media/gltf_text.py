@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -21,23 +22,22 @@ def pack_gltf(tree: Any, folder: Path, most: int) -> tuple[dict[str, Any], bytes
     Raises DecodeError for addresses other than of files in the folder, OSError for files that are not there.
     """
     tree = dict(decode_table(tree, "its JSON"))
-    pieces: list[bytes] = []
-    starts = [_append(pieces, _content(one, folder, most)) for one in _tables(tree, "buffers")]
+    packed = _Packed(folder, most)
+    starts = [packed.place(one)[0] for one in _tables(tree, "buffers")]
     views = [_moved(view, starts) for view in _tables(tree, "bufferViews")]
     images = []
     for image in _tables(tree, "images"):
         if "uri" in image:
-            content = _content(image, folder, most)
-            views.append({"buffer": 0, "byteOffset": _append(pieces, content), "byteLength": len(content)})
-            kind = image.get("mimeType", _kind(image["uri"]))
-            image = {key: value for key, value in image.items() if key != "uri"}
-            image |= {"bufferView": len(views) - 1, "mimeType": kind}
-        images.append(image)
-    size = sum(map(len, pieces))
-    if size > most:
-        raise DecodeError(f"its buffers and images have more than {most >> 20} MB")
-    changes = {"buffers": [{"byteLength": size}] if pieces else [], "bufferViews": views, "images": images}
-    return {**tree, **{key: value for key, value in changes.items() if value}}, b"".join(pieces)
+            start, length = packed.place(image)
+            views.append({"buffer": 0, "byteOffset": start, "byteLength": length})
+            kept = {key: value for key, value in image.items() if key != "uri"}
+            kind = {"mimeType": _kind(image["uri"])}
+            images.append({**kind, **kept, "bufferView": len(views) - 1})
+        else:
+            images.append(image)
+    buffers = [{"byteLength": packed.size}] if packed.pieces else []
+    changes = {"buffers": buffers, "bufferViews": views, "images": images}
+    return {**tree, **{key: value for key, value in changes.items() if value}}, b"".join(packed.pieces)
 
 
 def data_uri(content: bytes) -> str:
@@ -50,11 +50,27 @@ def _tables(tree: dict[str, Any], name: str) -> list[dict[str, Any]]:
     return [decode_table(one, f"{name}[{number}]") for number, one in enumerate(listed)]
 
 
-def _append(pieces: list[bytes], content: bytes) -> int:
-    """Add bytes, at a multiple of four, and return where they begin."""
-    start = sum(map(len, pieces))
-    pieces.append(content + b"\0" * (-len(content) % 4))
-    return start
+@dataclass
+class _Packed:
+    """The binary chunk so far: what each address leads to is in it once, at a multiple of four."""
+
+    folder: Path
+    most: int
+    pieces: list[bytes] = field(default_factory=list)
+    places: dict[str, tuple[int, int]] = field(default_factory=dict)
+    size: int = 0
+
+    def place(self, entry: dict[str, Any]) -> tuple[int, int]:
+        """Where the content of a buffer or an image begins, and its length. Raises DecodeError, OSError."""
+        uri = decode_text(entry.get("uri"), "the uri of a buffer or an image")
+        if uri not in self.places:
+            content = _content(uri, self.folder, self.most)
+            self.places[uri] = self.size, len(content)
+            self.pieces.append(content + b"\0" * (-len(content) % 4))
+            self.size += len(self.pieces[-1])
+            if self.size > self.most:
+                raise DecodeError(f"its buffers and images have more than {self.most >> 20} MB")
+        return self.places[uri]
 
 
 def _moved(view: dict[str, Any], starts: list[int]) -> dict[str, Any]:
@@ -65,9 +81,8 @@ def _moved(view: dict[str, Any], starts: list[int]) -> dict[str, Any]:
     return {**view, "buffer": 0, "byteOffset": start}
 
 
-def _content(entry: dict[str, Any], folder: Path, most: int) -> bytes:
+def _content(uri: str, folder: Path, most: int) -> bytes:
     """What the address of a buffer or an image leads to."""
-    uri = decode_text(entry.get("uri"), "the uri of a buffer or an image")
     if uri.startswith("data:"):
         head, comma, text = uri.partition(",")
         if not comma or not head.endswith(";base64"):

@@ -91,8 +91,17 @@ def test_files_that_are_not_read(tmp_path, changes, reason):
 def test_more_than_is_read(tmp_path, monkeypatch):
     monkeypatch.setattr("phonanim.media.glb.MAX_BYTES", 1 << 21)
     content = data_uri(bytes(1 << 20))
+    other = data_uri(b"x" + bytes(1 << 20))
     with pytest.raises(RigError, match=r"its buffers and images have more than 2 MB|it has more than 2 MB"):
-        read_glb(write_text_head(tmp_path, images=[{"uri": content}, {"uri": content}]))
+        read_glb(write_text_head(tmp_path, images=[{"uri": content}, {"uri": other}]))
+
+
+def test_a_file_that_many_name_is_read_once(tmp_path):
+    glb = read_glb(write_text_head(tmp_path, images=[{"uri": "skin.png"}] * 1000))
+    assert len(glb.binary) < SHIPPED.stat().st_size + 100
+    assert (
+        len({glb.tree["bufferViews"][image["bufferView"]]["byteOffset"] for image in glb.tree["images"]}) == 1
+    )
 
 
 def test_text_that_is_no_gltf(tmp_path):
