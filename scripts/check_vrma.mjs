@@ -1,16 +1,16 @@
 // Play a VRM animation on a VRM avatar in three-vrm, and print the weights after `update()` at some instants.
 //
-//     npm install three @pixiv/three-vrm @pixiv/three-vrm-animation      (in the folder where you call it)
-//     node scripts/check_vrma.mjs avatar.vrm line.vrma line.json
+//     npm install three @pixiv/three-vrm @pixiv/three-vrm-animation      (anywhere; NODE_PATH names its node_modules)
+//     NODE_PATH=node_modules node scripts/check_vrma.mjs avatar.vrm line.vrma line.json
 //
 // line.json is the same animation: every expression of the avatar that it moves must have its value, within 1e-4.
 import fs from "node:fs";
 import path from "node:path";
 import { pathToFileURL } from "node:url";
 
-// The ES module of a package in the node_modules of the current folder.
+// The ES module of a package in the folder node_modules.
 function load(name, file) {
-  const folder = path.resolve("node_modules", name);
+  const folder = path.resolve(process.env.NODE_PATH ?? "node_modules", name);
   const { exports, module } = JSON.parse(fs.readFileSync(path.join(folder, "package.json")));
   return import(pathToFileURL(path.join(folder, file ?? exports["."].import ?? module)).href);
 }

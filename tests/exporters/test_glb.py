@@ -195,9 +195,15 @@ def has_validator():
 @pytest.mark.skipif(not has_validator(), reason="needs node and the npm package gltf-validator on NODE_PATH")
 def test_the_khronos_validator_finds_nothing(spoken, root):
     script = root / "scripts" / "check_glb.cjs"
-    done = subprocess.run([NODE, script, SHIPPED, spoken], capture_output=True, text=True, env=os.environ)
+    others = [spoken.with_name(f"a{suffix}") for suffix in (".gltf", ".vrma")]
+    for path in others:
+        save(line(), path)
+    again = spoken.with_name("again.glb")
+    save(line(), again, character=spoken)
+    files = [SHIPPED, spoken, again, *others]
+    done = subprocess.run([NODE, script, *files], capture_output=True, text=True, env=os.environ)
     assert done.returncode == 0, done.stdout
-    assert done.stdout.count("0 errors, 0 warnings") == 2
+    assert done.stdout.count("0 errors, 0 warnings") == len(files)
 
 
 def test_the_json_is_plain(spoken):

@@ -1,5 +1,9 @@
 import json
+import os
+import shutil
+import subprocess
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -93,6 +97,26 @@ def test_avatars_without_the_expressions_of_the_rig(tmp_path):
     with pytest.raises(OutputError, match=r"head\.glb: it has no VRM expression; choose another --rig"):
         save(vowels, tmp_path / "a.vrma", character=SHIPPED)
     assert [path.name for path in tmp_path.iterdir()] == ["a.vrm"]
+
+
+NODE, PACKAGES = shutil.which("node"), Path(os.environ.get("NODE_PATH", "node_modules"))
+
+
+@pytest.mark.skipif(
+    NODE is None or not (PACKAGES / "@pixiv/three-vrm-animation").is_dir(),
+    reason="needs node and the npm packages three, @pixiv/three-vrm and its animation on NODE_PATH",
+)
+@pytest.mark.parametrize("make", [write_vrm0, write_vrm1])
+def test_three_vrm_shows_the_weights(tmp_path, root, make):
+    avatar = make(tmp_path / "a.vrm")
+    save(spoken("aa"), tmp_path / "a.vrma", character=avatar)
+    save(spoken("aa"), tmp_path / "a.json")
+    files = [avatar, tmp_path / "a.vrma", tmp_path / "a.json"]
+    done = subprocess.run(
+        [NODE, root / "scripts/check_vrma.mjs", *files], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.startswith("3 expressions, ")
 
 
 def test_keys_are_few(vrma, tmp_path):
