@@ -11,7 +11,7 @@ from phonanim.animation.animation import Animation
 from phonanim.core.decode import DecodeError, decode_list, decode_rate, decode_text
 from phonanim.exporters._frames import frames_from_zero
 from phonanim.exporters._take import build_take, check_size
-from phonanim.rig.neck import TURNS
+from phonanim.rig.neck import is_turn
 
 DIGITS = 6
 
@@ -23,7 +23,7 @@ def is_audio2face(tree: Any) -> bool:
 
 def to_audio2face(animation: Animation) -> dict[str, Any]:
     """A row of weights for each frame from time zero on; turns of the head have no place."""
-    columns = [n for n, name in enumerate(animation.channels) if name not in TURNS]
+    columns = [n for n, name in enumerate(animation.channels) if not is_turn(name)]
     weights = frames_from_zero(animation, animation.fps)[:, columns]
     fps = animation.fps
     return {

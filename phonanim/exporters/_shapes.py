@@ -13,7 +13,7 @@ from phonanim.animation.keys import reduce_curve
 from phonanim.media.glb import Glb, read_glb
 from phonanim.rig.head import SHIPPED
 from phonanim.rig.morphs import moving_morphs
-from phonanim.rig.neck import TURNS
+from phonanim.rig.neck import is_turn
 
 KEYS = 0.002
 """Error of keys, of full weight, unless another is asked for: a key at every frame makes texts of many MB."""
@@ -37,7 +37,7 @@ def shape_curves(animation: Animation, node: str | None, character: Path | None)
     """
     if character is None:
         place = node or _path(read_glb(SHIPPED), 0)
-        names = [name for name in animation.channels if name not in TURNS]
+        names = [name for name in animation.channels if not is_turn(name)]
         return [ShapeCurve(place, name, animation.channel(name).astype(float)) for name in names]
     glb = read_glb(character)
     found: dict[tuple[str, str], ShapeCurve] = {}

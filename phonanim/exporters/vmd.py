@@ -21,7 +21,7 @@ from phonanim.core.lexicon import LEXICON
 from phonanim.errors import OutputError
 from phonanim.exporters._frames import frames_from_zero
 from phonanim.exporters._take import build_take, check_times, sample_curves, take_grid
-from phonanim.rig.neck import TURNS, angles, quaternions, turns_of
+from phonanim.rig.neck import TURNS, angles, is_turn, quaternions, turns_of
 
 SUMMARY = "MikuMikuDance motion: morphs such as あ and the head, 30 frames per second"
 FPS = 30
@@ -54,7 +54,7 @@ def write(animation: Animation, path: Path, keys: float | None = None) -> None:
     parts = [
         _morph(name, dense[:, column], keys, path)
         for column, name in enumerate(animation.channels)
-        if name not in TURNS
+        if not is_turn(name)
     ]
     morphs = np.concatenate(parts) if parts else np.zeros(0, MORPHS)
     turns = turns_of(dense, animation.channels)

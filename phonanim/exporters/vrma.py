@@ -32,7 +32,7 @@ from phonanim.exporters._gltf import (
 from phonanim.exporters._take import build_take, check_times, take_grid
 from phonanim.media.glb import Glb, read_glb
 from phonanim.rig.morphs import find_morphs, plain_name
-from phonanim.rig.neck import TURNS, quaternions, turns_of
+from phonanim.rig.neck import is_turn, quaternions, turns_of
 
 SUMMARY = "VRM animation: expressions by name and the head, for any VRM 0.x or 1.0"
 EXTENSION = "VRMC_vrm_animation"
@@ -81,7 +81,7 @@ def read(path: Path) -> Animation:
 
 def match_expressions(channels: tuple[str, ...], path: Path, character: Path | None) -> dict[str, str]:
     """The channel of each expression that is written. Raises OutputError when there is none."""
-    faces = [name for name in channels if name not in TURNS and name not in GAZE]
+    faces = [name for name in channels if not is_turn(name) and name not in GAZE]
     if character is None:
         return {name: name for name in faces}
     groups = find_morphs(read_glb(character))

@@ -55,6 +55,11 @@ class Bone:
         return angles(multiplied(undone, back))
 
 
+def is_turn(name: str) -> bool:
+    """Whether a control turns the head, as rigs spell it: `headYaw`, `HeadYaw`."""
+    return plain_name(name) in map(plain_name, TURNS)
+
+
 def turns_of(values: NDArray[Any], channels: tuple[str, ...]) -> Array | None:
     """The turns in curves, (frames, channels) -> (frames, 3) degrees; None where the head does not turn."""
     names = [plain_name(name) for name in channels]

@@ -91,6 +91,15 @@ def test_godot_moves_properties_of_the_mesh(tmp_path):
         save(line(), tmp_path / "a.tres", node="a:b")
 
 
+@pytest.mark.parametrize("suffix", [".tres", ".unity.anim", ".a2f.json", ".vrma"])
+def test_turns_are_no_shapes_however_they_are_spelt(tmp_path, suffix):
+    names = tuple(name[0].upper() + name[1:] for name in line().channels)
+    save(replace(line(frames=3), channels=names), tmp_path / f"a{suffix}")
+    written = (tmp_path / f"a{suffix}").read_bytes()
+    assert b"JawOpen" in written
+    assert b"HeadPitch" not in written
+
+
 @pytest.mark.parametrize("suffix", [".tres", ".unity.anim"])
 def test_a_character_names_its_meshes_and_shapes(tmp_path, suffix):
     avatar = write_vrm1(tmp_path / "a.vrm")
