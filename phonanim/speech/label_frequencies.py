@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import unicodedata
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 
@@ -43,7 +43,7 @@ SILENCES = {True: 0.5, False: 0.05}
 Pairs = Mapping[tuple[str, str], int]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Notation:
     """A notation of a language: the probability of each label, and its labels of silence."""
 
@@ -52,9 +52,18 @@ class Notation:
     silences: frozenset[str]
     shares: Mapping[str, float]
 
-    def log_share(self, label: str) -> float:
-        """The logarithm of the probability of a label."""
-        return self._known(label)[1]
+    def log_shares(self, counts: Mapping[str, int]) -> float:
+        """The logarithm of the probability of labels, one by one, each with its count."""
+        found = self._found
+        total = 0.0
+        for label, count in counts.items():
+            known = found.get(label) or self._known(label)
+            total += count * known[1]
+        return total
+
+    def lists(self, labels: Iterable[str]) -> bool:
+        """Whether the notation has every label, as it is written."""
+        return all(label in self.shares for label in labels)
 
     def log_likelihood(self, pairs: Pairs) -> float:
         """The logarithm of the probability of labels, each with the label before it and its count."""

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from phonanim.speech.label_frequencies import (
+    ANY,
     EDGE,
     SILENCES,
     Notation,
@@ -52,6 +53,15 @@ UNNAMED = math.log(0.02)
 
 OWN_SHARE = 0.002
 UNSEEN = 1e-9
+
+USUAL = -4.2
+"""Mean logarithm of the probability of a label, above which labels occur as they do in text."""
+
+APART = 3.0
+"""Difference for each label of the logarithms by single labels, from which pairs of labels change nothing."""
+
+HOPELESS = 20.0
+"""Difference of logarithms from which a language has no part in the result."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,26 +183,40 @@ def _scores(pairs: Pairs, silences: frozenset[str]) -> dict[str, float]:
         if label != EDGE:
             singles[label] = singles.get(label, 0) + count
     found: dict[str, float] = {}
-    for notation in _nearest(singles):
+    for notation in _near(singles):
         score = SHARPNESS * notation.log_likelihood(pairs) + notation.log_silences(silences)
         score += 0.0 if notation.name else UNNAMED
         found[notation.language] = max(score, found.get(notation.language, -math.inf))
     counted = {notation.language for notation in notations()}
     for name in language_names():
         if name not in counted or name in ALPHABETS:
-            even = _even(load_language(name), singles, pairs)
-            even = SHARPNESS * even + len(silences) * math.log(SILENCES[False])
-            found[name] = max(even, found.get(name, -math.inf))
+            silent = len(silences) * math.log(SILENCES[False])
+            # A language without counts that has each label cannot win where this is too far off.
+            most = SHARPNESS * _most_even(name, singles) + silent
+            if most > max(found.values(), default=-math.inf) - HOPELESS:
+                even = SHARPNESS * _even(load_language(name), singles, pairs) + silent
+                found[name] = max(even, found.get(name, -math.inf))
     return found
 
 
-def _nearest(singles: dict[str, int]) -> list[Notation]:
-    """The notations that fit best by single labels."""
+def _near(singles: dict[str, int]) -> list[Notation]:
+    """The notations that fit best by single labels.
 
-    def fit(notation: Notation) -> float:
-        return sum(count * notation.log_share(label) for label, count in singles.items())
+    Those of a language are also taken as one, unless a single one has every label, about as often as in text.
+    """
+    fits = {one: one.log_shares(singles) for one in notations()}
+    usual = USUAL * sum(singles.values())
+    if not any(fit > usual and one.language != ANY and one.lists(singles) for one, fit in fits.items()):
+        fits |= {one: one.log_shares(singles) for one in united_notations()}
+    ranked = sorted(fits, key=lambda one: -fits[one])[:CONSIDERED]
+    least = fits[ranked[0]] - APART * sum(singles.values()) - HOPELESS
+    return [one for one in ranked if fits[one] >= least]
 
-    return sorted((*notations(), *united_notations()), key=fit, reverse=True)[:CONSIDERED]
+
+def _most_even(name: str, singles: dict[str, int]) -> float:
+    """The most that `_even` can be."""
+    share = ALPHABETS[name][0] if name in ALPHABETS else 1.0
+    return math.log(share) * sum(singles.values())
 
 
 def _even(language: Language, singles: dict[str, int], pairs: Pairs) -> float:
