@@ -107,11 +107,11 @@ def command(
 
 
 def needs_words(path: Path, options: Options) -> bool:
-    """Whether a path is a recording whose words have to be found, because the model is driven by phones."""
+    """Whether a path is a recording whose words have to be found, because the model needs phones."""
     from phonanim.inputs.speech_input import is_recording
     from phonanim.pipeline import load_model
 
-    return is_recording(path) and load_model(options.model).regressor.input_modality == "phones"
+    return is_recording(path) and load_model(options.model).regressor.input_modality != "audio"
 
 
 def with_own_rig(options: Options, character: Any, console: Console) -> Options:
