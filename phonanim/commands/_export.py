@@ -80,15 +80,17 @@ def export_options(function: Callable[..., Any]) -> Callable[..., Any]:
     return wrapped
 
 
-def save_outputs(animation: Animation, outputs: Sequence[Path], exports: dict[str, object]) -> None:
-    """Write every output with the options that its format supports.
+def save_outputs(
+    animation: Animation, outputs: Sequence[Path], exports: dict[str, object], pictured: bool = False
+) -> None:
+    """Write every output with the options that its format supports; a sheet is `pictured` with the character.
 
     Raises OptionError for an option that no output's format supports, and the exporters' errors.
     """
     from phonanim.exporters import assign_options, save
 
     options, idle = assign_options(exports, outputs)
-    if idle:
+    if idle and not (pictured and idle == ["character"]):
         raise OptionError(
             f"{option_spelling(idle[0])} does nothing for {', '.join(map(str, outputs))}; leave it out"
         )

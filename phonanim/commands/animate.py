@@ -194,9 +194,15 @@ def write_outputs(
     if sheet:
         from phonanim.viewer.sheet import save_sheet
 
-        save_sheet(animation, sheet)
-    save_outputs(animation, outputs, exports)
+        save_sheet(animation, sheet, shown_character(exports))
+    save_outputs(animation, outputs, exports, pictured=sheet is not None)
     return [*outputs, *filter(None, [sheet])]
+
+
+def shown_character(exports: dict[str, object]) -> Path | None:
+    """The character that pictures show, of the options of formats."""
+    character = exports.get("character")
+    return character if isinstance(character, Path) else None
 
 
 def describe(animation: Animation, alignment: Path, options: Options, written: list[Path]) -> dict[str, Any]:

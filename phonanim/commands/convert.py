@@ -12,7 +12,7 @@ from phonanim.commands import Console, console_options
 from phonanim.commands._export import FILE, export_options, output_notes, save_outputs
 from phonanim.commands._options import Gain
 from phonanim.commands._renamed import renamed_option
-from phonanim.commands.animate import OUTPUT, check_outputs, format_size
+from phonanim.commands.animate import OUTPUT, check_outputs, format_size, shown_character
 
 if TYPE_CHECKING:
     from phonanim.animation.animation import Animation
@@ -68,11 +68,11 @@ def command(
         find_exporter(path)
     animation = apply_overrides(load(source), fps, start, alignment, audio, rig)
     second = {"beside": load(beside)} if beside else {}
-    save_outputs(animation, outputs, exports | second)
+    save_outputs(animation, outputs, exports | second, pictured=sheet is not None)
     if sheet:
         from phonanim.viewer.sheet import save_sheet
 
-        save_sheet(animation, sheet)
+        save_sheet(animation, sheet, shown_character(exports))
     facts = describe(animation, source, [*outputs, *filter(None, [sheet])])
     for line in (*report_lines(facts), *output_notes(animation, outputs, exports)):
         console.print(line)

@@ -16,12 +16,12 @@ from phonanim.core.files import atomic_path
 from phonanim.errors import AudioError, MissingExtraError, OutputError
 from phonanim.exporters._head import RIG as RIG
 from phonanim.exporters._head import fits as fits
-from phonanim.exporters._head import load_drawable_head
 from phonanim.media.pixels import Image, draw_text
 from phonanim.media.video import H264, LOCAL, local_file
-from phonanim.rig.head import SHIPPED, Head
+from phonanim.rig.head import SHIPPED, Head, load_head
 from phonanim.rig.neck import turned, turns_of
-from phonanim.rig.render import render, whole_head
+from phonanim.rig.portrait import load_portrait
+from phonanim.rig.render import View, render, whole_head
 from phonanim.speech.alignment import Interval
 from phonanim.speech.labels import is_silent
 
@@ -49,12 +49,18 @@ def write(
     av = library()
     if size < 64 or size % 2:
         raise OutputError(f"{path}: a video of {size} pixels cannot be made; choose an even size from 64")
-    head = load_drawable_head(character)
+    if character == SHIPPED:
+        head = load_head()
+        view = whole_head(head, size, size, yaw)
+    else:
+        portrait = load_portrait(character, animation.channels, size, size, yaw)
+        head, view = portrait.head, portrait.view
+    view = replace(view, samples=samples)
     rate = _film_rate(animation.fps)
     with atomic_path(path) as partial:
         try:
             with av.open(str(partial), "w") as film:
-                _mux(av, film, animation, _pictures(animation, head, rate, size, samples, yaw), rate, size)
+                _mux(av, film, animation, _pictures(animation, head, rate, view), rate, size)
         except av.error.FFmpegError as error:
             raise OSError(error.errno, error.strerror) from error
 
@@ -74,15 +80,12 @@ def _film_rate(fps: float) -> Fraction:
     return rate / max(1, -(-round(rate) // round(FASTEST)))
 
 
-def _pictures(
-    animation: Animation, head: Head, rate: Fraction, size: int, samples: int, yaw: float
-) -> Iterator[Image]:
+def _pictures(animation: Animation, head: Head, rate: Fraction, view: View) -> Iterator[Image]:
     """One picture per video frame, from time zero to the end of the animation."""
     last = float(animation.times[-1])
     times = np.arange(int(last * rate + 1e-6) + 1) / float(rate)
     weights = head.weights(animation.values, animation.channels)
     turns = turns_of(animation.values, animation.channels)
-    view = replace(whole_head(head, size, size, yaw), samples=samples)
     for time in times:
         now = _between(time, animation, weights)
         turn = None if turns is None else _between(time, animation, turns)

@@ -16,6 +16,7 @@ from phonanim.media.glb import Glb, read_glb, world_transform
 from phonanim.media.gltf import WORTH, check_room
 from phonanim.rig.head import Head, point_rows, vertex_colors
 from phonanim.rig.morphs import Morphs, find_morphs
+from phonanim.rig.textures import texture_colors
 
 Array = NDArray[np.float64]
 
@@ -29,6 +30,20 @@ def load_character(path: Path) -> Head:
     """
     glb = read_glb(path)
     return _joined([piece for morphs in find_morphs(glb) for piece in _pieces(glb, morphs)], path)
+
+
+def load_dressed_character(path: Path) -> Head:
+    """Read a character with its hair and clothes, which have no shapes, and its textures. Raises RigError."""
+    glb = read_glb(path)
+    moving = find_morphs(glb)
+    known = {morphs.node for morphs in moving}
+    nodes = [
+        number for number, node in enumerate(glb.tree["nodes"]) if "mesh" in node and number not in known
+    ]
+    bare = [Morphs(str(path), number, ()) for number in nodes]
+    return _joined(
+        [piece for morphs in (*moving, *bare) for piece in _pieces(glb, morphs, textured=True)], path
+    )
 
 
 def load_bare_character(path: Path) -> Head:
@@ -97,8 +112,8 @@ def _controls(morphs: Morphs) -> dict[str, Array]:
     }
 
 
-def _pieces(glb: Glb, morphs: Morphs) -> list[Piece]:
-    """The primitives of a node's mesh, named by node and material."""
+def _pieces(glb: Glb, morphs: Morphs, textured: bool = False) -> list[Piece]:
+    """The primitives of a node's mesh, named by node and material, and `textured` where they can be."""
     node = glb.tree["nodes"][morphs.node]
     matrix, controls = world_transform(glb, morphs.node), _controls(morphs)
     turn = matrix[:3, :3].T
@@ -112,6 +127,8 @@ def _pieces(glb: Glb, morphs: Morphs) -> list[Piece]:
         faces = glb.faces(primitive, len(points))
         coloured = _tells_colour(material, primitive)
         colors = vertex_colors(glb, primitive, points) if coloured else np.full_like(points, GREY)
+        texture = texture_colors(glb, primitive, len(points)) if textured else None
+        colors = colors if texture is None else texture
         placed = points @ turn + matrix[:3, 3]
         pieces.append(Piece(name, placed, faces, moves @ turn, controls, colors))
     return pieces

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from phonanim.animation.animation import Animation
 from phonanim.media.pixels import Image, draw_text, fill, paste, shortened, text_width, write_png
 from phonanim.rig.head import Head, load_head
+from phonanim.rig.portrait import load_portrait
 from phonanim.rig.render import View, lower_face, render
 from phonanim.speech.alignment import Interval
 from phonanim.speech.labels import is_silent
@@ -32,7 +33,7 @@ class Shot:
 def save_sheet(
     animation: Animation,
     path: Path,
-    head: Head | None = None,
+    character: Path | None = None,
     pictures: int = 40,
     columns: int = 8,
     size: int = 170,
@@ -40,14 +41,19 @@ def save_sheet(
     """Draw the lower face at the middle of each phone, at most `pictures` of them, and write a PNG.
 
     If a line has more phones, evenly spaced ones are shown; without phones, evenly spaced frames.
-    Raises RigError when the head has none of the channels, OutputError when the file cannot be written.
+    `character` is a GLB or VRM to draw, from its hair to its chin, in place of the shipped head. Raises
+    RigError when the head has none of the channels, OutputError when the file cannot be written.
     """
-    head = head or load_head()
+    head = load_head()
+    view = lower_face(head, size)
+    if character is not None:
+        portrait = load_portrait(character, animation.channels, size, size, view.yaw)
+        head, view = portrait.head, portrait.view
     shots = choose_shots(animation, pictures)
     frames = animation.values[[shot.frame for shot in shots]]
     shapes = head.shape(head.weights(frames, animation.channels))
     columns = max(1, min(columns, len(shots)))
-    write_png(compose_sheet(animation, shots, shapes, head, lower_face(head, size), columns), path)
+    write_png(compose_sheet(animation, shots, shapes, head, view, columns), path)
 
 
 def choose_shots(animation: Animation, count: int) -> list[Shot]:
