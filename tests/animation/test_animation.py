@@ -12,6 +12,14 @@ def test_channels_go_by_name():
         animation.channel("nothing")
 
 
+def test_it_is_saved_in_the_format_of_the_suffix(tmp_path):
+    from phonanim.exporters import load
+
+    animation = line()
+    animation.save(tmp_path / "a.npz")
+    np.testing.assert_array_equal(load(tmp_path / "a.npz").values, animation.values)
+
+
 def test_times_start_where_they_should():
     np.testing.assert_allclose(line(frames=3, fps=25).times, [0, 0.04, 0.08])
 

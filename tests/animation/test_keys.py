@@ -92,7 +92,9 @@ def test_the_report_counts_moving_curves():
     assert text == "2 keys in 1 moving curves, 2.0 per second each, largest error 0.0000"
     slower = replace(moved, fps=30.5)
     assert ", 1.0 per second each" in describe_keys(reduce_channels(slower, 0.01), slower)
-    text = describe_shared_keys(reduce_curves(moved.values, 0.01), moved)
+    keys = reduce_curves(moved.values, 0.01)
+    assert ", 1.0 per second, " in describe_shared_keys(keys, slower)
+    text = describe_shared_keys(keys, moved)
     assert text == "2 keys that all curves share, 2.0 per second, largest error 0.0000"
 
 

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from speech import made_up_face, track_of
 
+from phonanim.animation import smooth
 from phonanim.animation.smooth import CLOSED, closure_mask, smooth_controls, width_for_cutoff
 from phonanim.articulation import CHANNELS
 from phonanim.face.contacts import lip_functionals
@@ -27,6 +28,14 @@ TOUCHING = 0.2  # mm
 
 def wave(hertz, fps=240.0, seconds=4.0):
     return np.sin(2 * np.pi * hertz * np.arange(seconds * fps) / fps)[:, None].astype(np.float32)
+
+
+def test_gaps_are_those_of_the_lips_alone():
+    face = made_up_face(np.random.default_rng(0))
+    gaps = smooth.lip_gaps(np.zeros((3, len(face.std))), face)
+    assert gaps.shape == (3, PAIRS)
+    upper, lower = (face.rows(side) for side in zip(*INNER_LIP_PAIRS, strict=True))
+    np.testing.assert_allclose(gaps[0], face.mean[upper, 1] - face.mean[lower, 1])
 
 
 def test_nothing_to_smooth_is_left_as_it_is():

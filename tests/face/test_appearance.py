@@ -50,6 +50,16 @@ def test_the_weight_makes_shape_and_pixels_vary_alike(model: AppearanceModel) ->
     assert model.weight**2 * (model.face.std**2).sum() == pytest.approx(pixels)
 
 
+def test_textures_are_of_single_precision(model: AppearanceModel) -> None:
+    outer, inner = np.zeros((2, len(model.outer.std))), np.zeros((2, len(model.inner.std)))
+    assert model.textures(outer, inner).dtype == np.float32
+
+
+def test_a_model_is_saved_in_a_new_folder_of_a_new_folder(model: AppearanceModel, tmp_path: Path) -> None:
+    save_appearance(model, tmp_path / "a" / "b", {})
+    assert load_appearance(tmp_path / "a" / "b").weight == pytest.approx(model.weight)
+
+
 def test_the_two_regions_share_no_pixel_and_leave_none(model: AppearanceModel) -> None:
     both = np.sort(np.concatenate([model.outer.place, model.inner.place]))
     assert both.tolist() == list(range(len(model.mesh.pixels)))

@@ -30,6 +30,11 @@ def test_the_triangles_cover_the_shape(mesh: Mesh) -> None:
     assert (mesh.weights > -1e-4).all()
 
 
+def test_the_shape_has_a_margin_on_every_side(mesh: Mesh) -> None:
+    assert mesh.reference.min(axis=0).tolist() == [2.0, 2.0]
+    assert (mesh.width, mesh.height) == (20 + 2 * 2 + 1, 16 + 2 * 2 + 1)
+
+
 def test_pixels_go_where_the_landmarks_go(mesh: Mesh) -> None:
     row, column = np.divmod(mesh.pixels, mesh.width)
     at_rest = np.column_stack([column, row])
