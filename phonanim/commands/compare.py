@@ -17,17 +17,17 @@ from phonanim.commands import Console, console_options
     type=click.Path(file_okay=False, path_type=Path),
     default=Path("comparison"),
     show_default=True,
-    help="Folder for benchmark.md; its data and figures go to benchmark/ in it.",
+    help="Folder for benchmark.md; its figures and long tables go to benchmark/ in it.",
 )
 @click.option(
     "--work",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Folder that keeps the trained models (OUTPUT/models).",
+    help="Folder that keeps the trained models and all sums (OUTPUT/models).",
 )
 @click.option(
     "--workers", type=click.IntRange(min=1), help="Number of models trained at once (one per core)."
 )
-@click.option("--report-only", is_flag=True, help="Write the report again from benchmark.json.")
+@click.option("--report-only", is_flag=True, help="Write the report again from sums.json of --work.")
 @console_options
 def command(
     plan: Path, output: Path, work: Path | None, workers: int | None, report_only: bool, console: Console
@@ -39,7 +39,7 @@ def command(
     \b
     Examples:
       phonanim compare benchmarks/compare.toml -o docs --work work/compare
-      phonanim compare benchmarks/compare.toml -o docs --report-only
+      phonanim compare benchmarks/compare.toml -o docs --work work/compare --report-only
     """
     from phonanim.core.threads import use_one_thread
 
@@ -52,14 +52,13 @@ def command(
 
     check_drawable()
     found = read_plan(plan)
+    work = work or output / "models"
     if report_only:
-        document = read_document(output)
+        document = read_document(work)
     else:
         with console.progress(plan.stem) as bar:
-            document = compare(
-                found, work or output / "models", workers or count_cores(), lambda what, done: bar(done, what)
-            )
-        write_document(document, output)
+            document = compare(found, work, workers or count_cores(), lambda what, done: bar(done, what))
+        write_document(document, work)
     written = write_report(document, found, output)
     console.print(f"wrote {written}")
     console.print_result({"report": str(written), "json": str(output / "benchmark" / "benchmark.json")})

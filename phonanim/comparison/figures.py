@@ -93,9 +93,8 @@ def _bars(figure: Any, document: Document, variant: str) -> None:
         colours = ["tab:orange" if name == document["reference"] else "tab:blue" for name in names]
         axes.barh(names, middles, xerr=np.array(reach).T, color=colours, capsize=3)
         axes.set_xlabel(measure_heading(measure))
+        axes.set_xlim(left=min(0.0, *middles))
         axes.invert_yaxis()
-        if measure == "aperture_r":
-            axes.set_xlim(left=max(0.0, float(np.floor(10 * (min(middles) - 0.05)) / 10)))
 
 
 def _sentences(figure: Any, document: Document, variant: str) -> None:

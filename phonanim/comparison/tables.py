@@ -43,14 +43,19 @@ def _column(document: Document, names: list[str], variant: str, where: str, meas
     found, texts = [], []
     for name in names:
         rows = _rows(document, name, variant, where, measure)
-        rng = np.random.default_rng(document["seed"])
-        low, high = bootstrap_interval(rows, rng, MEASURES[measure].statistic)
         found.append(measure_value(measure, rows))
-        texts.append(f"{_number(found[-1])} [{_number(low)}, {_number(high)}]")
+        texts.append(interval_text(document, rows, measure))
     # A gap may be negative for pressed lips; the value nearest to zero is best.
     away = np.abs(found) if MEASURES[measure].better == "less" else -np.array(found)
     best = int(np.nanargmin(away)) if np.isfinite(away).any() else -1
     return [f"**{text}**" if i == best else text for i, text in enumerate(texts)]
+
+
+def interval_text(document: Document, rows: Sums, measure: str) -> str:
+    """A value with its 95 % interval over sentences, (clips, sums)."""
+    rng = np.random.default_rng(document["seed"])
+    low, high = bootstrap_interval(rows, rng, MEASURES[measure].statistic)
+    return f"{_number(measure_value(measure, rows))} [{_number(low)}, {_number(high)}]"
 
 
 def differences_table(document: Document, variant: str, where: str, measures: tuple[str, ...]) -> Table:

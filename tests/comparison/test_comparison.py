@@ -19,12 +19,15 @@ from phonanim.aligners.pocketsphinx import SpeechAlignment
 from phonanim.comparison import tables, tools
 from phonanim.comparison.fit import is_cached
 from phonanim.comparison.folds import make_folds
+from phonanim.comparison.overview import sd_ratio
+from phonanim.comparison.pages import generalization_page
 from phonanim.comparison.plan import read_plan
-from phonanim.comparison.report import _generalization, read_document, with_shown_names
+from phonanim.comparison.report import read_document, render, with_shown_names
 from phonanim.comparison.run import _jobs, compare, model_rows
 from phonanim.comparison.scores import MEASURES, clip_scores, measure_value
 from phonanim.corpus.corpus import load_corpus, save_corpus
 from phonanim.errors import AlignmentError, ModelError
+from phonanim.evaluation.statistics import pearson_sums
 from phonanim.face.fit import fit_face
 from phonanim.media.audio import Sound
 from phonanim.speech.alignment import Interval
@@ -107,21 +110,53 @@ def command(house: Path, *arguments: str) -> None:
 def report(house: Path) -> str:
     pytest.importorskip("matplotlib")
     command(house, "--workers", "1", "--quiet")
-    return (house / "out" / "benchmark.md").read_text()
+    return whole_report(house)
+
+
+def whole_report(house: Path) -> str:
+    """The page and the long tables behind it, in the order of its links."""
+    page = house / "out/benchmark.md"
+    linked = re.findall(r"\((benchmark/\w+\.md)\)", page.read_text())
+    return "\n".join(path.read_text() for path in (page, *(house / "out" / name for name in linked)))
 
 
 @pytest.mark.slow
 def test_the_report_holds_every_table_and_figure(house: Path, report: str) -> None:
     for heading in ("Test clips", "Words that were never heard", "Phones that", "Amount of data", "Speed"):
-        assert f"## {heading}" in report
+        assert f"# {heading}" in report
     assert "Noise, another voice, an automatic aligner" in report
     assert "| babble, 3 dB | 1 of 6 |" in report
     assert re.search(r"The 16 trainings of this comparison, .* about \d+ minutes with two workers", report)
     assert "A note about the test clips." in report
-    for line in report.splitlines():
-        if line.startswith("!["):
-            assert (house / "out" / line.partition("(")[2].rstrip(")")).stat().st_size > 5000
+    pictures = [line.partition("(")[2].rstrip(")") for line in report.splitlines() if line.startswith("![")]
+    assert len(pictures) > 7
+    for name in pictures:
+        assert (house / "out/benchmark" / Path(name).name).stat().st_size > 5000
     assert "**" in report
+
+
+def test_the_first_page_is_short_and_has_one_table(house: Path, report: str) -> None:
+    page = (house / "out/benchmark.md").read_text()
+    header, _, *rows = [line for line in page.splitlines() if line.startswith("|")]
+    assert header.startswith(
+        "| model | driven by | aperture r | sd ratio | width r | sd ratio | vertex error"
+    )
+    assert [row.split(" | ")[0] for row in rows] == ["| tree", "| mean"]
+    assert re.search(r"on the same \d+ others: \d+ s, of which \d+ s are speech\.", page)
+    assert len(page) < 3000
+    listed = json.loads((house / "out/benchmark/benchmark.json").read_text())
+    assert listed[0]["rows"][0][0] == "model"
+    assert {table["page"] for table in listed} >= {
+        "",
+        "test",
+        "generalization",
+        "conditions",
+        "sweeps",
+        "cost",
+    }
+    assert (house / "out/models/sums.json").stat().st_size > (
+        house / "out/benchmark/benchmark.json"
+    ).stat().st_size
 
 
 @pytest.mark.slow
@@ -130,14 +165,14 @@ def test_a_second_run_trains_nothing_and_says_the_same(house: Path, report: str)
     assert models
     command(house, "--workers", "1", "--quiet")
     assert models == {p: p.stat().st_mtime_ns for p in (house / "out/models").rglob("*.safetensors")}
-    again = (house / "out" / "benchmark.md").read_text()
+    again = whole_report(house)
     assert without_speed(again) == without_speed(report)
     command(house, "--report-only", "--quiet")
-    assert (house / "out" / "benchmark.md").read_text() == again
+    assert whole_report(house) == again
 
 
 def without_speed(report: str) -> str:
-    return report.partition("## Speed")[0]
+    return report.partition("# Speed")[0]
 
 
 def test_a_changed_recipe_is_trained_again(house: Path, report: str) -> None:
@@ -166,7 +201,7 @@ def test_no_fold_learns_from_what_it_is_measured_on(house: Path) -> None:
 
 
 def test_models_are_scored_under_every_condition(house: Path, report: str) -> None:
-    document = read_document(house / "out")
+    document = read_document(house / "out/models")
     for measure in ("shape_mse", "aperture_r"):
         for table in (tables.losses_table, tables.conditions_difference_table):
             header, *rows = table(document, "raw", "all", measure)
@@ -189,12 +224,14 @@ def test_models_are_scored_under_every_condition(house: Path, report: str) -> No
 
 
 def test_what_is_absent_from_a_table_is_named(house: Path, report: str) -> None:
-    document = read_document(house / "out")
+    document = read_document(house / "out/models")
     assert "Not trained again" not in report
     scores = document["models"]["mean"]["scores"]["raw"]
     document["models"]["mean"]["scores"]["raw"] = {k: v for k, v in scores.items() if "phones" not in k}
-    parts = _generalization(document, read_plan(house / "plan.toml"))
-    assert [part for part in parts if part.startswith("Not")] == ["Not trained again for this: `mean`."]
+    parts = generalization_page(document, read_plan(house / "plan.toml"))
+    assert [part for part in parts if isinstance(part, str) and part.startswith("Not")] == [
+        "Not trained again for this: `mean`."
+    ]
 
 
 def test_a_trained_model_may_be_compared_as_it_is(house: Path, report: str, tmp_path: Path) -> None:
@@ -203,7 +240,7 @@ def test_a_trained_model_may_be_compared_as_it_is(house: Path, report: str, tmp_
         text.replace('"corpus"', f'"{house}/corpus"').replace("mean.toml", str(house / "mean.toml"))
     )
     document = compare(read_plan(tmp_path / "plan.toml"), tmp_path / "work", 1)
-    whole = json.loads((house / "out/benchmark/benchmark.json").read_text())
+    whole = json.loads((house / "out/models/sums.json").read_text())
     scores = document["models"]["tree"]["scores"]["raw"]
     assert scores == {
         k: v for k, v in whole["models"]["tree"]["scores"]["raw"].items() if k.startswith(("test/", "with "))
@@ -280,6 +317,17 @@ def test_reports_call_models_as_readers_know_them() -> None:
     assert shown["seed"] == 0
 
 
+def test_links_of_a_page_in_a_folder_go_up() -> None:
+    text = render(["## Title", "See [a](a.md#b) and [c](https://d.org/e.md).", "### Part"])
+    assert text.startswith("# Title\n\nSee [a](../a.md#b) and [c](https://d.org/e.md).\n\n## Part\n")
+
+
+def test_the_ratio_of_deviations_comes_from_sums() -> None:
+    curve = np.random.default_rng(0).normal(size=90)
+    sums = np.array([pearson_sums(0.5 * part + 3, part) for part in np.split(curve, 3)])
+    assert sd_ratio(sums) == pytest.approx(0.5)
+
+
 def test_other_tools(tmp_path: Path) -> None:
     clips = {f"clip{n}": {"vertex_error_mm": 1.0 + 0.01 * n, "aperture_r": None} for n in range(12)}
     worse = {name: {**c, "vertex_error_mm": c["vertex_error_mm"] + 0.5} for name, c in clips.items()}
@@ -300,10 +348,9 @@ def test_other_tools(tmp_path: Path) -> None:
 
 
 def test_a_report_of_nothing(tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match=r"benchmark.json: cannot be read as a comparison .*; run it first"):
+    with pytest.raises(ModelError, match=r"sums.json: cannot be read as a comparison .*; run it first"):
         read_document(tmp_path)
-    (tmp_path / "benchmark").mkdir()
-    (tmp_path / "benchmark/benchmark.json").write_text('{"models": {}}')
+    (tmp_path / "sums.json").write_text('{"models": {}}')
     with pytest.raises(ModelError, match=r"was written by an older version; run the comparison again"):
         read_document(tmp_path)
 

@@ -60,7 +60,7 @@ READERS = {
     "motion.npy": read_motion,
     "tools.json": read_tools,
     "legibility.json": read_legibility,
-    "benchmark/benchmark.json": lambda path: read_document(path.parent.parent),
+    "models/sums.json": lambda path: read_document(path.parent),
 }
 
 

@@ -195,14 +195,14 @@ def test_a_comparison_with_mouths_that_are_drawn(corpus_folder: Path, tmp_path: 
     models = '[models]\nnarrow = "narrow.toml"\nwide = "wide.toml"\n'
     (tmp_path / "plan.toml").write_text(plan + models)
     assert run(["compare", str(tmp_path / "plan.toml"), "-o", str(tmp_path), "--workers", "1", "-q"]) == 0
-    document = json.loads((tmp_path / "benchmark/benchmark.json").read_text())
+    document = json.loads((tmp_path / "models/sums.json").read_text())
     drawn = {
         n: np.array(m["scores"]["raw"]["pixels/all"]["pixel_mse"]) for n, m in document["models"].items()
     }
     least = np.array(document["pixel_bound"])
     assert (least[:, 0] < drawn["narrow"][:, 0]).all()
     assert drawn["narrow"][:, 0].sum() < drawn["wide"][:, 0].sum()
-    assert "### Drawn as a mouth" in (tmp_path / "benchmark.md").read_text()
+    assert "## Drawn as a mouth" in (tmp_path / "benchmark/test.md").read_text()
     (tmp_path / "plan.toml").write_text(plan.replace('"wide"]', '"tall"]') + models)
     with pytest.raises(ModelError, match="mouths: 'tall' is not a recipe among its models"):
         read_plan(tmp_path / "plan.toml")

@@ -1,0 +1,172 @@
+"""The long tables of a comparison, one page for each question: headings, notes, tables, pictures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from phonanim.comparison import legibility, tables, tools
+from phonanim.comparison.mouths import WHERE
+from phonanim.comparison.plan import Plan
+from phonanim.comparison.run import model_rows
+from phonanim.comparison.scores import measure_value
+from phonanim.comparison.tables import Table
+
+Document = dict[str, Any]
+Part = str | Table  # a paragraph or heading, or a table
+ERRORS = ("parameter_mse", "shape_mse", "vertex_error", "lip_error")
+CURVES = ("aperture_r", "width_r", "speed_error", "pbm_gap")
+TESTED = ("parameter_mse", "shape_mse", "aperture_r", "width_r")
+PIXELS = ("joint_mse", "pixel_mse", "inner_pixel_mse", "outer_pixel_mse")
+SHORT = ("shape_mse", "aperture_r", "width_r")
+
+
+def all_pages(document: Document, plan: Plan, figures: list[str]) -> dict[str, list[Part]]:
+    """The pages that have something to show, by the stems of their files; each begins with its title."""
+    faces: list[Part] = ["## The test clips in pictures"]
+    faces += [_picture(name) for name in ("first_mode", "heat") if f"{name}.png" in figures]
+    found = {
+        "test": test_page(document, plan),
+        "legibility": legibility_page(plan),
+        "generalization": generalization_page(document, plan),
+        "conditions": conditions_page(document, plan),
+        "tools": tools_page(document, plan),
+        "sweeps": sweeps_page(document, plan),
+        "cost": cost_page(document, plan),
+        "pictures": faces if len(faces) > 1 else [],
+    }
+    return {name: [part for part in parts if part] for name, parts in found.items() if parts}
+
+
+def test_page(document: Document, plan: Plan) -> list[Part]:
+    """Every measure of every model on the test clips."""
+    parts: list[Part] = ["## Test clips", plan.notes.get("test", "")]
+    for variant, title in (("raw", "As predicted"), ("contacts", "With the closures that `animate` adds")):
+        parts += [f"### {title}"]
+        parts += [tables.values_table(document, variant, "test/all", m) for m in (ERRORS, CURVES)]
+        parts += [tables.differences_table(document, variant, "test/all", TESTED)]
+    parts += ["In speech alone, as predicted:"]
+    parts += [tables.values_table(document, "raw", "test/speech", SHORT)]
+    parts += [tables.differences_table(document, "raw", "test/speech", SHORT)]
+    return [*parts, _picture("bars"), _picture("sentences"), *_pixels(document, plan)]
+
+
+def legibility_page(plan: Plan) -> list[Part]:
+    """Models with and without articulation."""
+    if plan.legibility is None:
+        return []
+    found = legibility.read_legibility(plan.legibility)
+    parts: list[Part] = ["## With articulation, and what can be read", plan.notes.get("legibility", "")]
+    parts += ["### Against captured lips", legibility.film_table(found)]
+    if found["sensors"]:
+        parts += ["### Against sensors of other speakers", plan.notes.get("sensors", "")]
+        parts += [legibility.sensor_table(found)]
+    return parts
+
+
+def _pixels(document: Document, plan: Plan) -> list[Part]:
+    if "pixel_bound" not in document:
+        return []
+    drawn = tables.values_table(document, "raw", WHERE, PIXELS)
+    tested = tables.differences_table(document, "raw", WHERE, PIXELS[:2])
+    bound = (
+        f"The appearance model itself leaves {measure_value('pixel_mse', document['pixel_bound']):.2f} grey²."
+    )
+    parts: list[Part] = ["### Drawn as a mouth", plan.notes.get("pixels", ""), drawn, bound]
+    return [*parts, tested]
+
+
+def generalization_page(document: Document, plan: Plan) -> list[Part]:
+    """Words and phones that were withheld, and articulography of another speaker."""
+    parts: list[Part] = []
+    sections = {
+        "words": (("words*/clip", "Words that were never heard"), ("words*/word", "In those words alone")),
+        "phones": (("phones/near", "Phones that were never heard"),),
+    }
+    for note, found in sections.items():
+        for where, title in found:
+            if model_rows(document, document["reference"], "raw", where) is None:
+                continue
+            parts += [f"## {title}" if title != "In those words alone" else f"### {title}"]
+            parts += [plan.notes.get(note, "")] if where != "words*/word" else []
+            parts += [tables.values_table(document, "raw", where, SHORT)]
+            parts += [
+                tables.differences_table(document, "raw", where, SHORT),
+                _absent(document, where),
+            ]
+    spoken = tables.ema_table(document)
+    if spoken:
+        parts += ["## Another speaker, another language", plan.notes.get("ema", ""), spoken]
+    return parts
+
+
+def _absent(document: Document, where: str) -> str:
+    """The models that a table lacks, because they were trained for the test clips only."""
+    absent = [f"`{name}`" for name in document["models"] if model_rows(document, name, "raw", where) is None]
+    return f"Not trained again for this: {', '.join(absent)}." if absent else ""
+
+
+def conditions_page(document: Document, plan: Plan) -> list[Part]:
+    """For each measure: the scores, the loss of each model, and its difference from the reference."""
+    if not document.get("conditions"):
+        return []
+    parts: list[Part] = ["## Noise, another voice, an automatic aligner", plan.notes.get("conditions", "")]
+    parts += [tables.aligner_table(document), _picture("conditions")]
+    for measure in SHORT:
+        asked = document, "raw", "all", measure
+        parts += [f"### Under each condition: {tables.measure_heading(measure)}"]
+        parts += [
+            tables.conditions_table(*asked),
+            "Each change of the model's own clean score, and its p:",
+        ]
+        parts += [
+            tables.losses_table(*asked),
+            "Each difference under the same condition, and its p:",
+        ]
+        parts += [tables.conditions_difference_table(*asked)]
+    parts += [f"### Under each condition: {tables.measure_heading('aperture_r')}, in speech alone"]
+    parts += [tables.conditions_table(document, "raw", "speech", "aperture_r")]
+    parts += [
+        f"### Under each condition: {tables.measure_heading('pbm_gap')}, with the closures of `animate`"
+    ]
+    return [*parts, tables.conditions_table(document, "contacts", "all", "pbm_gap")]
+
+
+def sweeps_page(document: Document, plan: Plan) -> list[Part]:
+    """One recipe with several values of a setting."""
+    parts: list[Part] = []
+    for name, found in document.get("sweeps", {}).items():
+        parts += [f"## {found['label']}", plan.notes.get(name, "")]
+        parts += [tables.sweep_table(found, "shape_mse"), _picture(f"sweep_{name}")]
+    return parts
+
+
+def cost_page(document: Document, plan: Plan) -> list[Part]:
+    """What a model costs."""
+    table = tables.cost_table(document)
+    note = plan.notes.get("cost", "")
+    return ["## Speed and size", note, table, _effort(document["effort"]), _picture("cost")]
+
+
+def _effort(effort: dict[str, float]) -> str:
+    """Processor time of the whole comparison; trainings are spread over two workers."""
+    if not effort["jobs"]:
+        return ""
+    total, scoring = effort["training_s"] / 60, effort["scoring_s"] / 60
+    halved = max(total / 2, effort["longest_s"] / 60)
+    return (
+        f"The {effort['jobs']:.0f} trainings of this comparison, folds, mouths and sweeps among them, took "
+        f"{total:.0f} minutes of a processor: about {halved:.0f} minutes with two workers. Scoring took "
+        f"another {scoring:.0f}."
+    )
+
+
+def tools_page(document: Document, plan: Plan) -> list[Part]:
+    """Other tools on the same clips."""
+    if "tools" not in document:
+        return []
+    rows = tools.tools_table(document["tools"], document["seed"])
+    return ["## Other tools, through the same head", plan.notes.get("tools", ""), rows]
+
+
+def _picture(name: str) -> str:
+    return f"![{name.replace('_', ' ')}]({name}.png)"
