@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from phonanim import regressors
 from phonanim.animation.animation import Animation
+from phonanim.animation.carry import carry_edits
 from phonanim.animation.edit_file import read_edits
 from phonanim.animation.edits import apply_edits
 from phonanim.animation.overlay import apply_overlays, hash_overlays
@@ -37,6 +38,7 @@ from phonanim.life import Life, add_life, idle_life, life_of, mouth_freedom
 from phonanim.media.audio import Sound, find_audio
 from phonanim.options import DEFAULTS, Options, make_options
 from phonanim.rig import Rig, load_rig
+from phonanim.rig.read import rig_names
 from phonanim.rig.reference import face_notes
 from phonanim.rig.retarget import retarget
 from phonanim.speech.language import ReadingLanguage
@@ -221,11 +223,16 @@ def _spoken(
 def apply_edit_file(animation: Animation, path: Path, options: Options = DEFAULTS) -> Animation:
     """The animation with the edits of a file applied; `provenance["notes"]` lists those that did not fit.
 
+    Edits of another rig are carried to this one where a table leads there.
     Raises OptionError when the file cannot be read as edits.
     """
-    edited, notes = apply_edits(animation, read_edits(path), load_cached_rig(options.rig))
+    edits, rig = read_edits(path), load_cached_rig(options.rig)
+    carried: tuple[str, ...] = ()
+    if edits.rig != rig.name and edits.rig in rig_names():
+        edits, carried = carry_edits(edits, load_cached_rig(edits.rig), rig)
+    edited, notes = apply_edits(animation, edits, rig)
     known = animation.provenance
-    told = {"edits_sha256": content_hash(path), "notes": [*known["notes"], *notes]}
+    told = {"edits_sha256": content_hash(path), "notes": [*known["notes"], *carried, *notes]}
     return replace(edited, provenance={**known, **told})
 
 

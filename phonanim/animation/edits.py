@@ -18,6 +18,8 @@ from phonanim.animation.animation import Animation
 from phonanim.animation.keys import reduce_curves
 from phonanim.errors import OptionError
 from phonanim.rig import Rig
+from phonanim.rig.morphs import plain_name
+from phonanim.rig.neck import TURNS
 from phonanim.speech.alignment import Interval
 from phonanim.speech.labels import is_silent
 
@@ -29,6 +31,7 @@ FADE = 0.1  # seconds in which an edit fades in and out
 MARGIN = 0.99  # share of the error for the keys; the rest is for rounding in files
 FAR = 1e6  # seconds; before the first phone and after the last, times move with that phone
 ROUNDING = 1e-6  # seconds
+HEAD = frozenset(map(plain_name, TURNS))
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,10 +94,13 @@ def apply_edits(animation: Animation, edits: Edits, rig: Rig) -> tuple[Animation
     notes = []
     if edits.rig != animation.rig:
         notes.append(f"the edits were made on the rig {edits.rig}, this line moves {animation.rig}")
+    known = set(animation.channels) & set(rig.controls)
+    if foreign := sorted({edit.channel for edit in edits.edits} - known):
+        notes.append(f"edits of {', '.join(foreign)} were left out: {rig.name} has no such channel")
     values = animation.values.astype(np.float64)
     anchors = _anchors(edits.phones, animation.phones or edits.phones)
-    for edit in edits.edits:
-        if why := _misfit(edit, edits.phones, anchors, animation, rig):
+    for edit in (edit for edit in edits.edits if edit.channel in known):
+        if why := _misfit(edit, edits.phones, anchors, animation):
             notes.append(f"edit {edit} was left out: {why}")
             continue
         column = animation.channels.index(edit.channel)
@@ -117,9 +123,14 @@ def _check_pair(base: Animation, edited: Animation) -> None:
 
 
 def _moving(animation: Animation, other: Animation) -> set[str]:
-    """The channels that only one animation has and moves. Channels that a format or mesh lacks are 0."""
+    """The channels that only one animation has and moves. Channels that a format or mesh lacks are 0.
+
+    Turns of the head, which many formats lack, do not count.
+    """
     return {
-        name for name in animation.channels if name not in other.channels and animation.channel(name).any()
+        name
+        for name in animation.channels
+        if name not in other.channels and plain_name(name) not in HEAD and animation.channel(name).any()
     }
 
 
@@ -183,12 +194,8 @@ def _labels(phones: tuple[Interval, ...]) -> list[str]:
     return [phone.label for phone in phones]
 
 
-def _misfit(
-    edit: Edit, phones: tuple[Interval, ...], anchors: _Anchors, animation: Animation, rig: Rig
-) -> str:
+def _misfit(edit: Edit, phones: tuple[Interval, ...], anchors: _Anchors, animation: Animation) -> str:
     """Why an edit cannot be applied to this line, or "" if it can."""
-    if edit.channel not in animation.channels or edit.channel not in rig.controls:
-        return f"{rig.name} has no such channel"
     first, last = edit.start + edit.fade[0], edit.end - edit.fade[1]
     gone = [
         phone.label

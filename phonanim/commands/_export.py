@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -81,9 +81,15 @@ def export_options(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def save_outputs(
-    animation: Animation, outputs: Sequence[Path], exports: dict[str, object], pictured: bool = False
+    animation: Animation,
+    outputs: Sequence[Path],
+    exports: dict[str, object],
+    pictured: bool = False,
+    takes: Mapping[Path, Animation] | None = None,
 ) -> None:
-    """Write every output with the options that its format supports; a sheet is `pictured` with the character.
+    """Write every output with the options that its format supports.
+
+    A sheet is `pictured` with the character; `takes` has the animations of outputs that are on other rigs.
 
     Raises OptionError for an option that no output's format supports, and the exporters' errors.
     """
@@ -95,7 +101,7 @@ def save_outputs(
             f"{option_spelling(idle[0])} does nothing for {', '.join(map(str, outputs))}; leave it out"
         )
     for path, given in zip(outputs, options, strict=True):
-        save(animation, path, **given)
+        save((takes or {}).get(path, animation), path, **given)
 
 
 def output_notes(animation: Animation, outputs: Sequence[Path], exports: dict[str, object]) -> Iterator[str]:

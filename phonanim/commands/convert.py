@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from phonanim.commands import Console, console_options
+from phonanim.commands._between_rigs import for_formats, on_rig
 from phonanim.commands._export import FILE, export_options, output_notes, save_outputs
 from phonanim.commands._options import Gain
 from phonanim.commands._renamed import renamed_option
@@ -25,7 +26,10 @@ if TYPE_CHECKING:
 @click.option("--start", type=Gain(-1e6, 1e6), help="Time of the first frame, in seconds.")
 @click.option("--alignment", type=FILE, help="Alignment with phones and words, for timelines and cues.")
 @click.option("--audio", type=FILE, help="The recording.")
-@click.option("--rig", help="Name of the rig that the channels belong to, where the file does not name it.")
+@click.option(
+    "--rig",
+    help="Rig to convert the channels to, or that they belong to, where the file does not name it.",
+)
 @renamed_option(
     "--compare-with", "--beside", type=FILE, help="A second take, shown next to the first in a .html."
 )
@@ -56,6 +60,8 @@ def command(
       phonanim convert capture.csv -o capture.npz
       phonanim convert take.glb -o take.anim --key-tolerance 0.01
       phonanim convert capture.csv -o capture.html --alignment line.TextGrid --audio line.wav
+      phonanim convert capture.csv -o capture.metahuman.csv
+      phonanim convert take.metahuman.csv -o take.glb
       phonanim convert take1.npz -o takes.html --compare-with take2.npz
       phonanim convert take.npz -o take.csv --fps 29.97 --timecode "01:00:00;00"
     """
@@ -66,15 +72,17 @@ def command(
     check_outputs([*outputs, *filter(None, [sheet])], [source, *filter(None, [alignment, audio, beside])])
     for path in outputs:
         find_exporter(path)
-    animation = apply_overrides(load(source), fps, start, alignment, audio, rig)
+    animation = apply_overrides(load(source), fps, start, alignment, audio)
+    animation, notes = on_rig(animation, rig) if rig else (animation, ())
+    takes, more = for_formats(animation, outputs, "character" in exports)
     second = {"beside": load(beside)} if beside else {}
-    save_outputs(animation, outputs, exports | second, pictured=sheet is not None)
+    save_outputs(animation, outputs, exports | second, sheet is not None, takes)
     if sheet:
         from phonanim.viewer.sheet import save_sheet
 
         save_sheet(animation, sheet, shown_character(exports))
     facts = describe(animation, source, [*outputs, *filter(None, [sheet])])
-    for line in (*report_lines(facts), *output_notes(animation, outputs, exports)):
+    for line in (*report_lines(facts), *notes, *more, *output_notes(animation, outputs, exports)):
         console.print(line)
     console.print_result(facts)
 
@@ -85,7 +93,6 @@ def apply_overrides(
     start: float | None,
     alignment: Path | None,
     audio: Path | None,
-    rig: str | None,
 ) -> Animation:
     """The animation with the options that were given in place of the file's values."""
     if fps is not None:
@@ -97,7 +104,7 @@ def apply_overrides(
 
         read = read_alignment(alignment)
         animation = replace(animation, phones=read.intervals, words=read.words)
-    given = {"start": start, "audio": audio, "rig": rig}
+    given = {"start": start, "audio": audio}
     return replace(animation, **{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import click
@@ -40,33 +41,53 @@ def command() -> None:
     default=1e-3,
     help="Allowed distance from EDITED; smaller differences are ignored.",
 )
+@click.option("--alignment", type=FILE, help="Alignment of BASE, for edits to follow its phones.")
 @console_options
-def diff(base: Path, edited: Path, output: Path, replace: bool, error: float, console: Console) -> None:
+def diff(
+    base: Path,
+    edited: Path,
+    output: Path,
+    replace: bool,
+    error: float,
+    alignment: Path | None,
+    console: Console,
+) -> None:
     """Write the differences from BASE to EDITED, two animations of one line.
 
     Any format that can be read back is accepted. In formats that hold the phones, such as JSON and NPZ, an
-    edit follows its phones when the line is aligned again.
+    edit follows its phones when the line is aligned again; for others, give --alignment.
 
     \b
     Examples:
       phonanim edit diff line.json edited.json -o line.edits.json
       phonanim edit diff line.json edited.csv -o line.edits.json --replace
+      phonanim edit diff line.anim maya.anim --alignment line.TextGrid -o line.edits.json
     """
     from phonanim.animation.edit_file import write_edits
     from phonanim.animation.edits import diff_animations as find
     from phonanim.commands.animate import check_outputs
     from phonanim.exporters import load
+    from phonanim.inputs.alignment import read_alignment
 
-    check_outputs([output], [base, edited])
-    edits = find(load(base), load(edited), "replace" if replace else "offset", error)
+    check_outputs([output], [base, edited, *filter(None, [alignment])])
+    before, after = load(base), load(edited)
+    if alignment is not None:
+        before = dataclasses.replace(before, phones=read_alignment(alignment).intervals)
+    edits = find(before, after, "replace" if replace else "offset", error)
     write_edits(edits, output)
     channels = len({edit.channel for edit in edits.edits})
     keys = sum(len(edit.times) for edit in edits.edits)
     console.print(
         f"wrote {output}: {len(edits.edits)} edits of {channels} channels, {keys} keys, error {error:g}"
     )
+    for path, take in ((base, before), (edited, after)):
+        for note in take.provenance.get("notes", ()) if path.suffix == ".anim" else ():
+            console.print(f"{path}: {note}")
     if not edits.phones:
-        console.print("neither file holds phones, so the edits cannot follow them; they keep their times")
+        console.print(
+            "neither file holds phones, so the edits cannot follow them; they keep their times, "
+            "unless you give --alignment"
+        )
     console.print_result(
         {"output": str(output), "edits": len(edits.edits), "channels": channels, "keys": keys}
     )

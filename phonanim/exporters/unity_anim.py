@@ -9,19 +9,31 @@ from __future__ import annotations
 import json
 import re
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
+from phonanim.core.decode import DAMAGE, DecodeError, decode_rate, read_utf8
 from phonanim.core.files import write_text
+from phonanim.errors import OutputError
+from phonanim.exporters._curves import merge_target_curves, rig_of_channels, sample_tangents
 from phonanim.exporters._shapes import KEYS, ShapeCurve, curve_keys, shape_curves
+from phonanim.exporters._take import build_take, check_times, take_grid
 
 SUMMARY = "Unity AnimationClip (YAML) for the blend shapes of a SkinnedMeshRenderer"
 STRAIGHT = 69  # tangent mode of keys: broken, linear on both sides
 RENDERER, SHAPE = 137, 20  # the class of a SkinnedMeshRenderer; the kind of binding of a blend shape
 PLAIN = re.compile(r"[A-Za-z_][\w./ -]*", re.ASCII)
+
+PREFIX = "blendShape."
+_SECTION = re.compile(r"^  m_FloatCurves:\n(.*?)^  [A-Za-z_]", re.MULTILINE | re.DOTALL)
+_CURVE = re.compile(r"m_Curve:(.*?)^    attribute: ([^\n]*)$", re.MULTILINE | re.DOTALL)
+_KEY = re.compile(r"time: (\S+)\s+value: (\S+)\s+inSlope: (\S+)\s+outSlope: (\S+)")
+_RATE = re.compile(r"^  m_SampleRate: (\S+)", re.MULTILINE)
+_STOP = re.compile(r"^    m_StopTime: (\S+)", re.MULTILINE)
 
 CLIP = """%YAML 1.1
 %TAG !u! tag:unity3d.com,2011:
@@ -132,13 +144,53 @@ def write(
     write_text(path, clip)
 
 
+def read(path: Path) -> Animation:
+    """Read the curves of blend shapes of a clip that is saved as text, as Unity evaluates them.
+
+    Curves of anything else are left out. Raises OutputError when there are none, or two meshes disagree.
+    """
+    try:
+        text = read_utf8(path)
+        section, rate = _SECTION.search(text), _RATE.search(text)
+        found = list(_read_curves(section[1])) if section else []
+        if not found or rate is None:
+            raise DecodeError(
+                "it has no curves of blend shapes in m_FloatCurves; save it as text (Force Text)"
+            )
+        fps = decode_rate(float(rate[1]), "m_SampleRate")
+        for name, keys in found:
+            check_times(keys[0], name)
+        stop = _STOP.search(text)
+        last = max([keys[0][-1] for _, keys in found] + ([float(stop[1])] if stop else []))
+        grid = take_grid(0.0, last, fps, len(found), path)
+        curves: dict[str, NDArray[np.floating]] = {}
+        for name, (times, values, before, after) in found:
+            curve = sample_tangents(grid, times, values, before, after) / 100
+            curves[name] = merge_target_curves(curves.get(name), curve, name, path)
+        names = list(curves)
+        about = {"provenance": {"input": path.name}}
+        values = np.stack(list(curves.values()), axis=1)
+        return build_take(values, names, fps, 0.0, about, path, rig_of_channels(names))
+    except (OSError, *DAMAGE) as error:
+        raise OutputError(f"{path}: is not a readable animation clip: {error}") from error
+
+
+def _read_curves(section: str) -> Iterator[tuple[str, NDArray[np.float64]]]:
+    """The shape, and times, values and slopes before and after of the keys, (4, k), of each curve."""
+    for body, attribute in _CURVE.findall(section):
+        name = json.loads(attribute) if attribute.startswith('"') else attribute.strip().strip("'")
+        keys = [[float(number) for number in key] for key in _KEY.findall(body)]
+        if name.startswith(PREFIX) and keys:
+            yield name.removeprefix(PREFIX), np.array(keys).T
+
+
 def _curve(animation: Animation, one: ShapeCurve, keys: float) -> str:
     times, values = curve_keys(animation, 100 * one.curve, 100 * keys)
     before, after = _slopes(times, values)
     rows = zip(times.tolist(), values.tolist(), before.tolist(), after.tolist(), strict=True)
     return CURVE.format(
         keys="".join(KEY.format(*row, STRAIGHT) for row in rows),
-        attribute=_text(f"blendShape.{one.shape}"),
+        attribute=_text(f"{PREFIX}{one.shape}"),
         path=_text(one.node),
         renderer=RENDERER,
     )
@@ -155,7 +207,7 @@ def _slopes(
 def _binding(one: ShapeCurve) -> str:
     return BINDING.format(
         path=zlib.crc32(one.node.encode()),
-        attribute=zlib.crc32(f"blendShape.{one.shape}".encode()),
+        attribute=zlib.crc32(f"{PREFIX}{one.shape}".encode()),
         renderer=RENDERER,
         shape=SHAPE,
     )

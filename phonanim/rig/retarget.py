@@ -53,14 +53,14 @@ def retarget(
         raise RigError(f"rig {rig.name} {_why_silent(rig)}")
     modes, face = move_to_face(modes, face, rig.face, f"rig {rig.name}")
     if rig.visemes is not None:
-        return _limit(shape_weights(modes, face, rig, track, times), rig)
+        return limit_controls(shape_weights(modes, face, rig, track, times), rig)
     if rig.through is not None:
-        values = _through(retarget(modes, face, rig.through.rig, how, track, times, accents), rig.through)
+        values = move_through(retarget(modes, face, rig.through.rig, how, track, times, accents), rig.through)
     else:
         values = _solved(modes, face, rig) if how == "solve" else _mapped(modes, face, rig, how)
     if track is not None and times is not None:
         values = _spoken(values, rig, track, times, accents)
-    return _limit(values, rig)
+    return limit_controls(values, rig)
 
 
 def _articulated(
@@ -71,14 +71,14 @@ def _articulated(
         columns = [articulation.channels.index(name) for name in rig.controls]
         return articulation.values[:, columns].astype(np.float32)
     if rig.visemes is not None:
-        return _limit(speak(articulation, rig, track, times), rig)
+        return limit_controls(speak(articulation, rig, track, times), rig)
     if rig.mouth is not None:
         values = pronounce(articulation, rig, rig.mouth)
     elif rig.through is not None:
-        values = _through(_articulated(articulation, rig.through.rig, track, times), rig.through)
+        values = move_through(_articulated(articulation, rig.through.rig, track, times), rig.through)
     if track is not None and times is not None:
         values = _spoken(values, rig, track, times, False, articulation)
-    return _limit(values, rig)
+    return limit_controls(values, rig)
 
 
 def _why_silent(rig: Rig) -> str:
@@ -119,7 +119,7 @@ def _mapped(modes: NDArray[np.floating], face: FaceModel, rig: Rig, how: How) ->
     return values
 
 
-def _through(values: NDArray[np.float32], through: Through) -> NDArray[np.float32]:
+def move_through(values: NDArray[np.float32], through: Through) -> NDArray[np.float32]:
     """Convert another rig's controls to this rig's, (frames, other's) -> (frames, own)."""
     own: NDArray[np.float32] = values @ through.table.astype(np.float32)
     for control, part, whole in through.shares:
@@ -156,7 +156,7 @@ def _solved(modes: NDArray[np.floating], face: FaceModel, rig: Rig) -> NDArray[n
     return solve(face.instance(modes), face, landmark_rig, rig, closed).astype(np.float32)
 
 
-def _limit(values: NDArray[np.float32], rig: Rig) -> NDArray[np.float32]:
+def limit_controls(values: NDArray[np.float32], rig: Rig) -> NDArray[np.float32]:
     """Clip to the limits, in place; then limit controls that may not exceed another."""
     np.clip(values, rig.minimum.astype(np.float32), rig.maximum.astype(np.float32), out=values)
     for low, high in rig.at_most:

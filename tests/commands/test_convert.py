@@ -112,7 +112,7 @@ def test_two_takes_on_one_page(take):
         (["none.npz", "-o", "a.csv"], "none.npz"),
         (
             ["a.tsv", "-o", "a.csv"],
-            "a.tsv: this format can only be written; readable formats: .a2f.json .csv",
+            "a.tsv: this format can only be written; readable formats: .a2f.json .anim .csv",
         ),
         (["broken.glb", "-o", "a.csv"], "broken.glb: is not a binary glTF 2.0 file"),
     ],
