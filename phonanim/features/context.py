@@ -39,7 +39,9 @@ def part_table(kind: str = "all") -> NDArray[np.float32]:
     Table 1) of its phone, without equal and empty columns; "all": both.
     """
     gestures = GESTURES.articulation[GESTURES.part_gesture]
-    classes = np.unique(INVENTORY.attributes[GESTURES.part_phone].astype(np.float32), axis=1)
+    columns = INVENTORY.attributes[GESTURES.part_phone].astype(np.float32).T
+    # As np.unique does it, which imports numpy.ma for it.
+    classes = np.array(sorted({tuple(column) for column in columns.tolist()}), np.float32).T
     classes = classes[:, classes.std(axis=0) > 0]
     return {"gestures": gestures, "classes": classes, "all": np.hstack([gestures, classes])}[kind]
 
