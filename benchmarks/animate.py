@@ -39,7 +39,7 @@ def lengthened(seconds: float, folder: Path) -> Path:
     line = read_alignment(LINE)
     times = max(1, round(seconds / line.duration))
     phones = [
-        Interval(phone.label, phone.start + n * line.duration, phone.end + n * line.duration)
+        Interval(phone.label, *(round(t + n * line.duration, 6) for t in (phone.start, phone.end)))
         for n in range(times)
         for phone in line.intervals
     ]

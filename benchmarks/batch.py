@@ -159,7 +159,10 @@ def joined(source: Path, seconds: float) -> list[Interval]:
     start = 0.0
     for path in sorted(source.rglob("*.TextGrid")):
         alignment = read_alignment(path)
-        phones += [Interval(one.label, one.start + start, one.end + start) for one in alignment.intervals]
+        phones += [
+            Interval(one.label, round(one.start + start, 6), round(one.end + start, 6))
+            for one in alignment.intervals
+        ]
         start += alignment.duration
         if start >= seconds:
             break
