@@ -28,6 +28,8 @@ FEWEST_NAMES = 4
 NORMAL_REACH = 0.010  # metres: distance added for a surface that faces the other way
 OPENING_REACH = 0.020  # metres: distance added for a point of the other lip
 ICP_STEPS = 60
+UNSURE = 0.02  # metres between places of the same names above which the face is not found
+LEVEL, HEAD, SKULL = 0.03, 0.25, 0.12  # metres: above and below the face, around it, depth of a whole head
 LOST = 0.015  # metres between faces above which alignment has failed
 FACE_MARGIN = 0.03  # metres around the landmarks that count as face
 
@@ -57,6 +59,45 @@ def align_heads(model: Head, target: Head) -> Callable[[Array], Array]:
     Shapes with the same name move the same part of the face, so the centres of their motion are matched
     (Umeyama 1991). Raises RigError when too few names are known.
     """
+    goal, points = known_places(model, target)
+    centre, middle = points.mean(axis=0), goal.mean(axis=0)
+    left, stretch, right = np.linalg.svd((points - centre).T @ (goal - middle))
+    sign = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
+    turn = (left * sign) @ right
+    scale = float((stretch * sign).sum() / ((points - centre) ** 2).sum())
+    aligned = (points - centre) @ turn * scale + middle
+    check_alignment(goal, aligned, (target.vertices - centre) @ turn * scale + middle)
+    return lambda moved: np.asarray((moved - centre) @ turn * scale + middle)
+
+
+def check_alignment(goal: Array, aligned: Array, vertices: Array) -> None:
+    """Check that places of an aligned head are where the model's are, and that its face looks forward.
+
+    Raises RigError, which asks for landmarks, where they are not.
+    """
+    apart = float(np.sqrt(((aligned - goal) ** 2).sum(axis=1).mean()))
+    if not apart < UNSURE:
+        raise RigError(
+            f"is not sure where the face is: its shapes lie {apart * 1000:.0f} mm from where their names "
+            "say, on average; give --landmarks"
+        )
+    face = aligned.mean(axis=0)
+    level = vertices[
+        (np.abs(vertices[:, 1] - face[1]) < LEVEL) & (np.linalg.norm(vertices - face, axis=1) < HEAD)
+    ]
+    low, high = np.percentile(level[:, 2], (1, 99)) if len(level) else (0.0, 0.0)
+    if high - low > SKULL and face[2] < (low + high) / 2:
+        raise RigError(
+            "is not sure where the face is: most of the head lies in front of what its shapes move; "
+            "give --landmarks"
+        )
+
+
+def known_places(model: Head, target: Head) -> tuple[Array, Array]:
+    """The centres of what shapes of the same names move, (names, 3), on the model and on the target.
+
+    Raises RigError when too few names are known.
+    """
     ours, theirs = _anchors(add_viseme_shapes(model)), _anchors(target)
     names = sorted(set(ours) & set(theirs))
     if len(names) < FEWEST_NAMES:
@@ -64,13 +105,7 @@ def align_heads(model: Head, target: Head) -> Callable[[Array], Array]:
             f"the head has {len(names)} shapes whose names are known, too few to find its face by; name some "
             "as ARKit or VRM does (eyeBlinkLeft, eyeBlinkRight, jawOpen, mouthPucker), or give --landmarks"
         )
-    goal, points = np.array([ours[n] for n in names]), np.array([theirs[n] for n in names])
-    centre, middle = points.mean(axis=0), goal.mean(axis=0)
-    left, stretch, right = np.linalg.svd((points - centre).T @ (goal - middle))
-    sign = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
-    turn = (left * sign) @ right
-    scale = float((stretch * sign).sum() / ((points - centre) ** 2).sum())
-    return lambda moved: np.asarray((moved - centre) @ turn * scale + middle)
+    return np.array([ours[n] for n in names]), np.array([theirs[n] for n in names])
 
 
 def add_viseme_shapes(model: Head) -> Head:

@@ -7,13 +7,14 @@ lowered step by step. Needs scipy.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.rig.align import Surface, align_heads, face_rows, scipy_parts, surface_of
+from phonanim.rig.align import Surface, align_heads, face_rows, known_places, scipy_parts, surface_of
 from phonanim.rig.geometry import uniform_laplacian
 from phonanim.rig.head import Head
 from phonanim.rig.landmarks import MeshLandmarks
@@ -22,6 +23,8 @@ from phonanim.rig.rims import put_on_rims
 Array = NDArray[np.float64]
 
 STIFFNESS = (50.0, 20.0, 8.0, 3.0, 1.0, 0.4)
+BEND = 0.06  # metres within which proportions change together
+TRUST = 0.3  # the greater, the less a single shape bends the face
 STEPS = 4  # per stiffness
 PIN = 20.0  # weight of a pinned point relative to a surface point
 # Sample positions on a triangle: corners, middles of edges, the centre, halfway to each corner.
@@ -45,9 +48,21 @@ def suggest_landmarks(model: Head, spots: MeshLandmarks, target: Head) -> MeshLa
     mine, theirs = surface_of(model), surface_of(target)
     if not theirs.opening.any():
         mine = replace(mine, opening=np.zeros_like(mine.opening))
-    theirs = replace(theirs, points=align_heads(model, target)(target.vertices))
+    aligned = align_heads(model, target)
+    theirs = replace(theirs, points=aligned(target.vertices))
+    mine = replace(mine, points=bent_points(mine.points, *known_places(model, target), aligned))
     warped = warp_surface(mine, theirs, face_rows(model, spots))
     return place_landmarks(warped, spots, theirs)
+
+
+def bent_points(points: Array, ours: Array, theirs: Array, aligned: Callable[[Array], Array]) -> Array:
+    """Points moved as what the shapes of the same names move has moved, smoothly: other proportions."""
+    moves = aligned(theirs) - ours
+    gaps = np.linalg.norm(ours[:, None] - ours[None], axis=2)
+    kernel = np.exp(-((gaps / BEND) ** 2) / 2)
+    forces = np.linalg.solve(kernel + TRUST * np.eye(len(ours)), moves - moves.mean(axis=0))
+    apart = np.linalg.norm(points[:, None] - ours[None], axis=2)
+    return np.asarray(points + moves.mean(axis=0) + np.exp(-((apart / BEND) ** 2) / 2) @ forces)
 
 
 def warp_surface(

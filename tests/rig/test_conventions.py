@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conventions import MAKERS, write_convention
+from conventions import MAKERS, STYLES, write_convention
 
+from phonanim.__main__ import run
+from phonanim.errors import RigError
 from phonanim.media.glb import Glb, read_glb
 from phonanim.options import Options
 from phonanim.pipeline import animate_detailed
+from phonanim.rig.align import align_heads, check_alignment
 from phonanim.rig.character import load_character
 from phonanim.rig.coverage import choose_rig, coverage_notes
-from phonanim.rig.head import SHIPPED, Head, load_head
+from phonanim.rig.head import SHIPPED, TONGUE, Head, load_head
 from phonanim.rig.landmark_rig import to_face_axes
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.measures import MEASURES
@@ -61,6 +65,38 @@ def check(name: str, folder: Path, line: Path) -> None:
 
 def test_parts_of_shapes_move_the_mouth(tmp_path, root):
     check("Reallusion", tmp_path, root / "examples" / "line.TextGrid")
+
+
+def fitted(head: Head, folder: Path, line: Path) -> dict[str, float]:
+    """The lips of a head with the rig that is fitted to it, measured at the points where they are."""
+    write_head(folder / "hero.glb", head)
+    assert run(["rig", "fit", str(folder / "hero.glb"), "--json"]) == 0
+    return mouth(load_character(folder / "hero.glb"), str(folder / "hero.toml"), line)
+
+
+def test_a_doubtful_face_asks_for_landmarks():
+    head = MAKERS["VRoid"]()
+    mixed = replace(head, targets=tuple(np.roll(head.targets, 3).tolist()))
+    with pytest.raises(RigError, match=r"not sure where the face is: its shapes lie \d+ mm .*--landmarks"):
+        align_heads(load_head(), mixed)
+    behind = np.array([0.0, 0.0, 0.1])
+    goal = np.zeros((4, 3))
+    hair = np.random.default_rng(0).uniform([-0.1, -0.1, 0.0], [0.1, 0.1, 0.2], (500, 3))
+    with pytest.raises(RigError, match=r"most of the head lies in front .*--landmarks"):
+        check_alignment(goal, goal, hair)
+    check_alignment(goal, goal, hair - 2 * behind)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("name", ["arkit", "VRoid", "VRChat"])
+def test_rigs_are_fitted_to_stylized_heads(name, style, tmp_path, root):
+    head = load_head().without(TONGUE) if name == "arkit" else MAKERS[name]()
+    found = fitted(STYLES[style](head), tmp_path, root / "examples" / "line.TextGrid")
+    shipped = mouth(load_head(), "arkit", root / "examples" / "line.TextGrid")
+    assert found["closed"] <= CLOSED
+    assert found["open"] >= OPEN
+    assert found["narrower"] >= NARROWER * shipped["narrower"]
 
 
 @pytest.mark.slow

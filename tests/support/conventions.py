@@ -58,6 +58,35 @@ def from_table(table: str, keep: str, rest: Callable[[str], str] | None = None) 
     return replace(whole, targets=tuple(shapes), deltas=np.array(list(shapes.values())))
 
 
+def big_eyed(head: Head) -> Head:
+    """The head with everything above the mouth growing, its crown by half."""
+    eye, mouth = _middle(head, "eye_l")[1], _middle(head, "teeth_u")[1]
+    scale = 1 + 0.35 * np.clip((head.vertices[:, 1:2] - mouth) / (eye - mouth), 0, 1.5)
+    about = np.array([0, mouth, 0])
+    return replace(head, vertices=(head.vertices - about) * scale + about, deltas=head.deltas * scale)
+
+
+def long_chinned(head: Head) -> Head:
+    """The head with a chin that reaches 25 mm farther down and 8 mm forward."""
+    below = _middle(head, "teeth_l")[1] - 0.015 - head.vertices[:, 1]
+    share = np.clip(below / 0.04, 0, 1) * (head.vertices[:, 2] > 0)
+    return replace(head, vertices=head.vertices + np.outer(share, [0, -0.025, 0.008]))
+
+
+def lying(head: Head) -> Head:
+    """The head in centimetres, z up."""
+    turn = 100 * np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]], float)
+    return replace(head, vertices=head.vertices @ turn.T, deltas=head.deltas @ turn.T)
+
+
+def _middle(head: Head, part: str) -> np.ndarray:
+    return np.asarray(head.vertices[head.parts[part]].mean(axis=0))
+
+
+STYLES = {"big eyes": big_eyed, "long chin": long_chinned, "centimetres, z up": lying}
+"""Stylized proportions, and another scale and axes, by name."""
+
+
 def one_shape() -> Head:
     """A head with `mouthOpen` and `mouthSmile` alone, the default of Ready Player Me."""
     head = load_head()
