@@ -14,6 +14,7 @@ from typing import NoReturn
 import click
 from click.exceptions import NoArgsIsHelpError
 
+from phonanim.core.clone import add_clone_hint, clone_folder
 from phonanim.core.plugins import find_culprit
 from phonanim.core.text import printable
 from phonanim.core.version import __version__
@@ -132,7 +133,7 @@ def _sentence(message: str) -> str:
 
 def _complain(message: str) -> int:
     with suppress(OSError):
-        click.echo(printable(message), err=True)
+        click.echo(printable(add_clone_hint(message, clone_folder())), err=True)
     return BAD_INPUT
 
 

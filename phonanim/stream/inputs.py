@@ -158,7 +158,10 @@ def _sounddevice() -> Any:
     except ImportError as error:
         raise MissingExtraError("a microphone needs pip install 'phonanim[stream]'") from error
     except OSError as error:
-        raise AudioError(f"a microphone needs the PortAudio library ({error}); install it") from error
+        raise AudioError(
+            f"a microphone needs the PortAudio library ({error}); install it: apt install libportaudio2, "
+            "dnf install portaudio, or brew install portaudio"
+        ) from error
     return sounddevice
 
 

@@ -179,6 +179,21 @@ def test_the_page_and_the_frames() -> None:
     sink.close()
 
 
+def test_frames_as_json_beside_binary_ones() -> None:
+    client = pytest.importorskip("websockets.sync.client")
+    port = free_port()
+    sink = open_named(f"websocket={port}", ARKIT)
+    address = f"ws://127.0.0.1:{port}/live"
+    with client.connect(f"{address}.json") as text, client.connect(address) as binary:
+        assert text.recv(5) == binary.recv(5)
+        sink.send(7, 0.25, VALUES)
+        frame = json.loads(text.recv(5))
+        assert (frame["frame"], frame["time"]) == (7, 0.25)
+        assert frame["values"] == pytest.approx(VALUES.tolist(), abs=1e-5)
+        assert struct.unpack("<I4xd", binary.recv(5)[:16]) == (7, 0.25)
+    sink.close()
+
+
 def test_a_visitor_who_never_reads_holds_nothing_up() -> None:
     pytest.importorskip("websockets")
     port = free_port()

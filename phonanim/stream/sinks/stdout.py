@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import dataclass
 
@@ -10,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.stream.sinks import Address, Stage
+from phonanim.stream.sinks._json import frame_text, header_text
 
 SUMMARY = "lines of JSON: the controls, then frame, time and values"
 ADDRESS = None
-DIGITS = 5  # of a value; controls are in 0..1
 STDOUT = 1
 
 
@@ -25,8 +24,7 @@ class Lines:
 
     def send(self, number: int, time: float, values: NDArray[np.float32]) -> None:
         """One line."""
-        rounded = [round(value, DIGITS) for value in values.tolist()]
-        _write(json.dumps({"frame": number, "time": round(time, 6), "values": rounded}))
+        _write(frame_text(number, time, values))
 
     def close(self) -> None:
         """Do nothing: every line is already written."""
@@ -34,7 +32,7 @@ class Lines:
 
 def open_sink(stage: Stage, address: Address | None) -> Lines:
     """Write the first line."""
-    _write(json.dumps({"rig": stage.rig, "fps": stage.fps, "controls": stage.controls}))
+    _write(header_text(stage))
     return Lines()
 
 

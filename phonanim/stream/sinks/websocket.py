@@ -2,14 +2,14 @@
 
 `http://HOST:PORT/` is the page, which loads nothing from other hosts. `ws://HOST:PORT/live` sends a frame as
 one binary message, little-endian: number (uint32), 4 unused bytes, seconds (float64), values (float32 each).
-The first message is JSON text: the rig, frames per second, and the names of the controls.
+The first message is JSON text: the rig, frames per second, and the names of the controls. `/live.json` sends
+the frames as JSON texts too.
 """
 
 from __future__ import annotations
 
 import asyncio
 import ipaddress
-import json
 import logging
 import socket
 import struct
@@ -25,10 +25,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.stream.sinks import Address, Stage
+from phonanim.stream.sinks._json import frame_text, header_text
 
 SUMMARY = "a WebSocket with a live page: open http://127.0.0.1:8765 in a browser"
 ADDRESS = ("127.0.0.1", 8765)
-PATH = "/live"
+PATH, TEXT_PATH = "/live", "/live.json"
 FAREWELL = 0.3  # seconds for clients to close the connection at the end
 MOST_WAITING = 1 << 18  # bytes that wait for one client: a few seconds; a slower client is disconnected
 MOST_VISITORS = 1000
@@ -48,7 +49,7 @@ class Broadcast:
         from websockets.asyncio.server import broadcast
 
         self.where = f"http://{address[0]}:{address[1]}/"
-        self.header = json.dumps({"rig": stage.rig, "fps": stage.fps, "controls": stage.controls})
+        self.header = header_text(stage)
         self.page = page
         self.host = address[0]
         self.origins = frozenset(origin.rstrip("/") for origin in stage.origins)
@@ -64,8 +65,7 @@ class Broadcast:
 
     def send(self, number: int, time: float, values: NDArray[np.float32]) -> None:
         """Hand a frame to the server's thread."""
-        message = HEAD.pack(number % 2**32, time) + values.astype("<f4").tobytes()
-        self.loop.call_soon_threadsafe(self._send, message)
+        self.loop.call_soon_threadsafe(self._send, number, time, values.astype("<f4"))
 
     def close(self) -> None:
         """Close all connections."""
@@ -99,7 +99,7 @@ class Broadcast:
             return connection.respond(HTTPStatus.FORBIDDEN, f"{refusal}\n")
         if len(self.server.connections) > MOST_VISITORS:
             return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "there are too many visitors\n")
-        if request.path == PATH:
+        if request.path in (PATH, TEXT_PATH):
             return None
         if request.path != "/":
             return connection.respond(HTTPStatus.NOT_FOUND, "the page is at /\n")
@@ -111,11 +111,15 @@ class Broadcast:
         response.headers["Content-Length"] = str(len(self.page))
         return response
 
-    def _send(self, message: bytes) -> None:
+    def _send(self, number: int, time: float, values: NDArray[np.float32]) -> None:
         for connection in self.server.connections:
             if connection.transport.get_write_buffer_size() > MOST_WAITING:
                 connection.transport.abort()
-        self.broadcast(self.server.connections, message)
+        texts = {one for one in self.server.connections if one.request and one.request.path == TEXT_PATH}
+        if texts:
+            self.broadcast(texts, frame_text(number, time, values))
+        message = HEAD.pack(number % 2**32, time) + values.tobytes()
+        self.broadcast(set(self.server.connections) - texts, message)
 
     async def _end(self) -> None:
         for connection in self.server.connections:
