@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from phonanim.comparison import legibility, tools
 from phonanim.comparison.plan import Plan
 from phonanim.comparison.run import model_rows
-from phonanim.comparison.tables import Sums, Table, interval_text
+from phonanim.comparison.tables import Table, interval_text
 from phonanim.corpus.corpus import Corpus
+from phonanim.evaluation.statistics import pooled_sd_ratio
 from phonanim.metrics import speech_mask
 
 Document = dict[str, Any]
@@ -53,19 +52,13 @@ def spoken_seconds(corpus: Corpus) -> tuple[float, float]:
     return float(corpus.frames[clips].sum()) / corpus.fps, spoken / corpus.fps
 
 
-def sd_ratio(sums: Sums) -> float:
-    """Deviation of the predicted over that of the captured curve, from sums of `pearson_sums`."""
-    n, x, y, xx, yy, _ = np.asarray(sums).sum(axis=0)
-    return float(np.sqrt((n * xx - x**2) / (n * yy - y**2)))
-
-
 def _model_row(document: Document, shown: str, name: str, read: dict[str, Any]) -> list[str]:
     speech = model_rows(document, shown, "raw", "test/speech")
     every = model_rows(document, shown, "raw", "test/all")
     row = [shown, KINDS[document["models"][shown]["driven_by"]]]
     for measure in ("aperture_r", "width_r"):
         text = interval_text(document, speech[measure], measure) if speech else ""
-        row += [text, f"{sd_ratio(speech[measure]):.2f}" if speech else ""]
+        row += [text, f"{pooled_sd_ratio(speech[measure].sum(axis=0)):.2f}" if speech else ""]
     row.append(interval_text(document, every["vertex_error"], "vertex_error") if every else "")
     films = [one for one in read["films"] if one["model"] == name and one["way"] == ALONE]
     return [*row, _read_right(films[0]) if films else "", _jaw(read, name, ALONE)]

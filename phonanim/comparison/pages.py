@@ -47,6 +47,9 @@ def test_page(document: Document, plan: Plan) -> list[Part]:
     parts += ["In speech alone, as predicted:"]
     parts += [tables.values_table(document, "raw", "test/speech", SHORT)]
     parts += [tables.differences_table(document, "raw", "test/speech", SHORT)]
+    parts += ["### How far it moves"]
+    parts += ["In speech, as predicted. A slope or ratio below 1 is under-articulation."]
+    parts += [tables.size_table(document, "raw", "test/speech")]
     return [*parts, _picture("bars"), _picture("sentences"), *_pixels(document, plan)]
 
 

@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 
 from phonanim.comparison.run import model_rows
 from phonanim.comparison.scores import MEASURES, measure_value
-from phonanim.evaluation.statistics import bootstrap_interval, holm, paired_test, pearson
+from phonanim.evaluation.statistics import (
+    bootstrap_interval,
+    holm,
+    paired_test,
+    pearson,
+    pooled_sd_ratio,
+    pooled_slope,
+)
 
 Table = list[list[str]]
 Document = dict[str, Any]
@@ -56,6 +63,25 @@ def interval_text(document: Document, rows: Sums, measure: str) -> str:
     rng = np.random.default_rng(document["seed"])
     low, high = bootstrap_interval(rows, rng, MEASURES[measure].statistic)
     return f"{_number(measure_value(measure, rows))} [{_number(low)}, {_number(high)}]"
+
+
+def size_table(document: Document, variant: str, where: str) -> Table:
+    """How far each model moves: slope on the captured curve and ratio of deviations, 1 at best."""
+    table = [
+        ["model", *[f"{curve} {part}" for curve in ("aperture", "width") for part in ("slope", "sd ratio")]]
+    ]
+    for name in document["models"]:
+        rows = model_rows(document, name, variant, where)
+        if rows is None:
+            continue
+        cells = []
+        for measure in ("aperture_r", "width_r"):
+            for statistic in (pooled_slope, pooled_sd_ratio):
+                rng = np.random.default_rng(document["seed"])
+                low, high = bootstrap_interval(rows[measure], rng, statistic)
+                cells.append(f"{float(statistic(rows[measure].sum(axis=0))):.2f} [{low:.2f}, {high:.2f}]")
+        table.append([name, *cells])
+    return table
 
 
 def differences_table(document: Document, variant: str, where: str, measures: tuple[str, ...]) -> Table:

@@ -42,6 +42,20 @@ def pearson_sums(a: NDArray[np.floating], b: NDArray[np.floating]) -> Array:
     return np.array([len(a), a.sum(), b.sum(), (a * a).sum(), (b * b).sum(), (a * b).sum()])
 
 
+def pooled_sd_ratio(totals: Array) -> Array:
+    """Deviation of the first over that of the second curve, from sums as for `pearson`, -> (...,)."""
+    n, a, b, aa, bb, _ = np.moveaxis(totals, -1, 0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.sqrt((n * aa - a * a) / (n * bb - b * b)))
+
+
+def pooled_slope(totals: Array) -> Array:
+    """Slope of the first on the second curve, from the sums of `pearson`; (..., 6) -> (...,)."""
+    n, a, b, _, bb, ab = np.moveaxis(totals, -1, 0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray((n * ab - a * b) / (n * bb - b * b))
+
+
 def bootstrap_interval(
     rows: Array,
     rng: np.random.Generator,

@@ -19,7 +19,6 @@ from phonanim.aligners.pocketsphinx import SpeechAlignment
 from phonanim.comparison import tables, tools
 from phonanim.comparison.fit import is_cached
 from phonanim.comparison.folds import make_folds
-from phonanim.comparison.overview import sd_ratio
 from phonanim.comparison.pages import generalization_page
 from phonanim.comparison.plan import read_plan
 from phonanim.comparison.report import read_document, render, with_shown_names
@@ -27,7 +26,7 @@ from phonanim.comparison.run import _jobs, compare, model_rows
 from phonanim.comparison.scores import MEASURES, clip_scores, measure_value
 from phonanim.corpus.corpus import load_corpus, save_corpus
 from phonanim.errors import AlignmentError, ModelError
-from phonanim.evaluation.statistics import pearson_sums
+from phonanim.evaluation.statistics import pearson_sums, pooled_sd_ratio, pooled_slope
 from phonanim.face.fit import fit_face
 from phonanim.media.audio import Sound
 from phonanim.speech.alignment import Interval
@@ -126,6 +125,7 @@ def test_the_report_holds_every_table_and_figure(house: Path, report: str) -> No
         assert f"# {heading}" in report
     assert "Noise, another voice, an automatic aligner" in report
     assert "| babble, 3 dB | 1 of 6 |" in report
+    assert re.search(r"\| tree \| 0\.\d\d \[0\.\d\d, \d\.\d\d\] \|", report.partition("How far it moves")[2])
     assert re.search(r"The 16 trainings of this comparison, .* about \d+ minutes with two workers", report)
     assert "A note about the test clips." in report
     pictures = [line.partition("(")[2].rstrip(")") for line in report.splitlines() if line.startswith("![")]
@@ -325,7 +325,10 @@ def test_links_of_a_page_in_a_folder_go_up() -> None:
 def test_the_ratio_of_deviations_comes_from_sums() -> None:
     curve = np.random.default_rng(0).normal(size=90)
     sums = np.array([pearson_sums(0.5 * part + 3, part) for part in np.split(curve, 3)])
-    assert sd_ratio(sums) == pytest.approx(0.5)
+    assert pooled_sd_ratio(sums.sum(axis=0)) == pytest.approx(0.5)
+    assert pooled_slope(sums.sum(axis=0)) == pytest.approx(0.5)
+    flipped = pearson_sums(-2 * curve, curve)
+    assert (pooled_sd_ratio(flipped), pooled_slope(flipped)) == (pytest.approx(2), pytest.approx(-2))
 
 
 def test_other_tools(tmp_path: Path) -> None:
