@@ -75,7 +75,7 @@ def export_options(function: Callable[..., Any]) -> Callable[..., Any]:
         given = {name: kwargs.pop(name) for name in OPTIONS}
         return function(*args, exports={k: v for k, v in given.items() if v is not None}, **kwargs)
 
-    for add in reversed([*OPTIONS.values(), NAMES]):
+    for add in reversed(OPTIONS.values()):
         wrapped = add(wrapped)
     return wrapped
 

@@ -11,7 +11,7 @@ import click
 from click.core import ParameterSource
 
 from phonanim.commands import Console, console_options
-from phonanim.commands._export import export_options, output_notes, save_outputs
+from phonanim.commands._export import NAMES, export_options, output_notes, save_outputs
 from phonanim.commands._options import animation_options
 from phonanim.commands._renamed import renamed_option
 
@@ -44,6 +44,7 @@ SPOKEN = Path("speech.glb")  # default output of --text alone
 )
 @click.option("--view", is_flag=True, help="Open the animation in the browser.")
 @export_options
+@NAMES
 @console_options
 def command(
     alignment: Path | None,

@@ -108,6 +108,7 @@ def command(
 
     formats = tuple(dict.fromkeys(name.lower().lstrip(".") for name in formats))
     check_options(formats, options, exports)
+    options = fit_character(options, exports, console)
     target = parse_place(folder)
     meshes = any("character" in option_names(Path(f"line.{name}")) for name in formats)
     known = read_characters(characters, meshes)
@@ -124,6 +125,21 @@ def command(
         outcomes = run(lines, target, formats, chosen, reporter.tell, verify)
     failed = reporter.finish(outcomes, target / "report.html", time.monotonic() - started)
     return SOME_FAILED if failed else 0
+
+
+def fit_character(options: Options, exports: dict[str, object], console: Console) -> Options:
+    """The options with the rig of the character of all lines; says once what it leaves unmoved."""
+    from phonanim.commands.animate import shown_character, with_own_rig
+    from phonanim.pipeline import load_cached_rig
+    from phonanim.rig.coverage import coverage_notes
+
+    character = shown_character(exports)
+    if character is None:
+        return options
+    options = with_own_rig(options, character, console)
+    for note in coverage_notes(character, options.rig, load_cached_rig(options.rig).controls):
+        console.print(note)
+    return options
 
 
 def with_absolute_paths(common: Common) -> Common:

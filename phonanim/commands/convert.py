@@ -10,7 +10,7 @@ import click
 
 from phonanim.commands import Console, console_options
 from phonanim.commands._between_rigs import for_formats, on_rig
-from phonanim.commands._export import FILE, export_options, output_notes, save_outputs
+from phonanim.commands._export import FILE, NAMES, export_options, output_notes, save_outputs
 from phonanim.commands._options import Gain
 from phonanim.commands._renamed import renamed_option
 from phonanim.commands.animate import OUTPUT, check_outputs, format_size, shown_character
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     "--contact-sheet", "--sheet", type=OUTPUT, help="Also draw a contact sheet of the face, as PNG."
 )
 @export_options
+@NAMES
 @console_options
 def command(
     source: Path,
