@@ -14,7 +14,9 @@ class Config:
 
     `features` is one of phonanim.features.inputs.FEATURES, `reach` the input window (Kx) in frames for "raw"
     features, `width` the output window (Ky) in frames, `hidden` the units of each hidden layer. `networks` is
-    the number of networks, each trained from another start; their mean is the prediction.
+    the number of networks, each trained from another start; their mean is the prediction. `schedule` is how
+    the rate goes over all `epochs`: "constant", "cosine" down to 0, or "cycle", up within a tenth and down;
+    "" is "cycle" for adamw and "constant" for sgd.
     """
 
     features: str = "all"
@@ -26,6 +28,7 @@ class Config:
     optimizer: Literal["adamw", "sgd"] = "adamw"
     rate: float = 2e-3
     momentum: float = 0.0
+    schedule: Literal["", "constant", "cosine", "cycle"] = ""
     decay: float = 1e-2
     batch: int = 512
     epochs: int = 12

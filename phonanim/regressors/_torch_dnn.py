@@ -41,12 +41,7 @@ def fit_network(
     centre, spread = train.targets.mean(axis=0), float(train.targets.std())
     network = _network(config, train.inputs.shape[1], train.targets.shape[1])
     optimizer = _optimizer(config, network)
-    batches = -(-len(train.inputs) // config.batch)
-    schedule = None
-    if config.optimizer == "adamw":
-        schedule = torch.optim.lr_scheduler.OneCycleLR(
-            optimizer, config.rate, total_steps=config.epochs * batches, pct_start=0.1
-        )
+    schedule = _schedule(config, optimizer, config.epochs * -(-len(train.inputs) // config.batch))
     data = [torch.from_numpy(a) for a in (train.inputs, train.targets, train.weights)]
     shift, stretch = torch.from_numpy(mean), torch.from_numpy(scale)
     middle = torch.from_numpy(centre)
@@ -88,6 +83,21 @@ def _optimizer(config: Config, network: nn.Module) -> torch.optim.Optimizer:
     if config.optimizer == "sgd":
         return torch.optim.SGD(network.parameters(), lr=config.rate, momentum=config.momentum)
     return torch.optim.AdamW(network.parameters(), lr=config.rate, weight_decay=config.decay)
+
+
+def _schedule(
+    config: Config, optimizer: torch.optim.Optimizer, steps: int
+) -> torch.optim.lr_scheduler.LRScheduler | None:
+    """What changes the rate over a number of steps; None where it stays."""
+    kind = config.schedule or ("cycle" if config.optimizer == "adamw" else "constant")
+    if kind == "cycle":
+        adaptive = config.optimizer == "adamw"  # SGD keeps the momentum that it was given
+        return torch.optim.lr_scheduler.OneCycleLR(
+            optimizer, config.rate, total_steps=steps, pct_start=0.1, cycle_momentum=adaptive
+        )
+    if kind == "cosine":
+        return torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, steps)
+    return None
 
 
 def _error(

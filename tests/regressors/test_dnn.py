@@ -77,6 +77,23 @@ def test_momentum_adds_the_step_before() -> None:
     assert not np.allclose(trained(replace(heavy, epochs=2)), trained(replace(plain, epochs=2)))
 
 
+def test_the_rate_may_fall_over_all_epochs() -> None:
+    longer = replace(SMALL, epochs=4)
+    constant = trained(longer)
+    np.testing.assert_array_equal(trained(replace(longer, schedule="constant")), constant)
+    ways = [trained(replace(longer, schedule=kind)) for kind in ("cosine", "cycle")]
+    assert not any(np.allclose(one, constant) for one in ways)
+    assert not np.allclose(*ways)
+    start = trained(replace(SMALL, rate=0.0))
+    one_step = replace(SMALL, batch=64)
+    np.testing.assert_array_equal(trained(replace(one_step, schedule="cosine")), trained(one_step))
+    two = [trained(replace(one_step, epochs=2, schedule=kind)) - start for kind in ("constant", "cosine")]
+    assert np.linalg.norm(two[1]) < np.linalg.norm(two[0])  # the second step is half as long
+    adam = replace(longer, optimizer="adamw", rate=0.01)
+    np.testing.assert_array_equal(trained(replace(adam, schedule="cycle")), trained(adam))
+    assert not np.allclose(trained(replace(adam, schedule="constant")), trained(adam))
+
+
 def test_the_published_network_is_trained_with_sgd_and_dropout(root: Path) -> None:
     settings = read_recipe(root / "benchmarks" / "configs" / "taylor2017.toml").settings
     assert settings is not None
