@@ -12,18 +12,18 @@ FIELD = re.compile(r"\{\{(\w+)\}\}")
 SCRIPT = re.compile(r"<script>(.*?)</script>", re.DOTALL)
 
 
-def fill_page(page: str, fields: dict[str, str], connect: str = "") -> str:
+def fill_page(page: str, fields: dict[str, str], connect: str = "", frames: str = "") -> str:
     """A page with its fields, filled in one pass: markers inside a field's text are left unchanged.
 
     The field `policy` allows only the page's own script to run, and no connections except to the origins
-    `connect`.
+    `connect`; `frames` are the origins of pages that may be shown within it.
     """
     script = SCRIPT.search(page)
     run = _filled(script[1], fields) if script else ""
-    return _filled(page, {**fields, "policy": page_policy(run, connect)})
+    return _filled(page, {**fields, "policy": page_policy(run, connect, frames)})
 
 
-def page_policy(script: str = "", connect: str = "") -> str:
+def page_policy(script: str = "", connect: str = "", frames: str = "") -> str:
     """A content security policy: styles and data of the page, this script, and these origins."""
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     return "; ".join(
@@ -34,6 +34,7 @@ def page_policy(script: str = "", connect: str = "") -> str:
             "img-src data: blob:",
             "media-src data: blob:",
             f"connect-src data: blob: {connect}".rstrip(),
+            *([f"frame-src {frames}"] if frames else []),
             "base-uri 'none'",
             "form-action 'none'",
         ]
