@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from phonanim.dubbing.outcome import Outcome
     from phonanim.dubbing.storage import Place
 
+MOST_FAILURES = 30  # causes at the end of a run
 MOST_CAUSES = 5  # of flags, on the terminal; the report has all
 
 
@@ -56,9 +57,9 @@ class RunReporter:
 
         totals = count_totals(outcomes)
         causes = find_causes(outcomes)
-        for cause in (cause for cause in causes if cause.check == FAILED):
-            if len(cause.ids) > 1 or cause.what not in self.told:
-                self.console.print(str(cause))
+        failed = [cause for cause in causes if cause.check == FAILED]
+        for cause in [one for one in failed if len(one.ids) > 1 or one.what not in self.told][:MOST_FAILURES]:
+            self.console.print(str(cause))
         for cause in [cause for cause in causes if cause.check != FAILED][:MOST_CAUSES]:
             self.console.print(str(cause))
         counts = {status: self.statuses[status] for status in ("made", "kept")}

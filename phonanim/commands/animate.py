@@ -93,6 +93,8 @@ def command(
     if "character" in exports:
         options = with_own_rig(options, exports["character"], console)
     check_outputs([*outputs, *filter(None, [sheet])], [alignment, *filter(None, [audio, edits])])
+    if "character" not in exports:
+        options = with_rig_of_format(options, outputs, console)
     animation = animate(alignment, options, audio=audio)
     if edits:
         animation = apply_edit_file(animation, edits, options)
@@ -127,6 +129,22 @@ def with_own_rig(options: Options, character: Any, console: Console) -> Options:
     console.print(
         f"{character}: has shapes for {share} of the rig {rig}, so it is used; --rig chooses another"
     )
+    return replace(options, rig=rig)
+
+
+def with_rig_of_format(options: Options, outputs: Sequence[Path], console: Console) -> Options:
+    """The options with the one rig that every output's format needs, unless one was chosen."""
+    from phonanim.exporters import needed_rig
+    from phonanim.pipeline import load_cached_rig
+
+    if click.get_current_context().get_parameter_source("rig") is not ParameterSource.DEFAULT:
+        return options
+    controls = load_cached_rig(options.rig).controls
+    needed = {needed_rig(path, controls) for path in outputs}
+    if len(needed) != 1 or needed == {""}:
+        return options
+    rig = needed.pop()
+    console.print(f"{outputs[0]}: its format is of the rig {rig}, so it is used")
     return replace(options, rig=rig)
 
 

@@ -34,10 +34,7 @@ class Characters:
     cells: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     def fill(self, row: Mapping[str, str]) -> dict[str, str]:
-        """The cells of a row, and what its character has where they are empty.
-
-        Raises OptionError where the name is of no character and of no rig.
-        """
+        """The cells of a row, and what its character has where they are empty."""
         name = row.get("character", "")
         known = self.cells.get(name.casefold())
         if known is None:

@@ -17,6 +17,7 @@ from phonanim.dubbing.storage import Place, write
 
 FILES = ("report.json", "report.html", "summary.txt")
 WORST = 20  # lines in the summary
+CAUSES = 30  # in the summary and on the page
 
 STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 70rem; padding: 0 1rem; }
@@ -88,7 +89,7 @@ def headline(totals: dict[str, Any], done: str = "") -> str:
 def text_summary(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Sequence[str]) -> str:
     """The run as plain text: the totals, remarks, causes, and the worst flagged lines."""
     bad = [outcome for outcome in ordered if outcome.done and _trouble(outcome)]
-    lines = [headline(totals), *remarks, *map(str, find_causes(ordered))]
+    lines = [headline(totals), *remarks, *told_causes(ordered)]
     if bad:
         lines += ["", "the worst lines:", *(f"{outcome.id}: {_trouble(outcome)}" for outcome in bad[:WORST])]
     if len(bad) > WORST:
@@ -96,11 +97,18 @@ def text_summary(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Se
     return "\n".join(lines) + "\n"
 
 
+def told_causes(outcomes: Sequence[Outcome]) -> list[str]:
+    """The first causes of failures and of flags as text; report.json has all."""
+    causes = find_causes(outcomes)
+    more = [f"... and {len(causes) - CAUSES} more causes: see report.json"] if len(causes) > CAUSES else []
+    return [*map(str, causes[:CAUSES]), *more]
+
+
 def html_page(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Sequence[str]) -> str:
     """The run as one HTML page without scripts, the worst lines first."""
     rows = "\n".join(map(_row, ordered))
     notes = "".join(f"<p>{html.escape(remark)}</p>\n" for remark in remarks)
-    notes += "".join(f'<p class="cause">{html.escape(str(cause))}</p>\n' for cause in find_causes(ordered))
+    notes += "".join(f'<p class="cause">{html.escape(cause)}</p>\n' for cause in told_causes(ordered))
     return f"""<!doctype html>
 <html lang="en">
 <meta charset="utf-8">

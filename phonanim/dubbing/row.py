@@ -19,12 +19,12 @@ from phonanim.dubbing.output_names import safe_name
 from phonanim.dubbing.pairing import spellings
 from phonanim.dubbing.storage import Place, parse_place
 from phonanim.dubbing.table import Row
-from phonanim.errors import OptionError
+from phonanim.errors import OptionError, RigError
 from phonanim.inputs.level import parse_level
 from phonanim.life.parsing import parse_emotions, parse_life, parse_look_at, parse_seed
 from phonanim.media.audio import SUFFIXES as RECORDINGS
 from phonanim.options import DEFAULTS, Options, Overlay
-from phonanim.rig.read import find_rig, rig_names
+from phonanim.rig.read import find_rig
 from phonanim.speech.clock import parse_offset, parse_unit
 
 TEXTS = ("rig", "model", "language", "fallback", "tier", "speaker", "unknown", "unit")
@@ -177,8 +177,12 @@ def _rig(cells: Mapping[str, str], common: Common) -> dict[str, str]:
         return {}
     if "rig" in cells:
         raise OptionError(f"character = {name!r} and rig = {cells['rig']!r} both name a rig; give one")
-    if Path(name).suffix != ".toml" and name not in rig_names():
-        raise OptionError(f"there is no character or rig {name!r}; {common.characters.suggest(name)}")
+    if Path(name).suffix != ".toml":
+        try:
+            _check_rig(name)
+        except RigError as error:
+            mend = common.characters.suggest(name)
+            raise OptionError(f"there is no character or rig {name!r}; {mend}") from error
     return {"rig": name}
 
 

@@ -130,3 +130,13 @@ def test_convert_goes_both_ways(line, capsys):
     np.testing.assert_array_equal(
         load(line / "same.metahuman.csv").values, load(line / "m.metahuman.csv").values
     )
+
+
+def test_a_format_of_another_rig_chooses_it(line, capsys):
+    assert run(["animate", "line.TextGrid", "-o", "a.metahuman.csv", "--life", "0"]) == 0
+    assert "a.metahuman.csv: its format is of the rig metahuman, so it is used" in capsys.readouterr().err
+    options = ["--rig", "metahuman", "--life", "0", "-q"]
+    assert run(["animate", "line.TextGrid", "-o", "b.metahuman.csv", *options]) == 0
+    assert (line / "a.metahuman.csv").read_bytes() == (line / "b.metahuman.csv").read_bytes()
+    assert run(["animate", "line.TextGrid", "-o", "a.metahuman.csv", "--rig", "arkit"]) == 2
+    assert "choose --rig metahuman" in capsys.readouterr().err

@@ -97,6 +97,13 @@ def test_equal_failures_are_one_line_with_their_rows():
     assert summary.count("no rig") == 1
 
 
+def test_many_causes_are_cut():
+    failed = [Outcome(f"l{n}", f"t.csv row {n}", error=f"t.csv row {n}: no rig {n:02}") for n in range(40)]
+    lines = text_summary(count_totals(failed), failed, []).splitlines()
+    assert len(lines) == 1 + 30 + 1
+    assert lines[-1] == "... and 10 more causes: see report.json"
+
+
 def test_flags_are_ranked_by_how_likely_they_are_seen():
     lines = [
         done("labels", ("labels", 1.0)),
