@@ -29,6 +29,7 @@ from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
+from hair_cap import hair_cap
 from mouth_shapes import closed_lips, flat_stretch, low_tongue, rounded_lips, upright_teeth
 from tongue_shapes import lifted_out, tongue_shapes
 
@@ -52,6 +53,7 @@ MATERIALS = {
     "teeth_l": ((0.56, 0.51, 0.43), 0.25),
     "eye_l": ((0.82, 0.80, 0.77), 0.12),
     "eye_r": ((0.82, 0.80, 0.77), 0.12),
+    "hair": ((0.062, 0.034, 0.020), 0.50),
 }
 # What the vertex colours multiply the skin by.
 LIPS = (0.72, 0.42, 0.42)
@@ -443,20 +445,32 @@ def primitive(buffer: Buffer, name: str, part: Part, material: int) -> dict[str,
     return {"attributes": attributes, "indices": indices, "material": material, "targets": targets}
 
 
+def worn(buffer: Buffer, skin_: Part, material: int) -> dict[str, Any]:
+    """The hair as a glTF primitive without targets; it turns with the head."""
+    points, triangles, colors = hair_cap(
+        skin_.points, skin_.triangles, normals(skin_.points, skin_.triangles)
+    )
+    part = Part(points, triangles, colors, np.zeros((0, *points.shape)))
+    found = primitive(buffer, "hair", part, material)
+    return {key: value for key, value in found.items() if key != "targets"}
+
+
 def assemble(parts: dict[str, Part], names: tuple[str, ...]) -> bytes:
     """The GLB file."""
     buffer = Buffer()
     primitives = [primitive(buffer, name, part, i) for i, (name, part) in enumerate(parts.items())]
+    hair = worn(buffer, parts["skin"], len(parts))
     inverse = np.tile(np.eye(4), (2, 1, 1))
     inverse[1, :3, 3] = -np.array(PIVOT)
     tree = {
         "asset": {"version": "2.0", "generator": "phonanim scripts/build_head.py", "copyright": COPYRIGHT},
         "scene": 0,
-        "scenes": [{"nodes": [0, 1]}],
+        "scenes": [{"nodes": [0, 1, 3]}],
         "nodes": [
             {"name": "head", "mesh": 0, "skin": 0},
             {"name": "Neck", "children": [2]},
             {"name": "Head", "translation": list(PIVOT)},
+            {"name": "hair", "mesh": 1, "skin": 0},
         ],
         "skins": [{"joints": [1, 2], "skeleton": 1, "inverseBindMatrices": buffer.matrices(inverse)}],
         "meshes": [
@@ -465,9 +479,10 @@ def assemble(parts: dict[str, Part], names: tuple[str, ...]) -> bytes:
                 "primitives": primitives,
                 "weights": [0.0] * len(names),
                 "extras": {"targetNames": list(names)},
-            }
+            },
+            {"name": "hair", "primitives": [hair]},
         ],
-        "materials": [material(name) for name in parts],
+        "materials": [material(name) for name in (*parts, "hair")],
         "accessors": buffer.accessors,
         "bufferViews": list(buffer.views()),
     }
@@ -480,7 +495,7 @@ def material(name: str) -> dict[str, Any]:
     """A glTF material. The skin is seen from both sides: the inner mouth is its back."""
     color, roughness = MATERIALS[name]
     pbr = {"baseColorFactor": [*color, 1.0], "metallicFactor": 0.0, "roughnessFactor": roughness}
-    return {"name": name, "pbrMetallicRoughness": pbr, "doubleSided": name == "skin"}
+    return {"name": name, "pbrMetallicRoughness": pbr, "doubleSided": name in ("skin", "hair")}
 
 
 if __name__ == "__main__":

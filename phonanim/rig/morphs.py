@@ -108,12 +108,13 @@ def has_targets(mesh: dict[str, Any]) -> bool:
 def target_names(mesh: dict[str, Any], accessors: Sequence[dict[str, Any]] = ()) -> tuple[str, ...]:
     """The names of a mesh's targets, in its extras or else on its accessors; "" for unnamed ones."""
     first = mesh["primitives"][0]
+    targets = first.get("targets", ())
     extras = [part["extras"] for part in (mesh, first) if isinstance(part.get("extras"), dict)]
     listed: list[Any] = next((e["targetNames"] for e in extras if isinstance(e.get("targetNames"), list)), [])
     if not listed:
-        places = [target.get("POSITION", -1) for target in first["targets"]]
+        places = [target.get("POSITION", -1) for target in targets]
         listed = [accessors[i].get("name", "") if 0 <= i < len(accessors) else "" for i in places]
-    return (*map(str, listed), *[""] * len(first["targets"]))[: len(first["targets"])]
+    return (*map(str, listed), *[""] * len(targets))[: len(targets)]
 
 
 def moving_targets(glb: Glb, mesh: dict[str, Any]) -> list[bool]:

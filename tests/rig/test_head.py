@@ -96,7 +96,7 @@ def test_heads_that_cannot_be_used(tmp_path):
     glb = read_glb(SHIPPED)
     path = tmp_path / "a.glb"
     mesh = {**glb.tree["meshes"][0], "extras": {}}
-    path.write_bytes(glb_bytes({**glb.tree, "meshes": [mesh]}, glb.binary))
+    path.write_bytes(glb_bytes({**glb.tree, "meshes": [mesh, *glb.tree["meshes"][1:]]}, glb.binary))
     with pytest.raises(RigError, match=r"a\.glb: its morph targets have no names"):
         load_head(path)
     bare = [{key: value for key, value in node.items() if key != "mesh"} for node in glb.tree["nodes"]]
