@@ -42,6 +42,7 @@ def draw_all(
         "bars": lambda figure: _bars(figure, document, variant),
         "sentences": lambda figure: _sentences(figure, document, variant),
         "first_mode": lambda figure: _first_mode(figure, document, captured, fps),
+        "first_mode_error": lambda figure: _first_mode_error(figure, document, captured, fps),
         "heat": lambda figure: _heat(figure, document, face),
         "cost": lambda figure: _cost(figure, document, variant),
     }
@@ -117,14 +118,25 @@ def _sentences(figure: Any, document: Document, variant: str) -> None:
 def _first_mode(figure: Any, document: Document, captured: Any, fps: float) -> None:
     """The first shape mode over one test clip."""
     seconds = (np.arange(len(captured)) + 0.5) / fps
-    curves = {
-        name: found["first_mode"]
-        for name, found in document["models"].items()
-        if len(found["first_mode"]) == len(seconds)
-    }
-    for axes in _panels(figure, document, seconds, curves, captured):
+    for axes in _panels(figure, document, seconds, _mode_curves(document, len(seconds)), captured):
         axes.set_ylabel("first shape mode, mm")
     axes.set_xlabel(f"seconds of clip {document['folds']['test']['clips'][0]}")
+
+
+def _first_mode_error(figure: Any, document: Document, captured: Any, fps: float) -> None:
+    """The squared error of the first mode at each frame of that clip (Taylor 2017, supplement, figure 3)."""
+    seconds = (np.arange(len(captured)) + 0.5) / fps
+    curves = _mode_curves(document, len(seconds))
+    errors = {name: (np.array(curve) - captured) ** 2 for name, curve in curves.items()}
+    for axes in _panels(figure, document, seconds, errors):
+        axes.set_ylabel("squared error of it, mm²")
+    axes.set_xlabel(f"seconds of clip {document['folds']['test']['clips'][0]}")
+
+
+def _mode_curves(document: Document, frames: int) -> dict[str, Any]:
+    """The first shape mode of that clip by model, where it has as many frames as were captured."""
+    found = {name: model["first_mode"] for name, model in document["models"].items()}
+    return {name: curve for name, curve in found.items() if len(curve) == frames}
 
 
 def _panels(figure: Any, document: Document, x: Any, curves: dict[str, Any], captured: Any = None) -> Any:
@@ -281,14 +293,18 @@ def spread_labels(heights: NDArray[np.float64], gap: float) -> NDArray[np.float6
 
 def _sweep(figure: Any, found: dict[str, Any]) -> None:
     """A setting against the error on held-out training clips."""
-    axes = figure.subplots()
+    ways = {"shape_mse": "all frames", "speech_shape_mse": "speech"}
+    known = [way for way in ways if all(way in row for row in found["rows"])]
+    panels = figure.subplots(1, len(known), sharey=True, squeeze=False)[0]
     series = list(dict.fromkeys(str(row.get(found["series"], "")) for row in found["rows"]))
-    for name in series:
-        rows = [row for row in found["rows"] if str(row.get(found["series"], "")) == name]
-        label = f"{found['series']} = {name}" if name else None
-        axes.plot([str(row[found["x"]]) for row in rows], [r["shape_mse"] for r in rows], "o-", label=label)
-    axes.set_xlabel(found["x"])
-    axes.set_ylabel(measure_heading("shape_mse"))
-    axes.set_title(found["label"], fontsize="medium")
+    for axes, way in zip(panels, known, strict=True):
+        for name in series:
+            rows = [row for row in found["rows"] if str(row.get(found["series"], "")) == name]
+            label = f"{found['series']} = {name}" if name else None
+            axes.plot([str(row[found["x"]]) for row in rows], [row[way] for row in rows], "o-", label=label)
+        axes.set_xlabel(found["x"])
+        axes.set_title(ways[way], fontsize="medium")
+    panels[0].set_ylabel(measure_heading("shape_mse"))
+    figure.suptitle(found["label"], fontsize="medium")
     if series != [""]:
-        axes.legend(fontsize="small")
+        panels[0].legend(fontsize="small")

@@ -23,7 +23,9 @@ SHORT = ("shape_mse", "aperture_r", "width_r")
 def all_pages(document: Document, plan: Plan, figures: list[str]) -> dict[str, list[Part]]:
     """The pages that have something to show, by the stems of their files; each begins with its title."""
     faces: list[Part] = ["## The test clips in pictures"]
-    faces += [_picture(name) for name in ("first_mode", "heat") if f"{name}.png" in figures]
+    faces += [
+        _picture(name) for name in ("first_mode", "first_mode_error", "heat") if f"{name}.png" in figures
+    ]
     found = {
         "test": test_page(document, plan),
         "legibility": legibility_page(plan),
@@ -139,7 +141,10 @@ def sweeps_page(document: Document, plan: Plan) -> list[Part]:
     parts: list[Part] = []
     for name, found in document.get("sweeps", {}).items():
         parts += [f"## {found['label']}", plan.notes.get(name, "")]
-        parts += [tables.sweep_table(found, "shape_mse"), _picture(f"sweep_{name}")]
+        parts += [tables.sweep_table(found, "shape_mse")]
+        if all("speech_shape_mse" in row for row in found["rows"]):
+            parts += ["In speech alone:", tables.sweep_table(found, "speech_shape_mse")]
+        parts += [_picture(f"sweep_{name}")]
     return parts
 
 

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 
 from phonanim.comparison.fit import CLIPS, Job, load_trained, reference_face
-from phonanim.comparison.folds import all_frames
+from phonanim.comparison.folds import all_frames, speech_frames
 from phonanim.comparison.plan import Plan, Sweep
 from phonanim.comparison.scores import clip_scores, measure_value
 from phonanim.corpus.corpus import Corpus
 from phonanim.training.recipes import predict_clip
 
 MODEL = "model"  # the series of recipes of the plan
+SPEECH = "speech_"  # before a measure: in speech alone
 HELD_OUT = 0.1  # of the training clips: sweeps are for choosing settings, so they must not use test clips
 
 
@@ -53,18 +54,25 @@ def run_sweeps(plan: Plan, corpus: Corpus, work: Path) -> dict[str, Any]:
         rows = []
         for values in sweep_points(sweep):
             trained = load_trained(_folder(work, name, values))
-            scores = [
-                clip_scores(
-                    trained.model.face.instance(predict_clip(trained.model.regressor, corpus, clip)),
-                    corpus.landmarks[corpus.rows([clip])],
-                    face,
-                    corpus.tracks[clip],
-                    corpus.fps,
-                    all_frames(corpus, clip),
-                )
+            shapes = {
+                clip: trained.model.face.instance(predict_clip(trained.model.regressor, corpus, clip))
                 for clip in held_out.tolist()
-            ]
-            measured = {m: measure_value(m, np.array([row[m] for row in scores])) for m in scores[0]}
+            }
+            measured = {}
+            for prefix, where in (("", all_frames), (SPEECH, speech_frames)):
+                scores = [
+                    clip_scores(
+                        predicted,
+                        corpus.landmarks[corpus.rows([clip])],
+                        face,
+                        corpus.tracks[clip],
+                        corpus.fps,
+                        where(corpus, clip),
+                    )
+                    for clip, predicted in shapes.items()
+                ]
+                for m in scores[0]:
+                    measured[prefix + m] = measure_value(m, np.array([row[m] for row in scores]))
             rows.append({**values, **measured, "training_s": trained.seconds})
         found[name] = {"x": sweep.x, "series": sweep.series, "label": sweep.label or name, "rows": rows}
     return found

@@ -235,9 +235,10 @@ def cost_table(document: Document) -> Table:
 
 
 def sweep_table(found: dict[str, Any], measure: str) -> Table:
-    """A sweep: one row per value, one column per series."""
+    """A sweep: one row per value, one column per series; "speech_" before a measure: in speech."""
     series = list(dict.fromkeys(str(row.get(found["series"], "")) for row in found["rows"]))
-    named = [f"{found['series']} {s}" if found["series"] else measure_heading(measure) for s in series]
+    alone = measure_heading(measure.removeprefix("speech_"))
+    named = [f"{found['series']} {s}" if found["series"] else alone for s in series]
     table = [[found["x"], *named]]
     for x in dict.fromkeys(str(row[found["x"]]) for row in found["rows"]):
         picked = {
