@@ -18,14 +18,19 @@ from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import numpy as np
+
 from phonanim.animation.rates import frame_count
+from phonanim.articulation.blend import blend_articulation
 from phonanim.face import contacts
 from phonanim.inputs.alignment import read_alignment
+from phonanim.life import add_life, life_of, mouth_freedom
 from phonanim.options import DEFAULTS
 from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.rig.retarget import retarget
 from phonanim.speech.alignment import Interval
 from phonanim.speech.language import to_phones
+from phonanim.speech.prosody import read_prosody
 from phonanim.speech.textgrid import write_textgrid
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -75,9 +80,16 @@ def steps(path: Path) -> dict[str, float]:
     lap()
     modes = contacts.enforce_lip_contacts(modes, track, model.face, FPS)
     lap()
-    retarget(modes, model.face, rig)
+    times = np.arange(len(modes)) / FPS
+    lips, closed = contacts.lip_part(model.face)
+    mouth = blend_articulation(lips.instance(modes), lips, closed, track, times)
     lap()
-    names = ("read", "phones", "predict", "contacts", "retarget")
+    values = retarget(modes, model.face, rig, track=track, times=times, articulation=mouth)
+    lap()
+    prosody = read_prosody(track, alignment.words)
+    add_life(values, rig, life_of(DEFAULTS, path.stem), prosody, times, mouth_freedom(prosody, track, times))
+    lap()
+    names = ("read", "phones", "predict", "contacts", "articulate", "solve", "life")
     return {name: end - start for name, (start, end) in zip(names, pairwise(clock), strict=True)}
 
 
@@ -95,7 +107,9 @@ def main() -> None:
         folder = Path(name)
         wall, memory = cold_start(folder)
         print(f"a line of 4.5 s to CSV, cold start: {wall:.2f} s, {memory:.0f} MB\n")
-        print("seconds   frames    read  phones  predict  contacts  retarget   frames/s   peak MB")
+        print(
+            "seconds   frames    read  phones predict contacts articulate solve    life   frames/s   peak MB"
+        )
         for seconds in (10, 60, 600, 3600):
             path = lengthened(seconds, folder)
             runs = [steps(path) for _ in range(TRIES if seconds <= 60 else 2)]
