@@ -71,7 +71,9 @@ function listCurves() {
     const scale = TURNS.includes(name) ? FULL_TURN : scaleOf(name);
     return range ? (range[1] - range[0]) / scale : 0;
   })) - (scaleOf(name) > 1 ? 1000 : 0); // millimetres after the controls
-  names.sort((a, b) => motion(b) - motion(a));
+  // Jaw and lips first, as they are what a line is looked at for; then what moves most.
+  const rank = (name) => motion(name) + (/^(jaw|mouth)/i.test(name) && motion(name) > 0 ? 10 : 0);
+  names.sort((a, b) => rank(b) - rank(a));
   return names.map((name, place) => curveRow(name, place < 3 && motion(name) > 0));
 }
 
