@@ -139,9 +139,18 @@ def carry_out(prepare: Callable[[Path], Attack], folder: Path, connections: Conn
     )
 
 
+def _resident_megabytes() -> float:
+    """What this process holds now; 0 where the system does not say."""
+    path = Path("/proc/self/statm")
+    return int(path.read_text().split()[1]) * resource.getpagesize() / 2**20 if path.exists() else 0.0
+
+
 def run_command(arguments: Sequence[str], folder: Path) -> tuple[int, float, float, str]:
-    """Run a command of phonanim in a fork of this process: exit code, seconds, megabytes, stderr."""
-    began = time.monotonic()
+    """Run a command of phonanim in a fork of this process: exit code, seconds, megabytes, stderr.
+
+    The memory is what the fork takes beyond that of this process.
+    """
+    began, inherited = time.monotonic(), _resident_megabytes()
     with tempfile.TemporaryFile() as told:
         child = os.fork()
         if child == 0:
@@ -157,7 +166,7 @@ def run_command(arguments: Sequence[str], folder: Path) -> tuple[int, float, flo
             _, status, usage = os.wait4(child, 0)
         told.seek(0)
         text = told.read().decode("utf-8", "replace")
-    return os.waitstatus_to_exitcode(status), seconds, usage.ru_maxrss / 1024, text
+    return os.waitstatus_to_exitcode(status), seconds, usage.ru_maxrss / 1024 - inherited, text
 
 
 def _be_the_command(arguments: Sequence[str], folder: Path, told: int) -> None:

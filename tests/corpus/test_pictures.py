@@ -184,6 +184,7 @@ def test_a_corpus_whose_appearance_is_damaged(corpus_folder: Path, tmp_path: Pat
         load_captured(tmp_path / "c")
 
 
+@pytest.mark.slow
 def test_a_comparison_with_mouths_that_are_drawn(corpus_folder: Path, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     for name, box in (("narrow", 0.12), ("wide", 2.0)):

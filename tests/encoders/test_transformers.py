@@ -15,6 +15,7 @@ from phonanim.encoders import load_encoder
 from phonanim.errors import MissingExtraError, ModelError
 
 
+@pytest.mark.slow
 def test_hidden_layers_are_those_of_transformers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     put_hidden(tmp_path, "hubert")
     monkeypatch.setenv("PHONANIM_ENCODERS", str(tmp_path))

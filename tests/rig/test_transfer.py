@@ -196,9 +196,11 @@ def test_a_glb_without_shapes_can_be_a_target() -> None:
 
     mesh = load_mesh(SHIPPED)
     assert mesh.targets == ()
-    np.testing.assert_allclose(mesh.vertices, load_head().vertices, atol=1e-6)
+    head = load_head().vertices
+    np.testing.assert_allclose(mesh.vertices[: len(head)], head, atol=1e-6)  # then the hair
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     head = longer(load_head())
     mesh, made = tmp_path / "hero.obj", tmp_path / "hero.glb"

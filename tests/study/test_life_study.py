@@ -16,6 +16,7 @@ from phonanim.speech.textgrid import write_textgrid
 pytest.importorskip("av", reason="needs the extra video")
 
 
+@pytest.mark.slow
 def test_life_on_and_off_on_the_same_lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("lines").mkdir()
