@@ -94,9 +94,12 @@ def _posture(seed: int, prosody: Prosody, times: Array, axis: str, size: float) 
     total = np.zeros(len(times))
     seen = (onsets <= times[-1:]) & (onsets + TAKES + KEEPS + LEAVES >= times[:1])
     for onset, height in zip(onsets[seen], heights[seen], strict=True):
-        taken = eased((times - onset) / TAKES)
-        leaving = eased((onset + TAKES + KEEPS + LEAVES - times) / LEAVES)
-        total += taken * (height * leaving - total)
+        end = onset + TAKES + KEEPS + LEAVES
+        # Before, nothing changes; after, no earlier posture is left.
+        part = slice(*np.searchsorted(times, (onset, end)))
+        taken = eased((times[part] - onset) / TAKES)
+        leaving = eased((end - times[part]) / LEAVES)
+        total[part] += taken * (height * leaving - total[part])
     return total
 
 
