@@ -65,7 +65,7 @@ def command(
     Reads curves (.npz .json .csv .glb .usda .track.json) and vertices or controls (.npy in the layouts of
     VOCA, FaceFormer, CodeTalker and FaceDiffuser). ARKit curves are also scored in millimetres on the shipped
     head. The reference may be articulography (*_bndl.json, .npz of sensors, or a folder of these), which
-    scores the articulation of a take. docs/evaluation.md explains each measure.
+    scores the articulation of a take. docs/measures.md defines each measure.
 
     \b
     Examples:

@@ -39,7 +39,7 @@ def evaluate(
     """Compare predicted motion with a reference; `phonanim evaluate` prints the result.
 
     Both sides are animations, or files of curves (.csv, .npz, .json, .glb, .usda) or of vertices (.npy). The
-    result has `measures` by name, such as `mve_mm`, and `notes`. docs/evaluation.md explains each measure.
+    result has `measures` by name, such as `mve_mm`, and `notes`. docs/measures.md defines each measure.
 
     Args:
         predicted: The output of a tool.
