@@ -2,7 +2,7 @@
 
     python benchmarks/track_films.py FILM...
 
-Needs `phonanim[track]`. docs/appearance.md names packages that ship such films.
+Needs `phonanim[track]`. docs/own_speaker.md names packages that ship such films.
 """
 
 from __future__ import annotations
