@@ -23,7 +23,7 @@ POOLED = 2  # channels that are merged into one
 REACH = 1  # steps on each side in the convolution
 SLOWEST = 1e4  # longest wavelength of the time embedding, relative to the shortest (Ho et al. 2020)
 BETAS = (1e-4, 0.02)  # of the first and last of 1000 steps (Ho et al. 2020); the thesis gives none
-BLOCK = 1500  # steps whose noise is drawn at once
+BLOCK = 1500  # steps whose noise has one seed
 
 
 def signal_share(timesteps: int) -> NDArray[np.float64]:
@@ -47,13 +47,18 @@ def sampling_times(timesteps: int, steps: int) -> NDArray[np.int64]:
 
 
 def step_noise(seed: int, turn: int, first: int, count: int, modes: int) -> Floats:
-    """Noise of `count` steps from `first` on, (count, modes); independent of how steps are divided."""
-    blocks = range(first // BLOCK, (first + count - 1) // BLOCK + 1)
-    numbers = [
-        np.random.default_rng([seed, turn, block]).standard_normal((BLOCK, modes), np.float32)
-        for block in blocks
-    ]
-    return np.concatenate(numbers)[first - blocks[0] * BLOCK :][:count]
+    """Noise of `count` steps from `first` on, (count, modes); independent of how steps are divided.
+
+    No more is drawn than the steps ask for: a short line of a mesh costs by its length.
+    """
+    found, end = [], first + count
+    for block in range(first // BLOCK, (end - 1) // BLOCK + 1):
+        start = block * BLOCK
+        drawn = np.random.default_rng([seed, turn, block]).standard_normal(
+            (min(end - start, BLOCK), modes), np.float32
+        )
+        found.append(drawn[max(first - start, 0) :])
+    return np.concatenate(found)
 
 
 def sample_motion(

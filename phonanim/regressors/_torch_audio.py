@@ -7,7 +7,6 @@ import hashlib
 import io
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,12 +18,12 @@ from torch import Tensor
 from phonanim.core.files import atomic_path, write_text
 from phonanim.regressors import CHECKPOINT, Examples, Progress
 from phonanim.regressors._audio_config import Settings
-from phonanim.regressors._audio_input import AudioInput
 from phonanim.regressors._audio_model import AudioModel
 from phonanim.regressors._decoders import decode
-from phonanim.regressors._steps import cached_encoder, features_at_steps, step_times
+from phonanim.regressors._steps import cached_encoder
 from phonanim.regressors._torch import seeded_generator
 from phonanim.regressors._torch_decoders import Network, export_weights
+from phonanim.regressors._training_steps import BLOCK, Scaling, Steps, blocks_of, gather_steps, release
 from phonanim.speech.inventory import N_PHONES
 
 Floats = NDArray[np.float32]
@@ -32,77 +31,6 @@ Model = TypeVar("Model", bound=AudioModel)
 LONGEST_STEP = 1.0  # largest norm of a gradient, because gradients of recurrent layers explode
 BLANK = N_PHONES  # the label of "no phone" in connectionist temporal classification
 CURVE = "loss.csv"
-STILL = 1e-6  # standard deviation below which a feature counts as constant
-
-
-@dataclass(frozen=True)
-class Steps:
-    """Clips end to end on the model's grid: `values` (steps, layers, dims), `targets` (steps, modes).
-
-    `codes` and `segments` (steps,) are the phones and their running numbers, `lengths` (clips,) in steps.
-    """
-
-    values: NDArray[np.float16]
-    targets: Floats
-    codes: NDArray[np.int64]
-    segments: NDArray[np.int64]
-    lengths: NDArray[np.int64]
-    weights: Floats
-
-    @cached_property
-    def starts(self) -> NDArray[np.int64]:
-        """First step of each clip."""
-        return np.cumsum(self.lengths) - self.lengths
-
-
-def gather_steps(kind: type[AudioInput], config: Any, examples: Examples) -> Steps:
-    """Inputs and targets of a kind of model from examples, at the model's steps."""
-    values, targets, codes, segments = [], [], [], []
-    for track, times, target, sound in zip(
-        examples.tracks, examples.times, examples.targets, examples.sounds, strict=True
-    ):
-        assert sound is not None
-        grid = step_times(sound.duration, config.rate)
-        values.append(
-            features_at_steps(kind.input_features(config, sound, track), grid, config.rate).astype(np.float16)
-        )
-        targets.append(np.stack([np.interp(grid, times, mode) for mode in target.T], axis=1))
-        codes.append(track.sample(grid))
-        segments.append(track.segment_at(grid))
-    return Steps(
-        np.concatenate(values),
-        np.concatenate(targets).astype(np.float32),
-        np.concatenate(codes).astype(np.int64),
-        np.concatenate(segments),
-        np.array([len(clip) for clip in codes]),
-        np.asarray(examples.weights, np.float32),
-    )
-
-
-@dataclass(frozen=True)
-class Scaling:
-    """Features to mean 0 and deviation 1 for each dim of each layer, targets as configured."""
-
-    centre: Floats
-    scale: Floats
-    low: Floats
-    span: Floats
-
-    @classmethod
-    def of(cls, config: Settings, steps: Steps) -> Scaling:
-        """Compute the scaling of the training clips."""
-        centre = steps.values.mean(axis=0, dtype=np.float64)
-        square = np.zeros_like(centre)
-        for begin in range(0, len(steps.values), 8192):
-            square += ((steps.values[begin : begin + 8192] - centre) ** 2).sum(axis=0)
-        # A constant feature has no information; scaled by its tiny deviation, any change would dominate.
-        deviation = np.sqrt(square / len(steps.values))
-        scale = (deviation > STILL) / (deviation + 1e-3)
-        targets = steps.targets
-        low, span = targets.mean(axis=0), np.full(targets.shape[1], targets.std())
-        if config.normalize == "minmax":
-            low, span = targets.min(axis=0), np.ptp(targets, axis=0) + 1e-6
-        return cls(*(np.asarray(part, np.float32) for part in (centre, scale, low, span)))
 
 
 def fit_audio(
@@ -174,6 +102,8 @@ def batches(config: Settings, steps: Steps, rng: np.random.Generator) -> Iterato
         rows += steps.starts[chosen][:, None]
         values = torch.from_numpy(steps.values[rows].astype(np.float32))
         targets, weights = torch.from_numpy(steps.targets[rows]), torch.from_numpy(steps.weights[chosen])
+        release(steps.values)
+        release(steps.targets)
         yield values, targets, steps.codes[rows], steps.segments[rows], weights
 
 
@@ -234,7 +164,8 @@ def validation_error(model: AudioModel, steps: Steps | None) -> float:
     total = 0.0
     for length in np.unique(steps.lengths):
         chosen = steps.starts[steps.lengths == length]
-        for some in np.array_split(chosen, -(-len(chosen) // 32)):
+        most = max(1, min(32, BLOCK // max(1, int(length) * steps.targets[:1].nbytes)))
+        for some in np.array_split(chosen, -(-len(chosen) // most)):
             rows = some[:, None] + np.arange(length)
             heard = np.stack([model.mix_layers(steps.values[row].astype(np.float32)) for row in rows])
             found = decode(model.config, model.weights, heard)
@@ -245,7 +176,8 @@ def validation_error(model: AudioModel, steps: Steps | None) -> float:
 def training_key(config: Settings, seed: int, steps: Steps) -> str:
     """A hash of everything that a training depends on, so that no training continues another one's state."""
     digest = hashlib.sha256(f"{config} {seed} {torch.__version__}".encode())
-    digest.update(steps.targets.tobytes())
+    for rows in blocks_of(steps.targets):
+        digest.update(rows.tobytes())
     digest.update(steps.values[:: max(1, len(steps.values) // 1000)].tobytes())
     return digest.hexdigest()
 

@@ -19,8 +19,9 @@ from phonanim.regressors._diffusion import POOLED, REACH, mask_sound, sample_mot
 from phonanim.regressors._facediffuser_config import Config
 from phonanim.regressors._steps import cached_encoder
 from phonanim.regressors._torch import seeded_generator
-from phonanim.regressors._torch_audio import Scaling, State, Steps, batches, gather_steps, step, training_key
+from phonanim.regressors._torch_audio import State, batches, step, training_key
 from phonanim.regressors._torch_decoders import Recurrent
+from phonanim.regressors._training_steps import BLOCK, Scaling, Steps, column_deviations, gather_steps
 
 Floats = NDArray[np.float32]
 Model = TypeVar("Model", bound=Denoiser)
@@ -163,16 +164,16 @@ def fit_diffusion(
 
 def diffusion_steps(config: Any, examples: Examples) -> Steps:
     """Examples at the model's steps: the last layer of the encoder, and styles instead of phones."""
-    steps = gather_steps(Denoiser, config, examples)
+    steps = gather_steps(Denoiser, config, examples, layers=1)
     styles = np.array(examples.styles or [0] * len(examples), np.int64)
-    return replace(steps, values=steps.values[:, -1:].copy(), codes=np.repeat(styles, steps.lengths))
+    return replace(steps, codes=np.repeat(styles, steps.lengths))
 
 
 def scaled(config: Any, steps: Steps) -> Scaling:
     """Features to mean 0 and deviation 1; targets by one number for all modes, or one for each."""
     scaling = Scaling.of(config, steps)
     if config.normalize == "modes":
-        return replace(scaling, span=np.asarray(steps.targets.std(axis=0) + 1e-6, np.float32))
+        return replace(scaling, span=np.asarray(column_deviations(steps.targets) + 1e-6, np.float32))
     return scaling
 
 
@@ -259,8 +260,9 @@ def group_alike(steps: Steps, most: int = 100) -> Iterator[tuple[int, NDArray[np
     styles = steps.codes[steps.starts]
     for length, style in np.unique(np.stack([steps.lengths, styles], axis=1), axis=0):
         chosen = steps.starts[(steps.lengths == length) & (styles == style)]
-        for begin in range(0, len(chosen), most):
-            yield int(style), chosen[begin : begin + most, None] + np.arange(length)
+        count = max(1, min(most, BLOCK // max(1, int(length) * steps.targets[:1].nbytes)))
+        for begin in range(0, len(chosen), count):
+            yield int(style), chosen[begin : begin + count, None] + np.arange(length)
 
 
 def sampled_error(model: Denoiser, steps: Steps | None) -> float:

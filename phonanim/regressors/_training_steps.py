@@ -1,0 +1,156 @@
+"""What audio-driven models are trained on: all clips at the model's steps, in memory or in files.
+
+Targets of a mesh are gigabytes, so clips are read one by one, and large arrays lie in files without a name.
+"""
+
+from __future__ import annotations
+
+import mmap
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from tempfile import TemporaryFile
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.regressors import Examples
+from phonanim.regressors._audio_input import AudioInput
+from phonanim.regressors._steps import features_at_steps, step_times
+
+Floats = NDArray[np.float32]
+LARGE = 1 << 28  # bytes of an array of all steps that stays in memory
+BLOCK = 1 << 25  # bytes of such an array that are handled at a time
+STILL = 1e-6  # standard deviation below which a feature counts as constant
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Clips end to end on the model's grid: `values` (steps, layers, dims), `targets` (steps, modes).
+
+    `codes` and `segments` (steps,) are the phones and their running numbers, `lengths` (clips,) in steps.
+    """
+
+    values: NDArray[np.float16]
+    targets: Floats
+    codes: NDArray[np.int64]
+    segments: NDArray[np.int64]
+    lengths: NDArray[np.int64]
+    weights: Floats
+
+    @cached_property
+    def starts(self) -> NDArray[np.int64]:
+        """First step of each clip."""
+        return np.cumsum(self.lengths) - self.lengths
+
+
+def gather_steps(kind: type[AudioInput], config: Any, examples: Examples, layers: int = 0) -> Steps:
+    """Inputs and targets of a kind of model from examples, at the model's steps.
+
+    `layers` is how many of the encoder's last layers are kept; 0 keeps all. Clips are read one by one, and
+    large arrays lie in unnamed files, so that the memory used is that of a clip.
+    """
+    assert all(sound is not None for sound in examples.sounds)
+    grids = [step_times(sound.duration, config.rate) for sound in examples.sounds]
+    lengths = np.array([len(grid) for grid in grids])
+    values: NDArray[np.float16] | None = None
+    targets: Floats | None = None
+    codes, segments, first = [], [], 0
+    for track, times, target, sound, grid in zip(
+        examples.tracks, examples.times, examples.targets, examples.sounds, grids, strict=True
+    ):
+        heard = features_at_steps(kind.input_features(config, sound, track), grid, config.rate)[:, -layers:]
+        if values is None or targets is None:
+            values = new_rows((int(lengths.sum()), *heard.shape[1:]), np.float16)
+            targets = new_rows((int(lengths.sum()), target.shape[1]), np.float32)
+        rows = slice(first, first + len(grid))
+        values[rows] = heard
+        for column, mode in enumerate(target.T):
+            targets[rows, column] = np.interp(grid, times, mode)
+        release(values)
+        release(targets)
+        codes.append(track.sample(grid))
+        segments.append(track.segment_at(grid))
+        first += len(grid)
+    assert values is not None
+    assert targets is not None
+    return Steps(
+        values,
+        targets,
+        np.concatenate(codes).astype(np.int64),
+        np.concatenate(segments),
+        lengths,
+        np.asarray(examples.weights, np.float32),
+    )
+
+
+def new_rows(shape: tuple[int, ...], kind: Any) -> NDArray[Any]:
+    """An array to fill: in memory, or where it is larger than LARGE in a file without a name."""
+    size = int(np.prod(shape)) * np.dtype(kind).itemsize
+    if size <= LARGE:
+        return np.empty(shape, kind)
+    with TemporaryFile() as file:  # the memory map keeps it open, and the disk frees it after that
+        return np.memmap(file, kind, "w+", shape=shape)
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """Features to mean 0 and deviation 1 for each dim of each layer, targets as configured."""
+
+    centre: Floats
+    scale: Floats
+    low: Floats
+    span: Floats
+
+    @classmethod
+    def of(cls, config: Any, steps: Steps) -> Scaling:
+        """Compute the scaling of the training clips."""
+        centre = steps.values.mean(axis=0, dtype=np.float64)
+        square = np.zeros_like(centre)
+        for begin in range(0, len(steps.values), 8192):
+            square += ((steps.values[begin : begin + 8192] - centre) ** 2).sum(axis=0)
+        # A constant feature has no information; scaled by its tiny deviation, any change would dominate.
+        deviation = np.sqrt(square / len(steps.values))
+        scale = (deviation > STILL) / (deviation + 1e-3)
+        targets = steps.targets
+        if config.normalize == "minmax":
+            low, span = targets.min(axis=0), np.ptp(targets, axis=0) + 1e-6
+        else:
+            low, span = targets.mean(axis=0), np.full(targets.shape[1], overall_deviation(targets))
+        return cls(*(np.asarray(part, np.float32) for part in (centre, scale, low, span)))
+
+
+def overall_deviation(targets: Floats) -> float:
+    """Standard deviation of all numbers of an array, without a copy of one on disk."""
+    if not isinstance(targets, np.memmap):
+        return float(targets.std())
+    mean, total = targets.mean(axis=0, dtype=np.float64).mean(), 0.0
+    for rows in blocks_of(targets):
+        total += float(((rows - mean) ** 2).sum(dtype=np.float64))
+    return float(np.sqrt(total / targets.size))
+
+
+def column_deviations(targets: Floats) -> NDArray[Any]:
+    """Standard deviation of each column, (steps, modes) -> (modes,), without a copy of one on disk."""
+    if not isinstance(targets, np.memmap):
+        return np.asarray(targets.std(axis=0))
+    mean = targets.mean(axis=0, dtype=np.float64)
+    square = np.zeros_like(mean)
+    for rows in blocks_of(targets):
+        square += ((rows - mean) ** 2).sum(axis=0)
+    return np.asarray(np.sqrt(square / len(targets)))
+
+
+def blocks_of(array: NDArray[Any]) -> Iterator[NDArray[Any]]:
+    """Rows of an array in blocks of at most BLOCK bytes; of one on disk no more stays in memory."""
+    count = max(1, BLOCK // max(1, array[:1].nbytes))
+    for begin in range(0, len(array), count):
+        yield array[begin : begin + count]
+        release(array)
+
+
+def release(array: NDArray[Any]) -> None:
+    """Let go of the memory of an array on disk; the file keeps it."""
+    if isinstance(array, np.memmap) and hasattr(mmap, "MADV_DONTNEED"):
+        array._mmap.madvise(mmap.MADV_DONTNEED)  # type: ignore[attr-defined]
