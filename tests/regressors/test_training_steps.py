@@ -1,9 +1,8 @@
-"""What audio-driven models are trained on: the same in memory and in files, and no larger than its targets."""
+"""The steps that models are trained on: the same in memory and in files, no larger than the targets."""
 
 from __future__ import annotations
 
 import tracemalloc
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -17,7 +16,7 @@ from phonanim.regressors import _training_steps as training_steps
 
 pytest.importorskip("torch")
 SMALL = {"encoder": "mfcc", "hidden": 8, "depth": 1, "window": 20, "epochs": 2, "normalize": "minmax"}
-MESH = 6_000  # numbers of a frame
+MESH = 15_000  # numbers of a frame
 
 
 @pytest.fixture(scope="module")
@@ -26,10 +25,9 @@ def data() -> Examples:
 
 
 @pytest.fixture
-def on_disk(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def on_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(training_steps, "LARGE", 0)
     monkeypatch.setattr(training_steps, "BLOCK", 1000)
-    yield
 
 
 def gathered(data: Examples, **more: Any) -> training_steps.Steps:
@@ -76,7 +74,7 @@ def test_gathering_takes_little_more_than_the_targets(data: Examples) -> None:
     steps = gathered(mesh)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert peak < 1.3 * (steps.targets.nbytes + steps.values.nbytes)
+    assert peak < 1.5 * (steps.targets.nbytes + steps.values.nbytes)
 
 
 def test_noise_costs_by_its_length() -> None:
