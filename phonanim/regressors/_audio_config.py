@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-Decoder = Literal["mlp", "lstm", "gru", "transformer", "convolution"]
+Decoder = Literal["mlp", "lstm", "gru", "rnn", "transformer", "convolution"]
 
 
 @dataclass(frozen=True)
@@ -15,8 +15,13 @@ class Settings:
     `encoder` is one of phonanim.encoders; `inputs` is its last layer ("enc"), or all layers with learned
     weights ("all_enc"). `rate` is in hertz, `window` in steps. The weights of the loss are those of the
     velocity and acceleration of the modes (Medina 2023, eq. 4.8), of the phone classifier (4.20) and of
-    connectionist temporal classification (4.28). `normalize` scales targets for the loss: each mode to 0..1,
-    or all modes by one number, which makes the loss the squared error in millimetres.
+    connectionist temporal classification (4.28). Both learn `labels`: the 41 "phones" of the inventory, or
+    the "allophones", which are all labels of the training alignments with their stress (Medina 2023, Table
+    4.3). `stride` is the number of steps between two training windows (section 4.7: 1); 0 draws windows at
+    random, as many as cover each clip once. The loss is the L1 error until its mean over an epoch is below
+    `l1_until`, and the squared error from then on (section 3.2.2); 0 has no such start. `normalize` scales
+    targets for the loss: each mode to 0..1, or all modes by one number, which makes the loss the squared
+    error in millimetres.
     """
 
     encoder: str = "whisper"
@@ -38,6 +43,9 @@ class Settings:
     acceleration: float = 0.0
     classifier: float = 0.0
     ctc: float = 0.0
+    labels: Literal["phones", "allophones"] = "phones"
+    stride: int = 0
+    l1_until: float = 0.0
     normalize: Literal["minmax", "scale"] = "scale"
     optimizer: Literal["adam", "radam"] = "adam"
     learning_rate: float = 1e-3

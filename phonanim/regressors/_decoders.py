@@ -5,7 +5,8 @@ Medina (2023), sections 3.2.1.1 and 4.2. `_torch_audio` trains the same layers u
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +14,53 @@ from numpy.typing import NDArray
 from phonanim.core.neural import tensors_with_prefix, transformer_block
 from phonanim.regressors._audio_config import Settings
 from phonanim.regressors._convolution import convolution_shapes, convolve
-from phonanim.regressors._recurrent import recurrent_names, run_gru, run_lstm
+from phonanim.regressors._recurrent import recurrent_names, run_recurrent
 
 Floats = NDArray[np.float32]
 Shapes = dict[str, tuple[int, ...]]
-GATES = {"gru": 3, "lstm": 4}
+GATES = {"gru": 3, "lstm": 4, "rnn": 1}
 WIDER = 4  # width of the fully connected layers of a transformer, relative to its dims
 OVERLAP = 3  # windows of a transformer that include each step
+
+
+class Recurrence(Protocol):
+    """The settings of recurrent layers."""
+
+    @property
+    def decoder(self) -> str:
+        """One of GATES."""
+
+    @property
+    def hidden(self) -> int:
+        """Units of a side of a layer."""
+
+    @property
+    def depth(self) -> int:
+        """Number of layers."""
+
+    @property
+    def bidirectional(self) -> bool:
+        """Whether a second side runs backwards."""
+
+
+class Attention(Protocol):
+    """The settings of transformer layers."""
+
+    @property
+    def hidden(self) -> int:
+        """Features of each step."""
+
+    @property
+    def depth(self) -> int:
+        """Number of layers."""
+
+    @property
+    def heads(self) -> int:
+        """Heads of each layer."""
+
+    @property
+    def window(self) -> int:
+        """Steps of a training window, each with its position."""
 
 
 def decode(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> Floats:
@@ -27,12 +68,11 @@ def decode(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> F
     if config.decoder == "mlp":
         return np.stack([_mlp(config, weights, one) for one in signal])
     if config.decoder == "transformer":
-        return _in_windows(config, weights, signal)
+        return in_windows(weights, signal, lambda part: output(weights, attentive(config, weights, part)))
     if config.decoder == "convolution":
         return output(weights, convolve(config, weights, signal))
     for layer in range(config.depth):
-        part = [weights[f"{name}{layer}"] for name in recurrent_names(config.decoder)]
-        signal = run_lstm(signal, *part) if config.decoder == "lstm" else run_gru(signal, *part)
+        signal = run_recurrent(config.decoder, signal, weights, layer)
     return output(weights, signal)
 
 
@@ -61,38 +101,41 @@ def _mlp(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> Flo
     return np.asarray(total / seen)
 
 
-def _in_windows(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> Floats:
-    """Attention within windows of the training length, because there are no positions beyond it."""
+def in_windows(weights: Mapping[str, Floats], signal: Floats, run: Callable[[Floats], Floats]) -> Floats:
+    """Attention within windows of the training length, because there are no positions beyond it.
+
+    `run` maps (n, window, dims) to (n, window, size); windows overlap, and what they give is averaged.
+    """
     wide, steps = len(weights["positions"]), signal.shape[1]
     signal = np.pad(signal, ((0, 0), (0, max(0, wide - steps)), (0, 0)), mode="edge")
     last = signal.shape[1] - wide
     starts = sorted({*range(0, last + 1, max(1, wide // OVERLAP)), last})
     total, seen = np.float32(0), np.zeros(signal.shape[1], np.float32)
     for start in starts:
-        found = _attentive(config, weights, signal[:, start : start + wide])
+        found = run(signal[:, start : start + wide])
         placed = ((0, 0), (start, signal.shape[1] - start - wide), (0, 0))
         total = total + np.pad(found, placed)
         seen[start : start + wide] += 1
     return np.asarray((total / seen[:, None])[:, :steps], np.float32)
 
 
-def _attentive(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> Floats:
-    """Embedding, positions and transformer layers, (n, window, dims) -> (n, window, modes)."""
+def attentive(config: Attention, weights: Mapping[str, Floats], signal: Floats) -> Floats:
+    """Embedding, positions and transformer layers, (n, window, dims) -> (n, window, size)."""
     signal = signal @ weights["embed"] + weights["embed_bias"] + weights["positions"]
     for layer in range(config.depth):
         signal = transformer_block(signal, tensors_with_prefix(weights, f"block{layer}_"), config.heads)
-    return output(weights, signal)
+    return signal
 
 
 def decoder_shapes(config: Settings, dims: int, modes: int) -> Shapes:
     """Name and shape of every weight of a decoder with `dims` input features."""
-    known = {"mlp": _mlp_shapes, "transformer": _transformer_shapes, "convolution": convolution_shapes}
-    shapes, last = known.get(config.decoder, _recurrent_shapes)(config, dims)
+    known = {"mlp": _mlp_shapes, "transformer": transformer_shapes, "convolution": convolution_shapes}
+    shapes, last = known.get(config.decoder, recurrent_shapes)(config, dims)
     outputs = modes * (config.widths[1] if config.decoder == "mlp" else 1)
     return shapes | {"output": (last, outputs), "output_bias": (outputs,)}
 
 
-def _recurrent_shapes(config: Settings, dims: int) -> tuple[Shapes, int]:
+def recurrent_shapes(config: Recurrence, dims: int) -> tuple[Shapes, int]:
     sides, gates = 1 + config.bidirectional, GATES[config.decoder] * config.hidden
     shapes: Shapes = {}
     for layer in range(config.depth):
@@ -114,7 +157,7 @@ def _mlp_shapes(config: Settings, dims: int) -> tuple[Shapes, int]:
     return shapes, before
 
 
-def _transformer_shapes(config: Settings, dims: int) -> tuple[Shapes, int]:
+def transformer_shapes(config: Attention, dims: int) -> tuple[Shapes, int]:
     size = config.hidden
     shapes: Shapes = {"embed": (dims, size), "embed_bias": (size,)}
     shapes["positions"] = (config.window, size)

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from phonanim.core.neural import tensors_with_prefix
 from phonanim.encoders import Features
+from phonanim.media.audio import Sound
 from phonanim.regressors._audio_input import AudioInput
 from phonanim.regressors._diffusion import embed, no_sound, sample_motion, step_noise
 from phonanim.regressors._facediffuser_config import Config
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -38,6 +40,12 @@ class Denoiser(AudioInput):
     identity: str
 
     config_class: ClassVar[type] = Config
+
+    @classmethod
+    def input_features(cls, config: Any, sound: Sound, track: PhoneTrack | None) -> Features:
+        """The features of a sound; with `pairs` "concatenate", two of the encoder's steps side by side."""
+        heard = super().input_features(config, sound, track)
+        return PairedFeatures(heard.values, heard.rate, heard.start) if config.pairs != "average" else heard
 
     def with_settings(self: Self, **settings: Any) -> Self:
         """The same model with another `seed`, `steps`, `guidance` or `style`. Raises ModelError."""
@@ -75,6 +83,16 @@ class Denoiser(AudioInput):
     def unscale_modes(self, motion: Floats) -> Floats:
         """Modes in the unit of the targets; any shape whose last axis is modes."""
         return np.asarray(motion * self.span + self.low)
+
+
+@dataclass(frozen=True)
+class PairedFeatures(Features):
+    """Features at both halves of every step, side by side (Stan 2023, section 6.4)."""
+
+    def at(self, times: Array, span: float = 0.0) -> Floats:
+        """(times,) seconds -> (times, layers, 2 dims); a step is `span` seconds long."""
+        halves = [super(PairedFeatures, self).at(times + side * span / 4, span / 2) for side in (-1, 1)]
+        return np.concatenate(halves, axis=2)
 
 
 def extend_steps(grid: Array, rate: float) -> Array:

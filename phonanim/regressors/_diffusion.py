@@ -12,27 +12,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.core.neural import sigmoid, tensors_with_prefix
+from phonanim.regressors._decoders import attentive, in_windows, recurrent_shapes, transformer_shapes
 from phonanim.regressors._facediffuser_config import Config
-from phonanim.regressors._recurrent import recurrent_names, run_gru
+from phonanim.regressors._recurrent import run_recurrent
 
 Floats = NDArray[np.float32]
 Weights = Mapping[str, Floats]
 Shapes = dict[str, tuple[int, ...]]
 
+CONVOLVED = ("conv", "max", "average")  # the embeddings with a convolution
+TAPS = 9  # width of the kernel over features (the released code)
 POOLED = 2  # channels that are merged into one
 REACH = 1  # steps on each side in the convolution
 SLOWEST = 1e4  # longest wavelength of the time embedding, relative to the shortest (Ho et al. 2020)
 BETAS = (1e-4, 0.02)  # of the first and last of 1000 steps (Ho et al. 2020); the thesis gives none
+STEEPEST = 0.999  # largest beta (Nichol and Dhariwal 2021)
+OFFSET = 0.008  # of the cosine, so that the first betas are not too small (the same)
 BLOCK = 1500  # steps whose noise has one seed
 
 
-def signal_share(timesteps: int) -> NDArray[np.float64]:
+def signal_share(timesteps: int, schedule: str = "linear") -> NDArray[np.float64]:
     """The share of the signal's power that remains at each time, (timesteps + 1,), falling from 1.
 
-    prod (1 - beta), with beta on a straight line (eq. 1), scaled so that the last share is the same
-    for any number of timesteps.
+    "linear": prod (1 - beta), with beta on a straight line (eq. 1), scaled so that the last share is the same
+    for any number of timesteps. "cosine": cos² from 1 almost to 0, with each beta at most 0.999 (Nichol and
+    Dhariwal 2021, eq. 17).
     """
-    betas = np.minimum(np.linspace(*BETAS, timesteps) * 1000 / timesteps, 0.999)
+    if schedule == "cosine":
+        turns = (np.arange(timesteps + 1) / timesteps + OFFSET) / (1 + OFFSET)
+        shares = np.cos(turns * np.pi / 2) ** 2
+        kept = np.maximum(shares[1:] / shares[:-1], 1 - STEEPEST)
+        return np.concatenate([[1.0], np.cumprod(kept)])
+    betas = np.minimum(np.linspace(*BETAS, timesteps) * 1000 / timesteps, STEEPEST)
     return np.concatenate([[1.0], np.cumprod(1 - betas)])
 
 
@@ -71,19 +82,37 @@ def sample_motion(
 ) -> Floats:
     """Motion from noise (section 3.4.1), heard (n, steps, dims) -> (n, steps, modes) in the targets' scale.
 
-    The motion that the network estimates is diffused again to the next time, with `noise` of that turn,
-    (n, steps, modes). `heard` is the embedded sound, which is constant in the loop. If `unheard`, the
-    embedding of no sound, is given, both predictions are combined.
+    "rediffuse": the motion that the network estimates is diffused again to the next time, with `noise` of
+    that turn, (n, steps, modes), as the thesis writes. "posterior": the next motion is drawn between the
+    estimate and the motion before (`draw_posterior`), as DDPM does and the released code; "strided" does so
+    over `steps` of the times (Nichol and Dhariwal 2021, section 4).
+    `heard` is the embedded sound, which is constant in the loop. If `unheard`, the embedding of no sound, is
+    given, both predictions are combined.
     """
     if not config.diffusion:
         return denoise(config, weights, noise(0), 0, heard)
-    shares = signal_share(config.timesteps)
+    shares = signal_share(config.timesteps, config.schedule)
     times = sampling_times(config.timesteps, steps or config.steps)
-    found = noise(0)
+    found = seen = noise(0)
     for turn, time in enumerate(times):
-        seen = found if turn == 0 else add_noise(found, shares[time], noise(turn))
+        if turn and config.sampling == "rediffuse":
+            seen = add_noise(found, shares[time], noise(turn))
+        elif turn:
+            seen = draw_posterior(seen, found, shares[times[turn - 1]], shares[time], noise(turn))
         found = guided_motion(config, weights, seen, int(time), heard, unheard)
     return found
+
+
+def draw_posterior(seen: Floats, found: Floats, share: float, later: float, noise: Floats) -> Floats:
+    """Motion at a time with less noise, drawn from the posterior of DDPM (Ho et al. 2020, eq. 6 and 7).
+
+    `seen` is the motion with the signal's power `share`, `found` the estimate without noise, `later` the
+    larger share to go to; any shape. At the last time the estimate itself is the result.
+    """
+    beta = 1 - share / later
+    mean = np.sqrt(later) * beta * found + np.sqrt(share / later) * (1 - later) * seen
+    deviation = np.sqrt((1 - later) / (1 - share) * beta)
+    return np.asarray(mean / (1 - share) + deviation * noise, np.float32)
 
 
 def guided_motion(
@@ -109,27 +138,41 @@ def denoise(config: Config, weights: Weights, seen: Floats, time: int, heard: Fl
     signal = heard
     if config.diffusion:
         moment = embed_times(weights, np.array([time]))[:, None]
-        parts = [heard, embed(config.noise, tensors_with_prefix(weights, "noise_"), seen)]
+        embedding = tensors_with_prefix(weights, "noise_")
+        parts = [heard, embed(config.noise, embedding, seen, config.noise_over)]
         parts.append(np.broadcast_to(moment, (*seen.shape[:2], moment.shape[2])))
         signal = np.concatenate(parts, axis=2)
-    for layer in range(config.depth):
-        signal = run_gru(signal, *(weights[f"{name}{layer}"] for name in recurrent_names("gru")))
+    if config.decoder == "transformer":
+        signal = in_windows(weights, signal, lambda part: attentive(config, weights, part))
+    else:
+        for layer in range(config.depth):
+            signal = run_recurrent(config.decoder, signal, weights, layer)
     return np.asarray(signal * weights["style"][config.style] @ weights["output"] + weights["output_bias"])
 
 
-def embed(kind: str, weights: Weights, signal: Floats) -> Floats:
-    """One of EMBEDDINGS, (n, steps, dims) -> (n, steps, size)."""
+def embed(kind: str, weights: Weights, signal: Floats, over: str = "time") -> Floats:
+    """One of EMBEDDINGS, (n, steps, dims) -> (n, steps, size), with its convolution over time or features."""
     if kind == "none":
         return signal
     found = signal @ weights["first"] + weights["first_bias"]
     if kind == "linear":
         return np.asarray(found)
+    if over == "features" and kind in CONVOLVED:
+        return pool_channels(kind, convolve_features(found, weights))
     found = np.maximum(found, 0)
     if kind == "mlp":
         return np.asarray(found @ weights["second"] + weights["second_bias"])
     padded = np.pad(found, ((0, 0), (REACH, REACH), (0, 0)))
     taps = [padded[:, tap : tap + found.shape[1]] @ kernel for tap, kernel in enumerate(weights["second"])]
     return pool_channels(kind, np.asarray(sum(taps) + weights["second_bias"]))
+
+
+def convolve_features(signal: Floats, weights: Weights) -> Floats:
+    """One kernel over the features of each step, and a rectifier, (n, steps, size) -> the same."""
+    kernel = weights["second"]
+    padded = np.pad(signal, ((0, 0), (0, 0), (len(kernel) // 2,) * 2))
+    spans = np.lib.stride_tricks.sliding_window_view(padded, len(kernel), axis=2)
+    return np.maximum(np.asarray(spans @ kernel + weights["second_bias"]), 0)
 
 
 def pool_channels(kind: str, signal: Floats) -> Floats:
@@ -175,20 +218,17 @@ def weight_shapes(config: Config, dims: int, modes: int) -> Shapes:
     """Name and shape of every weight of a network with `dims` input features."""
     shapes, before = embedding_shapes(config.sound, "sound_", dims, config.latent)
     if config.diffusion:
-        more, size = embedding_shapes(config.noise, "noise_", modes, config.latent)
+        more, size = embedding_shapes(config.noise, "noise_", modes, config.latent, config.noise_over)
         timing, moment = embedding_shapes("mlp", "time_", config.latent, config.latent)
         shapes |= more | timing
         before += size + moment
-    sides, gates = 1 + config.bidirectional, 3 * config.hidden
-    for layer in range(config.depth):
-        shapes[f"forward{layer}"] = (sides, before, gates)
-        shapes[f"recur{layer}"] = (sides, config.hidden, gates)
-        shapes[f"bias{layer}"] = shapes[f"recur_bias{layer}"] = (sides, gates)
-        before = sides * config.hidden
+    body = transformer_shapes if config.decoder == "transformer" else recurrent_shapes
+    layers, before = body(config, before)
+    shapes |= layers
     return shapes | {"style": (config.styles, before), "output": (before, modes), "output_bias": (modes,)}
 
 
-def embedding_shapes(kind: str, name: str, dims: int, size: int) -> tuple[Shapes, int]:
+def embedding_shapes(kind: str, name: str, dims: int, size: int, over: str = "time") -> tuple[Shapes, int]:
     """The weights of an embedding, and its number of output channels."""
     if kind == "none":
         return {}, dims
@@ -196,5 +236,8 @@ def embedding_shapes(kind: str, name: str, dims: int, size: int) -> tuple[Shapes
     if kind == "linear":
         return shapes, size
     wide = size * (POOLED if kind in ("max", "average") else 1)
+    if over == "features" and kind in CONVOLVED:
+        shapes = {f"{name}first": (dims, wide), f"{name}first_bias": (wide,)}
+        return shapes | {f"{name}second": (TAPS,), f"{name}second_bias": (1,)}, size
     second = (size, wide) if kind == "mlp" else (2 * REACH + 1, size, wide)
     return shapes | {f"{name}second": second, f"{name}second_bias": (wide,)}, size

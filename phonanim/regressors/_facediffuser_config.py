@@ -12,14 +12,23 @@ from phonanim.errors import ModelError
 # (section 8.3 of the thesis). The thesis does not define the pooling: here pairs of channels are merged.
 EMBEDDINGS = ("none", "linear", "mlp", "conv", "max", "average")
 MASKS = ("none", "full zero", "partial zero", "full random", "partial random")
+SCHEDULES = ("linear", "cosine")
+SAMPLINGS = ("rediffuse", "posterior", "strided")
+DECODERS = ("gru", "rnn", "transformer")
 
 
 @dataclass(frozen=True)
 class Config:
     """The published values of the vertex version (Table 8), training on windows of at most `window` steps.
 
-    The version for rigs has `noise` "none", `latent` 128, `timesteps` 1000, 100 epochs, and 4 layers of 1024
-    (its own recordings) or 2 of 256 (ARKit). `sound` and `noise` are embedded by one of EMBEDDINGS. `masking`
+    The version for rigs has `sound` and `noise` "none", `pairs` "concatenate", `latent` 128,
+    `timesteps` 1000, 100 epochs, and 4 layers of 1024 (its own recordings) or 2 of 256 (ARKit). `sound` and
+    `noise` are embedded by one of EMBEDDINGS; the convolution of the noise runs over "time" (the thesis) or
+    over the "features" of a step (`noise_over`; the released code). `pairs` are the encoder's two steps in
+    each step: their "average", or side by side (section 6.4: "concatenate"). `decoder` is one of DECODERS
+    (section 6.2), with `heads` for the transformer. `schedule` is how noise grows
+    (`_diffusion.signal_share`), `sampling` one of SAMPLINGS (`_diffusion.sample_motion`). With `zero_output`
+    the last layer starts at zero, as in the released code. `masking`
     is one of MASKS, for the share `masked`; `guidance` weights the prediction with audio against the one
     without (eq. 8), and 1 uses audio only. `steps` of the `timesteps` are sampled. `autoencoder` is the
     number of epochs of a first stage that trains the decoder without sound (appendix B). `style` is the style
@@ -31,11 +40,18 @@ class Config:
     encoder: str = "whisper"
     sound: str = "linear"
     noise: str = "max"
+    noise_over: Literal["time", "features"] = "time"
+    pairs: Literal["average", "concatenate"] = "average"
     latent: int = 512
+    decoder: str = "gru"
+    heads: int = 4
     hidden: int = 512
     depth: int = 2
     bidirectional: bool = False
+    zero_output: bool = False
     diffusion: bool = True
+    schedule: str = "linear"
+    sampling: str = "rediffuse"
     timesteps: int = 500
     steps: int = 500
     seed: int = 0
@@ -60,6 +76,15 @@ class Config:
         _check_name("sound", self.sound, EMBEDDINGS)
         _check_name("noise", self.noise, EMBEDDINGS)
         _check_name("masking", self.masking, MASKS)
+        _check_name("decoder", self.decoder, DECODERS)
+        _check_name("schedule", self.schedule, SCHEDULES)
+        _check_name("sampling", self.sampling, SAMPLINGS)
+        _check_decoder(self)
+        if self.sampling == "posterior" and self.steps != self.timesteps:
+            raise ModelError(
+                f'facediffuser: sampling "posterior" takes every timestep: set steps to {self.timesteps}, or '
+                'sampling to "strided"'
+            )
         if not 1 <= self.steps <= self.timesteps:
             raise ModelError(
                 f"facediffuser: steps is {self.steps}; take 1 to {self.timesteps}, the number of timesteps"
@@ -72,6 +97,15 @@ class Config:
             )
         if self.seed < 0:
             raise ModelError(f"facediffuser: seed is {self.seed}; take 0 or more")
+
+
+def _check_decoder(config: Config) -> None:
+    if config.decoder == "transformer" and config.hidden % config.heads:
+        raise ModelError(
+            f"facediffuser: hidden is {config.hidden}; take a multiple of heads, which is {config.heads}"
+        )
+    if config.decoder == "transformer" and config.bidirectional:
+        raise ModelError("facediffuser: a transformer sees both sides; leave out bidirectional")
 
 
 def _check_name(key: str, value: str, known: tuple[str, ...]) -> None:

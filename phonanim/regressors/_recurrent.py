@@ -1,6 +1,8 @@
-"""Recurrent layers in NumPy: long short-term memory, gated recurrent units."""
+"""Recurrent layers in NumPy: long short-term memory, gated recurrent units, plain recurrence."""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +56,29 @@ def run_gru(signal: Floats, forward: Floats, recurrent: Floats, bias: Floats, re
     if sides == 2:
         output[1] = output[1, :, ::-1].copy()
     return np.concatenate(list(output), axis=2)
+
+
+def run_rnn(signal: Floats, forward: Floats, recurrent: Floats, bias: Floats) -> Floats:
+    """One layer of plain recurrence, (sequences, steps, before) -> (sequences, steps, sides * size).
+
+    h = tanh(x W + h U + b) (Elman 1990). Side 0 runs forwards. Side 1, if there is one, runs backwards.
+    """
+    sides = len(forward)
+    given = np.stack([signal, signal[:, ::-1]][:sides]) @ forward[:, None] + bias[:, None, None]
+    output = np.empty_like(given, np.float32)
+    state = np.zeros(given.shape[:2] + recurrent.shape[1:2], np.float32)
+    for step in range(given.shape[2]):
+        state = np.tanh(given[:, :, step] + state @ recurrent)
+        output[:, :, step] = state
+    if sides == 2:
+        output[1] = output[1, :, ::-1].copy()
+    return np.concatenate(list(output), axis=2)
+
+
+def run_recurrent(decoder: str, signal: Floats, weights: Mapping[str, Floats], layer: int) -> Floats:
+    """A layer "gru", "lstm" or "rnn" with the weights that `recurrent_names` lists."""
+    layers: dict[str, Callable[..., Floats]] = {"gru": run_gru, "lstm": run_lstm, "rnn": run_rnn}
+    return layers[decoder](signal, *(weights[f"{name}{layer}"] for name in recurrent_names(decoder)))
 
 
 def recurrent_names(decoder: str) -> tuple[str, ...]:

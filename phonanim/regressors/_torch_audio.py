@@ -6,7 +6,7 @@ import csv
 import hashlib
 import io
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,7 +20,7 @@ from phonanim.regressors import CHECKPOINT, Examples, Progress
 from phonanim.regressors._audio_config import Settings
 from phonanim.regressors._audio_model import AudioModel
 from phonanim.regressors._decoders import decode
-from phonanim.regressors._steps import cached_encoder
+from phonanim.regressors._steps import cached_encoder, step_times
 from phonanim.regressors._torch import seeded_generator
 from phonanim.regressors._torch_decoders import Network, export_weights
 from phonanim.regressors._training_steps import BLOCK, Scaling, Steps, blocks_of, gather_steps, release
@@ -29,7 +29,6 @@ from phonanim.speech.inventory import N_PHONES
 Floats = NDArray[np.float32]
 Model = TypeVar("Model", bound=AudioModel)
 LONGEST_STEP = 1.0  # largest norm of a gradient, because gradients of recurrent layers explode
-BLANK = N_PHONES  # the label of "no phone" in connectionist temporal classification
 CURVE = "loss.csv"
 
 
@@ -54,7 +53,10 @@ def fit_audio(
     held_out = gather_steps(build, config, validation) if len(validation) else None
     scaling = Scaling.of(config, steps)
     layers, dims = steps.values.shape[1:]
-    network = Network(config, layers, dims, steps.targets.shape[1])
+    labels = N_PHONES
+    if config.labels == "allophones":
+        steps, labels = with_allophones(steps, config, train)
+    network = Network(config, layers, dims, steps.targets.shape[1], labels)
     network.start_from((steps.targets.mean(axis=0) - scaling.low) / scaling.span)
     optimizer = OPTIMIZERS[config.optimizer](network.parameters(), lr=config.learning_rate)
     state = State(network, optimizer, [], [], training_key(config, seed, steps), journal)
@@ -72,7 +74,11 @@ def fit_audio(
             optimizer.param_groups[0]["lr"] = float(rate)
         network.train()
         losses = [
-            step(network, optimizer, loss(config, network, scaling, *batch))
+            step(
+                network,
+                optimizer,
+                loss(config, network, scaling, *batch, robust=starts_robust(config, state)),
+            )
             for batch in batches(config, steps, np.random.default_rng([seed, epoch]))
         ]
         network.eval()
@@ -83,21 +89,45 @@ def fit_audio(
     return model()
 
 
+def with_allophones(steps: Steps, config: Settings, examples: Examples) -> tuple[Steps, int]:
+    """The steps with the labels of the alignments instead of phones, and the number of labels."""
+    names = sorted({label for track in examples.tracks for label in track.labels})
+    place = {label: code for code, label in enumerate(names)}
+    codes = [
+        np.array([place[label] for label in track.labels])[
+            track.segment_at(step_times(s.duration, config.rate))
+        ]
+        for track, s in zip(examples.tracks, examples.sounds, strict=True)
+    ]
+    return replace(steps, codes=np.concatenate(codes)), len(names)
+
+
+def starts_robust(config: Settings, state: State) -> bool:
+    """Whether the loss is still the L1 error: until the mean loss of an epoch is below `l1_until`."""
+    return not any(mean < config.l1_until for mean, _ in state.curve) and config.l1_until > 0
+
+
 OPTIMIZERS = {"adam": torch.optim.Adam, "radam": torch.optim.RAdam}
 Batch = tuple[Tensor, Tensor, NDArray[np.int64], NDArray[np.int64], Tensor]
 
 
 def batches(config: Settings, steps: Steps, rng: np.random.Generator) -> Iterator[Batch]:
-    """Windows at random positions, enough to cover each clip once; shorter clips repeat their last step."""
+    """Windows at random positions, enough to cover each clip once, or one at every `stride` steps.
+
+    Shorter clips repeat their last step.
+    """
     torch.manual_seed(int(rng.integers(2**31)))  # for the dropout
     wide = min(config.window, int(steps.lengths.max()))
-    clips = np.repeat(
-        np.arange(len(steps.lengths)), np.maximum(1, np.round(steps.lengths / wide).astype(int))
-    )
-    clips = rng.permutation(clips)
+    spare = np.maximum(steps.lengths - wide, 0)
+    stride = getattr(config, "stride", 0)
+    counts = spare // stride + 1 if stride else np.maximum(1, np.round(steps.lengths / wide).astype(int))
+    clips = np.repeat(np.arange(len(steps.lengths)), counts)
+    places = np.concatenate([np.arange(count) * stride for count in counts])
+    order = rng.permutation(len(clips))
+    clips, places = clips[order], places[order]
     for begin in range(0, len(clips), config.batch):
         chosen = clips[begin : begin + config.batch]
-        first = rng.integers(0, np.maximum(steps.lengths[chosen] - wide, 0) + 1)
+        first = places[begin : begin + config.batch] if stride else rng.integers(0, spare[chosen] + 1)
         rows = np.minimum(first[:, None] + np.arange(wide), steps.lengths[chosen][:, None] - 1)
         rows += steps.starts[chosen][:, None]
         values = torch.from_numpy(steps.values[rows].astype(np.float32))
@@ -116,15 +146,20 @@ def loss(
     codes: NDArray[np.int64],
     segments: NDArray[np.int64],
     weights: Tensor,
+    robust: bool = False,
 ) -> Tensor:
-    """Squared errors of modes, their velocity and acceleration (eq. 4.8 to 4.13); the auxiliary tasks."""
+    """Errors of modes, their velocity and acceleration (eq. 4.8 to 4.13), and the auxiliary tasks.
+
+    Errors are squared; `robust` takes their size, which is the L1 error.
+    """
     normal = (values - torch.from_numpy(scaling.centre)) * torch.from_numpy(scaling.scale)
     hidden, found = network(normal)
     apart = found - (targets - torch.from_numpy(scaling.low)) / torch.from_numpy(scaling.span)
     total = torch.zeros(())
     for weight in (1.0, config.velocity, config.acceleration):
         if weight:
-            total = total + weight * ((apart**2).mean(dim=(1, 2)) * weights).mean()
+            errors = apart.abs() if robust else apart**2
+            total = total + weight * (errors.mean(dim=(1, 2)) * weights).mean()
         apart = apart.diff(dim=1)
     if config.classifier:
         shares = network.classifier(hidden).transpose(1, 2)
@@ -135,7 +170,10 @@ def loss(
 
 
 def sequence_loss(scores: Tensor, codes: NDArray[np.int64], segments: NDArray[np.int64]) -> Tensor:
-    """Connectionist temporal classification (Graves et al. 2006; eq. 4.28) of the phones in each window."""
+    """Connectionist temporal classification (Graves et al. 2006; eq. 4.28) of the phones in each window.
+
+    The last of the scores, (windows, steps, labels + 1), is that of no label.
+    """
     begins = np.diff(segments, axis=1, prepend=-1) != 0
     lengths = torch.full((len(codes),), codes.shape[1], dtype=torch.long)
     return torch.nn.functional.ctc_loss(
@@ -143,7 +181,7 @@ def sequence_loss(scores: Tensor, codes: NDArray[np.int64], segments: NDArray[np
         torch.from_numpy(codes[begins]),
         lengths,
         torch.from_numpy(begins.sum(axis=1)),
-        blank=BLANK,
+        blank=scores.shape[2] - 1,
         zero_infinity=True,
     )
 

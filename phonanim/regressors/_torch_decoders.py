@@ -20,7 +20,7 @@ Floats = NDArray[np.float32]
 class Network(nn.Module):
     """The mix of layers, a decoder, and the heads: modes, phones, phones with a blank."""
 
-    def __init__(self, config: Settings, layers: int, dims: int, modes: int) -> None:
+    def __init__(self, config: Settings, layers: int, dims: int, modes: int, labels: int = N_PHONES) -> None:
         super().__init__()
         self.config = config
         self.mix = nn.Parameter(torch.zeros(layers), requires_grad=config.inputs == "all_enc")
@@ -29,8 +29,8 @@ class Network(nn.Module):
         self.narrow = config.widths[1] if config.decoder == "mlp" else 1
         self.dropout = nn.Dropout(config.dropout)
         self.output = nn.Linear(size, modes * self.narrow)
-        self.classifier = nn.Linear(size, N_PHONES)
-        self.ctc = nn.Linear(size, N_PHONES + 1)
+        self.classifier = nn.Linear(size, labels)
+        self.ctc = nn.Linear(size, labels + 1)
 
     def start_from(self, mean: Floats) -> None:
         """Start the output at the mean of the targets, (modes,), because steps of descent are short."""
@@ -62,11 +62,11 @@ def _overlapped(spans: Tensor, narrow: int) -> Tensor:
 
 
 class Recurrent(nn.Module):
-    """LSTM or GRU layers."""
+    """Layers of LSTM, GRU or plain recurrence."""
 
     def __init__(self, config: Settings, dims: int) -> None:
         super().__init__()
-        kind = nn.LSTM if config.decoder == "lstm" else nn.GRU
+        kind = {"lstm": nn.LSTM, "rnn": nn.RNN}.get(config.decoder, nn.GRU)
         self.cells = kind(
             dims,
             config.hidden,
@@ -223,6 +223,7 @@ _BODIES: dict[str, type[Recurrent] | type[Windows] | type[Attentive] | type[Conv
     "gru": Recurrent,
     "lstm": Recurrent,
     "mlp": Windows,
+    "rnn": Recurrent,
     "transformer": Attentive,
 }
 

@@ -15,12 +15,21 @@ from torch import Tensor, nn
 from phonanim.regressors import CHECKPOINT, Examples, Progress
 from phonanim.regressors._audio_config import Settings
 from phonanim.regressors._denoiser import Denoiser
-from phonanim.regressors._diffusion import POOLED, REACH, mask_sound, sample_motion, signal_share, time_waves
+from phonanim.regressors._diffusion import (
+    CONVOLVED,
+    POOLED,
+    REACH,
+    TAPS,
+    mask_sound,
+    sample_motion,
+    signal_share,
+    time_waves,
+)
 from phonanim.regressors._facediffuser_config import Config
 from phonanim.regressors._steps import cached_encoder
 from phonanim.regressors._torch import seeded_generator
 from phonanim.regressors._torch_audio import State, batches, step, training_key
-from phonanim.regressors._torch_decoders import Recurrent
+from phonanim.regressors._torch_decoders import Attentive, Recurrent
 from phonanim.regressors._training_steps import BLOCK, Scaling, Steps, column_deviations, gather_steps
 
 Floats = NDArray[np.float32]
@@ -39,21 +48,16 @@ class Network(nn.Module):
         self.face = Embedding(config.sound, modes, self.sound.size) if config.autoencoder else None
         size = self.sound.size
         if config.diffusion:
-            self.noise = Embedding(config.noise, modes, config.latent)
+            self.noise = Embedding(config.noise, modes, config.latent, over=config.noise_over)
             self.time = Embedding("mlp", config.latent, config.latent, nn.SiLU())
             size += self.noise.size + self.time.size
-        self.body = Recurrent(
-            Settings(
-                hidden=config.hidden,
-                depth=config.depth,
-                bidirectional=config.bidirectional,
-                dropout=config.dropout,
-            ),
-            size,
-        )
+        self.body = _body(config, size)
         self.style = nn.Parameter(torch.ones(config.styles, self.body.size))
         self.dropout = nn.Dropout(config.dropout)
         self.output = nn.Linear(self.body.size, modes)
+        if config.zero_output:
+            nn.init.zeros_(self.output.weight)
+            nn.init.zeros_(self.output.bias)
 
     def forward(self, heard: Tensor, seen: Tensor, times: NDArray[np.int64], styles: Tensor) -> Tensor:
         """(n, steps, size), (n, steps, modes), (n,), (n,) -> (n, steps, modes)."""
@@ -73,17 +77,36 @@ class Network(nn.Module):
         return {name: tensor.detach().numpy().copy() for name, tensor in found.items()}
 
 
+def _body(config: Config, dims: int) -> Recurrent | Attentive:
+    settings: Any = Settings(
+        decoder=config.decoder,  # type: ignore[arg-type]  # the configuration has checked it
+        heads=config.heads,
+        window=config.window,
+        hidden=config.hidden,
+        depth=config.depth,
+        bidirectional=config.bidirectional,
+        dropout=config.dropout,
+    )
+    return (Attentive if config.decoder == "transformer" else Recurrent)(settings, dims)
+
+
 class Embedding(nn.Module):
     """One of _diffusion.EMBEDDINGS."""
 
-    def __init__(self, kind: str, dims: int, size: int, active: nn.Module | None = None) -> None:
+    def __init__(
+        self, kind: str, dims: int, size: int, active: nn.Module | None = None, over: str = "time"
+    ) -> None:
         super().__init__()
         self.kind, self.size = kind, dims if kind == "none" else size
+        self.over_features = over == "features" and kind in CONVOLVED
         self.active = active or nn.ReLU()
         wide = size * (POOLED if kind in ("max", "average") else 1)
         self.first = nn.Identity() if kind == "none" else nn.Linear(dims, size)
         self.second: nn.Module = nn.Identity()
-        if kind == "mlp":
+        if self.over_features:
+            self.first = nn.Linear(dims, wide)
+            self.second = nn.Conv1d(1, 1, TAPS, padding="same")
+        elif kind == "mlp":
             self.second = nn.Linear(size, size)
         elif kind not in ("none", "linear"):
             self.second = nn.Conv1d(size, wide, 2 * REACH + 1, padding=REACH)
@@ -93,10 +116,13 @@ class Embedding(nn.Module):
         found: Tensor = self.first(signal)
         if self.kind in ("none", "linear"):
             return found
-        found = self.active(found)
-        if self.kind == "mlp":
-            return torch.as_tensor(self.second(found))
-        found = self.second(found.transpose(1, 2)).transpose(1, 2)
+        if self.over_features:
+            found = torch.relu(self.second(found.flatten(0, 1)[:, None])[:, 0].unflatten(0, found.shape[:2]))
+        else:
+            found = self.active(found)
+            if self.kind == "mlp":
+                return torch.as_tensor(self.second(found))
+            found = self.second(found.transpose(1, 2)).transpose(1, 2)
         if self.kind == "conv":
             return found
         pairs = found.reshape(*found.shape[:2], -1, POOLED)
@@ -108,7 +134,9 @@ class Embedding(nn.Module):
         for part, layer in (("first", self.first), ("second", self.second)):
             if isinstance(layer, (nn.Linear, nn.Conv1d)):
                 assert layer.bias is not None
-                found[f"{name}{part}"] = layer.weight.permute(*reversed(range(layer.weight.ndim)))
+                weight = layer.weight.permute(*reversed(range(layer.weight.ndim)))
+                alone = self.over_features and part == "second"
+                found[f"{name}{part}"] = weight[:, 0, 0] if alone else weight
                 found[f"{name}{part}_bias"] = layer.bias
         return found
 
@@ -237,7 +265,7 @@ class Stage:
         config, scaling = self.config, self.scaling
         motion = (targets.numpy() - scaling.low) / scaling.span
         times = rng.integers(1, config.timesteps + 1, len(motion))
-        shares = signal_share(config.timesteps)[times][:, None, None]
+        shares = signal_share(config.timesteps, config.schedule)[times][:, None, None]
         noise = rng.standard_normal(motion.shape, np.float32)
         seen = np.sqrt(shares) * motion + np.sqrt(1 - shares) * noise
         wanted = torch.from_numpy(motion)

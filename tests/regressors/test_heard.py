@@ -23,7 +23,7 @@ from phonanim.regressors._steps import cached_encoder, step_times
 
 torch = pytest.importorskip("torch")
 SMALL = {"encoder": "mfcc", "hidden": 8, "depth": 2, "window": 20, "learning_rate": 0.01, "epochs": 2}
-DECODERS = ("mlp", "lstm", "gru", "transformer")
+DECODERS = ("mlp", "lstm", "gru", "rnn", "transformer")
 
 
 def nothing(done: float) -> None:
@@ -94,7 +94,9 @@ def test_what_looks_ahead(decoder: str) -> None:
     moved = np.flatnonzero(
         np.abs(decode(config, weights, other) - decode(config, weights, signal))[0].sum(axis=1)
     )
-    ahead = {"gru": 0, "lstm": 0, "mlp": config.widths[1] - 1, "transformer": config.window - 1}[decoder]
+    ahead = {"gru": 0, "lstm": 0, "rnn": 0, "mlp": config.widths[1] - 1, "transformer": config.window - 1}[
+        decoder
+    ]
     assert 20 - ahead <= moved[0] <= 20
 
 
