@@ -30,6 +30,11 @@ def test_the_version_is_the_top_of_the_changelog(root):
     assert next(name for name in versions if name != "Unreleased") == phonanim.__version__
 
 
+def test_every_file_names_one_version(root):
+    release = runpy.run_path(str(root / "scripts/check_release.py"))
+    assert set(release["find_versions"]().values()) == {phonanim.__version__}
+
+
 def test_every_extra_that_errors_name_exists(root, config):
     named = set()
     for path in (root / "phonanim").rglob("*.py"):

@@ -33,8 +33,9 @@ def test_links_and_pictures_exist(root):
 
 def shown_commands(root):
     """Every command line in a code block of the README or a page, without what follows two blanks."""
-    for page in (root / "README.md", *(root / "docs").glob("*.md")):
-        for block in re.findall(r"```\n(.*?)```", page.read_text("utf-8"), re.DOTALL):
+    for page in (root / "README.md", *(root / "docs").rglob("*.md")):
+        blocks = re.findall(r"^```(\w*)[^\n]*\n(.*?)^```$", page.read_text("utf-8"), re.DOTALL | re.MULTILINE)
+        for block in (text for kind, text in blocks if kind in ("", "sh")):
             whole = re.sub(r" *\\\n\s*", " ", block)  # a line may go on after a backslash
             for line in re.findall(r"^phonanim .*$", whole, re.MULTILINE):
                 yield page.name, re.split(r"\s{2,}|\s#", line)[0]
