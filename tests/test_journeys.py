@@ -1,4 +1,4 @@
-"""The pages under docs/journeys: every command runs and prints what the page shows."""
+"""The pages whose commands are marked `sh`: every one runs and prints what the page shows."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = sorted((ROOT / "docs/journeys").glob("*.md"))
+PAGES = sorted(path for path in (ROOT / "docs").rglob("*.md") if "\n```sh\n" in path.read_text("utf-8"))
 NEEDS = {
     "game": ("ctranslate2", "pocketsphinx", "trimesh"),
     "student": ("torch", "sklearn", "matplotlib", "setuptools"),
@@ -27,13 +27,11 @@ def pages() -> dict[str, Any]:
 
 
 def test_there_is_a_page_for_each_reader() -> None:
-    assert len(PAGES) >= 2
+    assert {path.stem for path in PAGES} >= {"game", "student", "timings"}
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
-def test_a_journey(
-    path: Path, pages: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_page(path: Path, pages: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in NEEDS.get(path.stem, ()):
         pytest.importorskip(name)
     found = [str(ROOT)]
@@ -45,7 +43,7 @@ def test_a_journey(
     for large, small in SMALLER.get(path.stem, {}).items():
         assert large in text
         text = text.replace(large, small)
-    assert 4 <= pages["run_page"](text, tmp_path, installs=False) <= 12
+    assert 1 <= pages["run_page"](text, tmp_path, installs=False) <= 12
 
 
 def install_plugin(site: Path) -> Path:
