@@ -30,7 +30,8 @@ from phonanim.face.fit import fit_face
 from phonanim.face.model import FaceModel, lip_aperture, lip_protrusion, lip_width
 from phonanim.media.audio import read_sound
 from phonanim.speech.inventory import INVENTORY
-from phonanim.training.recipes import fit_recipe, read_recipe
+from phonanim.training.recipe import read_recipe
+from phonanim.training.recipes import fit_recipe
 
 ROOT = Path(__file__).parent.parent
 # Each fold withholds a sentence word, three letters and a digit.

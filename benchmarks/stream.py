@@ -42,7 +42,8 @@ from phonanim.stream.engine import PhoneStream
 from phonanim.stream.events import Samples
 from phonanim.stream.sinks import Stage, open_named
 from phonanim.stream.sound import SoundStream, streamable
-from phonanim.training.recipes import fit_recipe, read_recipe
+from phonanim.training.recipe import read_recipe
+from phonanim.training.recipes import fit_recipe
 
 ROOT = Path(__file__).resolve().parent.parent
 LINE = ROOT / "examples" / "line.TextGrid"

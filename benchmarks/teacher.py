@@ -22,7 +22,7 @@ from phonanim.comparison.scores import clip_scores, measure_value
 from phonanim.core.threads import use_one_thread
 from phonanim.corpus.corpus import Corpus
 from phonanim.corpus.examples import make_examples
-from phonanim.training.recipes import read_recipe
+from phonanim.training.recipe import read_recipe
 
 CONFIGS = Path(__file__).parent / "configs"
 RECURRENT = {"features": "gestures", "rate": 4e-3, "epochs": 12}

@@ -16,6 +16,7 @@ from phonanim.animation.carry import carry_edits
 from phonanim.animation.edit_file import read_edits
 from phonanim.animation.edits import apply_edits
 from phonanim.animation.overlay import apply_overlays, hash_overlays
+from phonanim.animation.own_motion import animate_controls, unused_own_options
 from phonanim.animation.rates import check_rate, frame_count
 from phonanim.animation.smooth import closure_mask, smooth_controls
 from phonanim.animation.style import is_stepped_rig, scale_controls, unused_option_warnings
@@ -44,6 +45,7 @@ from phonanim.rig.retarget import retarget
 from phonanim.speech.language import ReadingLanguage
 from phonanim.speech.loudness import Loudness
 from phonanim.speech.phones import PhoneTrack
+from phonanim.targets.controls import Controls
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +101,34 @@ def animate(
         check_dial(dial, getattr(options, dial))
     check_rate(options.fps, f"{options.fps:g}")
     path = Path(path)
-    return animate_detailed(path, options, Path(audio) if audio else find_audio(path)).animation
+    audio = Path(audio) if audio else find_audio(path)
+    if isinstance(load_model(options.model).target, FaceModel):
+        return animate_detailed(path, options, audio).animation
+    return animate_target(path, options, audio)
+
+
+def animate_target(path: Path, options: Options, audio: Path | None) -> Animation:
+    """The motion of a model of controls, in the rig of its data set or in one that a table leads to.
+
+    Raises ModelError for a model of vertices, which are no curves.
+    """
+    model, target = load_model(options.model), load_model(options.model).target
+    if not isinstance(target, Controls):
+        raise ModelError(f"{options.model}: moves {target.kind}, which are no curves of a rig")
+    line = read_speech_input(path, options, audio, model.regressor.input_modality)
+    rows = model.predict(
+        line.track, options.fps, frame_count(line.track.duration, options.fps), sound=line.sound
+    )
+    notes = (*line.notes, *unused_own_options(options))
+    return animate_controls(
+        target.decode(rows),
+        target,
+        options,
+        phones=line.alignment.intervals,
+        words=line.alignment.words,
+        audio=line.audio,
+        provenance=_provenance(path, options, notes) | _known(line),
+    )
 
 
 def animate_detailed(path: Path, options: Options = DEFAULTS, audio: Path | None = None) -> AnimationResult:

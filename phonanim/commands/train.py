@@ -27,7 +27,8 @@ def command(config: Path, output: Path | None, seed: int | None, plot: bool, con
       phonanim train phisanet.toml --plot
     """
     from phonanim.training.losses import check_drawable, draw_losses
-    from phonanim.training.recipes import read_recipe, train
+    from phonanim.training.recipe import read_recipe
+    from phonanim.training.recipes import train
 
     if plot:
         check_drawable(read_recipe(config).kind, config)

@@ -117,7 +117,8 @@ def train_job(job: Job) -> None:
     """Train one job and write its model folder, job.json last."""
     from phonanim.corpus.pictures import load_captured
     from phonanim.training.mouth import fit_mouth, save_mouth
-    from phonanim.training.recipes import fit_recipe, read_recipe
+    from phonanim.training.recipe import read_recipe
+    from phonanim.training.recipes import fit_recipe
 
     recipe = read_recipe(job.recipe)
     recipe = replace(recipe, settings={**(recipe.settings or {}), **job.settings})

@@ -9,7 +9,7 @@ from typing import Any
 
 from phonanim.core.decode import read_toml
 from phonanim.errors import ModelError
-from phonanim.training.recipes import check_keys
+from phonanim.training.recipe import check_keys
 
 if sys.version_info >= (3, 11):
     pass

@@ -38,15 +38,16 @@ def decode_corpus(document: Any, arrays: Mapping[str, NDArray[Any]], folder: Pat
         "fps": decode_rate(document["fps"]),
         "clips": tuple(decode_text(clip["clip"], "clip") for clip in clips),
         "frames": np.array(frames, np.int64),
-        "tracks": tuple(map(_decode_track, clips)),
-        "words": tuple(tuple(map(_decode_word, decode_list(clip["words"], "words"))) for clip in clips),
+        "tracks": tuple(map(decode_track, clips)),
+        "words": tuple(tuple(map(decode_word, decode_list(clip["words"], "words"))) for clip in clips),
         "split": tuple(decode_text(clip["split"], "split") for clip in clips),
         "audio": tuple(folder / decode_text(clip["audio"], "audio") for clip in clips),
         "provenance": decode_table(document["provenance"], "provenance"),
     }
 
 
-def _decode_track(clip: Mapping[str, Any]) -> PhoneTrack:
+def decode_track(clip: Mapping[str, Any]) -> PhoneTrack:
+    """The phones of a clip. Raises the exceptions of DAMAGE."""
     codes = [decode_whole(code, "a phone", 0, N_PHONES - 1) for code in clip["codes"]]
     bounds = np.array([decode_number(bound, "a bound") for bound in clip["bounds"]])
     labels = tuple(decode_text(label, "a label") for label in clip["labels"])
@@ -55,6 +56,7 @@ def _decode_track(clip: Mapping[str, Any]) -> PhoneTrack:
     return PhoneTrack(np.array(codes, np.uint8), bounds, labels)
 
 
-def _decode_word(word: Any) -> Interval:
+def decode_word(word: Any) -> Interval:
+    """A word of a clip. Raises the exceptions of DAMAGE."""
     label, start, end = word
     return Interval(decode_text(label, "a word"), decode_number(start, "start"), decode_number(end, "end"))

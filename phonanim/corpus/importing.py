@@ -19,7 +19,7 @@ from phonanim.errors import CorpusError
 from phonanim.media.audio import Sound
 from phonanim.speech.textgrid import write_textgrid
 
-COLUMNS = ("name", "speaker", "split", "frames", "fps", "seconds", "text")
+COLUMNS = ("name", "speaker", "split", "frames", "fps", "seconds", "text", "emotion")
 
 
 def import_dataset(
@@ -48,7 +48,13 @@ def import_dataset(
         frames = _thinned(recording.frames(), every)
         rows.append(_write(recording, frames, output))
         progress(number / len(recordings))
-    facts = {**asdict(dataset.CARD), "names": frames.names, "unit": frames.unit, "fps": frames.fps}
+    facts = {
+        "name": name,
+        **asdict(dataset.CARD),
+        "names": frames.names,
+        "unit": frames.unit,
+        "fps": frames.fps,
+    }
     write_text(output / "recordings.csv", _table(rows))
     write_text(output / "dataset.json", json.dumps(facts, indent=1, ensure_ascii=False) + "\n")
     return rows
@@ -72,7 +78,7 @@ def _write(recording: Recording, frames: Frames, output: Path) -> dict[str, Any]
         path = output / "textgrid" / f"{recording.name}.TextGrid"
         write_textgrid(path, {"phones": phones}, max(seconds, phones[-1].end))
     cells = recording.name, recording.speaker, recording.split, len(frames.values), frames.fps, seconds
-    return dict(zip(COLUMNS, (*cells, recording.text), strict=True))
+    return dict(zip(COLUMNS, (*cells, recording.text, recording.emotion), strict=True))
 
 
 def write_wav(path: Path, sound: Sound) -> None:

@@ -46,7 +46,8 @@ class Frames:
 class Recording:
     """One recording of a data set; slow parts are functions without arguments.
 
-    `sound` and `phones` are None if the data set has none; `phones` gives intervals in seconds.
+    `sound` and `phones` are None if the data set has none; `phones` gives intervals in seconds. `emotion` is
+    its name where the data set tells emotions apart.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Recording:
     sound: Callable[[], Sound] | None = None
     phones: Callable[[], tuple[Interval, ...]] | None = None
     text: str = ""
+    emotion: str = ""
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,21 @@ class FaceModel:
     modes: Array
     std: Array
     indices: NDArray[np.int64]
+
+    kind: ClassVar[str] = "landmarks"
+
+    @property
+    def size(self) -> int:
+        """Number of modes."""
+        return len(self.std)
+
+    def encode(self, frames: NDArray[np.floating], rest: Array | None = None) -> NDArray[np.float32]:
+        """Rows that a regressor learns: parameters of the modes, (frames, landmarks, 3) -> (frames, m)."""
+        return self.project(frames).astype(np.float32)
+
+    def decode(self, rows: NDArray[np.floating], rest: Array | None = None) -> Array:
+        """Landmarks of rows, (frames, m) -> (frames, landmarks, 3) mm."""
+        return self.instance(rows)
 
     def project(self, shapes: NDArray[np.floating]) -> Array:
         """Shape parameters of shapes, (frames, landmarks, 3) mm -> (frames, m)."""

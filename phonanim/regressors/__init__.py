@@ -1,13 +1,16 @@
-"""Regressors: phones (or audio) in, modes of the reference face out. One file each; its stem is its kind."""
+"""Regressors: phones (or audio) in, modes of the reference face out. One file each; its stem is its kind.
+
+Models of other targets (phonanim/targets) learn rows of numbers of those in place of modes.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, fields
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +26,7 @@ from phonanim.media.audio import Sound
 from phonanim.regressors._contract import check_class, check_required
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.phones import PhoneTrack, silent_track
+from phonanim.targets import StoredTarget, Target, target_class
 
 REGRESSORS = Registry("phonanim.regressors", needs=("REGRESSOR",))
 
@@ -37,13 +41,14 @@ CHECKPOINT = "checkpoint.pt"  # the state of a training, in the model's folder u
 class Examples:
     """Training data of a regressor: per clip the phones, instants (frames,) s, and modes (frames, m).
 
+    Of targets other than landmarks, rows of numbers (frames, m) stand for modes; they may be made on demand.
     `weights` (clips,) scale the clips' squared errors. `sounds` (clips,) are the recordings, for audio-driven
     regressors; `styles` (clips,) are numbers from 0, for clips in several speaking styles.
     """
 
     tracks: tuple[PhoneTrack, ...]
     times: tuple[NDArray[np.float64], ...]
-    targets: tuple[NDArray[np.float32], ...]
+    targets: Sequence[NDArray[np.float32]]
     weights: tuple[float, ...]
     sounds: tuple[Sound, ...] = ()
     styles: tuple[int, ...] = ()
@@ -52,7 +57,7 @@ class Examples:
         return Examples(
             self.tracks + other.tracks,
             self.times + other.times,
-            self.targets + other.targets,
+            (*self.targets, *other.targets),
             self.weights + other.weights,
             self.sounds + other.sounds,
             self.styles + other.styles,
@@ -112,7 +117,9 @@ class Regressor(Protocol):
 
 @dataclass(frozen=True)
 class Model:
-    """A trained regressor with the face of its modes, and its card (model.json).
+    """A trained regressor with what it moves, the face of its modes, and its card (model.json).
+
+    `target` is the reference face, or one of phonanim.targets.
 
     `articulation` is what phonanim.articulation.heard has learned with it, for models that hear.
 
@@ -125,9 +132,19 @@ class Model:
     """
 
     regressor: Regressor
-    face: FaceModel
+    target: Target
     card: dict[str, Any]
     articulation: Tensors | None = None
+
+    @property
+    def face(self) -> FaceModel:
+        """The reference face of a model of landmarks. Raises ModelError for another target."""
+        if isinstance(self.target, FaceModel):
+            return self.target
+        raise ModelError(
+            f"the model moves {self.target.kind}, not landmarks of a face: use phonanim animate or "
+            "phonanim corpus predict with it"
+        )
 
     def predict(
         self,
@@ -147,6 +164,16 @@ class Model:
         if track is None or (sound is None and modality != "phones"):
             raise ModelError(f"a model of kind {kind_of(self.regressor)} needs {NEEDS[modality]}")
         return self.regressor.predict(track, start + np.arange(frames) / fps, sound)
+
+
+def in_style(model: Model, names: Iterable[str]) -> Regressor:
+    """The regressor of a model in the first of these styles that it has learned, else in the one it has."""
+    known, regressor = model.card.get("styles", []), model.regressor
+    for name in names:
+        if name in known and hasattr(regressor, "with_settings"):
+            styled: Regressor = regressor.with_settings(style=known.index(name))
+            return styled
+    return regressor
 
 
 SIZES = (
@@ -212,11 +239,15 @@ def save(model: Model, folder: Path) -> None:
     from safetensors.numpy import save as serialized
 
     folder.mkdir(parents=True, exist_ok=True)
-    face = {"mean": model.face.mean, "modes": model.face.modes, "std": model.face.std}
-    with atomic_path(folder / "face.safetensors") as path:
-        shape: Tensors = {name: part.astype(np.float32) for name, part in face.items()}
-        path.write_bytes(serialized(shape | {"indices": model.face.indices}))
     learned = {"weights": model.regressor.tensors(), "articulation": model.articulation}
+    moved: dict[str, Any] = {}
+    if isinstance(model.target, FaceModel):
+        save_face(model.target, folder / "face.safetensors")
+        moved = {"face": model.target.id}
+    else:
+        target = cast("StoredTarget", model.target)
+        learned["target"] = target.tensors()
+        moved = {"target": {"kind": target.kind, **target.facts()}}
     for stem, tensors in learned.items():
         if tensors is not None:
             with atomic_path(folder / f"{stem}.safetensors") as path:
@@ -226,11 +257,21 @@ def save(model: Model, folder: Path) -> None:
         "kind": kind_of(model.regressor),
         "config": asdict(model.regressor.config),
         "inventory": list(INVENTORY.phones),
-        "face": model.face.id,
+        **moved,
         **model.card,
     }
     with atomic_path(folder / "model.json") as path:
         path.write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
+
+
+def save_face(face: FaceModel, path: Path) -> None:
+    """Write the reference face of a model folder."""
+    from safetensors.numpy import save as serialized
+
+    parts = {"mean": face.mean, "modes": face.modes, "std": face.std}
+    shape: Tensors = {name: part.astype(np.float32) for name, part in parts.items()}
+    with atomic_path(path) as unfinished:
+        unfinished.write_bytes(serialized(shape | {"indices": face.indices}))
 
 
 def load(folder: Path) -> Model:
@@ -239,19 +280,31 @@ def load(folder: Path) -> Model:
     Nothing in a model is executed: weights are safetensors, the rest is JSON.
     """
     card = _load_card(folder)
-    face = load_face(folder / "face.safetensors")
+    target = _load_target(card, folder)
     tensors = _load_tensors(folder / "weights.safetensors")
     kind = card["kind"]
     config = make_config(kind, card["config"], str(folder / "model.json"))
     try:
         regressor = regressor_class(kind).from_tensors(config, tensors)
-        _try_out(regressor, len(face.std))
+        _try_out(regressor, target.size)
     except DAMAGE as error:
         raise ModelError(
             f"{folder / 'weights.safetensors'}: does not match its model.json ({error}); train it again"
         ) from error
     heard = folder / "articulation.safetensors"
-    return Model(regressor, face, card, _load_tensors(heard) if heard.is_file() else None)
+    return Model(regressor, target, card, _load_tensors(heard) if heard.is_file() else None)
+
+
+def _load_target(card: dict[str, Any], folder: Path) -> Target:
+    """What the model moves: landmarks where the card names nothing else."""
+    facts = card.get("target", {"kind": FaceModel.kind})
+    if facts == {"kind": FaceModel.kind}:
+        return load_face(folder / "face.safetensors")
+    path = folder / "target.safetensors"
+    try:
+        return target_class(str(facts["kind"])).from_parts(facts, _load_tensors(path))
+    except (*DAMAGE, AttributeError) as error:
+        raise ModelError(f"{path}: does not match model.json ({error}); train the model again") from error
 
 
 def _try_out(regressor: Regressor, n_modes: int) -> None:

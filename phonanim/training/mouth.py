@@ -26,7 +26,8 @@ from phonanim.regressors import Regressor, kind_of, make_config, regressor_class
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.labels import is_silent
 from phonanim.speech.phones import PhoneTrack
-from phonanim.training.recipes import Recipe, add_teacher_examples, read_recipe
+from phonanim.training.recipe import Recipe, read_recipe
+from phonanim.training.recipes import add_teacher_examples
 
 CARD = "mouth.json"
 LABEL, COLUMNS = 26, 12  # pixels below a picture of a strip, and pictures per row

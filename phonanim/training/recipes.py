@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
-from dataclasses import dataclass, fields
-from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,12 +13,11 @@ from numpy.typing import NDArray
 from phonanim import regressors
 from phonanim.articulation.heard import can_hear_articulation, fit_heard_articulation
 from phonanim.core.catalog import DEFAULT_MODEL, find_model
-from phonanim.core.decode import read_toml
-from phonanim.core.typed import check_types
 from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.corpus.examples import make_examples
-from phonanim.errors import CorpusError, ModelError
+from phonanim.corpus.motion import LANDMARKS, corpus_kind, load_motion_corpus
+from phonanim.errors import CorpusError
 from phonanim.face.fit import fit_face
 from phonanim.face.model import FaceModel, lip_aperture, lip_width
 from phonanim.inputs.alignment import read_alignment
@@ -39,45 +35,10 @@ from phonanim.regressors import (
 )
 from phonanim.regressors._contract import check_fitted
 from phonanim.speech.language import to_phones
-
-if sys.version_info >= (3, 11):
-    pass
-else:  # pragma: no cover
-    pass
+from phonanim.training.motion import fit_motion
+from phonanim.training.recipe import Recipe, Teacher, read_recipe
 
 LONGEST_CLIP = 30.0  # seconds of one natural-text line that are used
-
-
-@dataclass(frozen=True)
-class Teacher:
-    """Knowledge distillation: a slow, accurate ensemble predicts natural text as extra training data.
-
-    `members` are the ensemble's (see regressors/ensemble.py), `natural` are folders of alignments, `clips` is
-    the number of their lines, `weight` the weight of their errors (1 for the recordings). `blend` is the
-    share of the teacher in the targets of the recordings.
-    """
-
-    members: tuple[dict[str, Any], ...]
-    natural: tuple[str, ...]
-    clips: int = 2000
-    weight: float = 1.0
-    blend: float = 0.0
-
-
-@dataclass(frozen=True)
-class Recipe:
-    """A training configuration (TOML): `name`, `kind`, `corpus`, `seed`, `validation` (a share of the
-    training clips), `licence` of the training data, [settings] of the kind, and optionally [teacher].
-    """
-
-    kind: str
-    corpus: str
-    name: str = ""
-    seed: int = 0
-    validation: float = 0.1
-    licence: str = ""
-    settings: dict[str, Any] | None = None
-    teacher: Teacher | None = None
 
 
 def train(
@@ -94,9 +55,13 @@ def train(
     """
     recipe = read_recipe(config)
     seed = recipe.seed if seed is None else seed
-    corpus = load_corpus(config.parent / recipe.corpus)
+    source = config.parent / recipe.corpus
     folder = output or Path("models") / (recipe.name or config.stem)
-    model = fit_recipe(recipe, corpus, corpus.clips_of("train"), seed, config, progress, journal=folder)
+    if corpus_kind(source) in ("", LANDMARKS):
+        corpus = load_corpus(source)
+        model = fit_recipe(recipe, corpus, corpus.clips_of("train"), seed, config, progress, journal=folder)
+    else:
+        model = fit_motion(recipe, load_motion_corpus(source), seed, config, progress, folder)
     regressors.save(model, folder)
     (folder / CHECKPOINT).unlink(missing_ok=True)
     return folder
@@ -159,36 +124,6 @@ def learn_articulation(regressor: Regressor, recordings: Examples) -> Tensors | 
         return None
     clips = zip(recordings.tracks, recordings.times, recordings.sounds, strict=True)
     return fit_heard_articulation(encoder, clips).tensors()
-
-
-def read_recipe(path: Path) -> Recipe:
-    """Read and check a training configuration. Raises ModelError, which names the key and the nearest one."""
-    try:
-        table = read_toml(path)
-    except (OSError, ValueError) as error:
-        raise ModelError(f"{path}: cannot be read: {error}") from error
-    check_keys(table, Recipe, str(path))
-    for key in ("kind", "corpus"):
-        if key not in table:
-            raise ModelError(f"{path}: lacks {key!r}; see the examples in benchmarks/configs")
-    if "teacher" in table:
-        check_keys(table["teacher"], Teacher, f"{path}: [teacher]")
-        teacher: dict[str, Any] = {
-            k: tuple(v) if isinstance(v, list) else v for k, v in table["teacher"].items()
-        }
-        table["teacher"] = Teacher(**teacher)
-    return Recipe(**table)
-
-
-def check_keys(table: dict[str, Any], kind: type, where: str) -> None:
-    """Raise ModelError for a key that is not in a dataclass, with the nearest, and for a wrong value."""
-    known = [field.name for field in fields(kind)]
-    for key in table:
-        if key not in known:
-            near = get_close_matches(key, known, n=1)
-            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
-            raise ModelError(f"{where}: there is no key {key!r}; {hint}")
-    check_types(table, kind, where)
 
 
 def add_teacher_examples(

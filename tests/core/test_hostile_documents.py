@@ -22,7 +22,7 @@ from phonanim.speech.labels import _read_language, load_language
 from phonanim.study.results import read_results
 from phonanim.study.takes import read_takes
 from phonanim.study.tally import read_counts
-from phonanim.training.recipes import read_recipe
+from phonanim.training.recipe import read_recipe
 
 DEEP = "[" * 100_000
 CONTENTS = {

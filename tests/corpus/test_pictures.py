@@ -17,7 +17,7 @@ from phonanim.corpus.pictures import joint_examples, load_captured, open_mouth_f
 from phonanim.errors import CorpusError, ModelError
 from phonanim.face.aam import build_fitter, track_face
 from phonanim.training.mouth import fit_mouth, load_mouth, save_mouth
-from phonanim.training.recipes import Recipe
+from phonanim.training.recipe import Recipe
 
 pytest.importorskip("av")
 N_TRAIN, N_TEST = 5, 1

@@ -60,7 +60,9 @@ def test_the_page_has_the_facts_of_the_card(name, root):
 
 
 def test_there_is_no_other_data_set():
-    with pytest.raises(OptionError, match="there is no data set 'grid'; there are beat, biwi, hprc"):
+    with pytest.raises(
+        OptionError, match="there is no data set 'grid'; there are beat, biwi, facegood, hprc"
+    ):
         load_dataset("grid")
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from phonanim.regressors import Progress
 from phonanim.regressors._dnn_config import Config
-from phonanim.training.recipes import read_recipe
+from phonanim.training.recipe import read_recipe
 
 torch = pytest.importorskip("torch")
 

@@ -99,6 +99,14 @@ def uudamm(folder):
             wav(folder / "wav" / f"{speaker}_{number}.wav")
 
 
+def facegood(folder, takes=4, frames=40):
+    rng, names = np.random.default_rng(3), ("jawDown", "lipsUp", "noseStill")
+    kept = {f"take_{n}": rng.random((frames + n, 3), np.float32) * (1, 1, 0) for n in range(takes)}
+    np.savez(folder / "curves.npz", fps=30, names=names, **kept)
+    for n in range(takes):
+        wav(folder / f"take_{n}.wav", (frames + n) / 30)
+
+
 def listed(folder, motion, width, lists=True):
     for number in range(10):
         array(folder / motion / f"{number:04d}.npy", numbers(6, *width))

@@ -16,7 +16,8 @@ from phonanim.corpus.corpus import PUPILS, RIGID, build_corpus, load_corpus, rem
 from phonanim.errors import CorpusError, ModelError
 from phonanim.face.fit import fit_face
 from phonanim.regressors import load
-from phonanim.training.recipes import read_recipe, train
+from phonanim.training.recipe import read_recipe
+from phonanim.training.recipes import train
 
 FACE = made_up_face(np.random.default_rng(0))
 NUMBERS = np.array(sorted({*RIGID, *PUPILS, *FACE.indices.tolist()}))

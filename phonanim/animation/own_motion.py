@@ -1,0 +1,80 @@
+"""Motion of a model that moves what its data set has: controls of that rig, not those of any rig."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.animation.animation import Animation
+from phonanim.animation.other_rig import move_to_rig
+from phonanim.errors import ModelError, OptionError
+from phonanim.options import DEFAULTS, Options
+from phonanim.rig import load_rig
+from phonanim.rig.read import rig_names
+from phonanim.targets.controls import Controls
+
+WITHOUT = (
+    *("intensity", "jaw", "lips", "rounding", "quickness", "reduction", "hold", "loudness", "gains"),
+    *("smooth", "overlays", "life", "emotions", "blinks", "look_at"),
+)
+"""Options that change the motion of the reference face, and have no effect on learned controls."""
+FEWEST = 0.9  # share of a rig's controls by name that make controls those of the rig
+
+
+def animate_controls(
+    values: NDArray[np.floating], target: Controls, options: Options, **known: Any
+) -> Animation:
+    """Curves of a data set's rig, (frames, controls), on the rig of `options` where a table leads there.
+
+    Controls with the names of a shipped rig are of that rig; others keep their names. `known` are further
+    fields of the animation. Raises ModelError for an option `rig` that no table leads to.
+    """
+    rig = rig_of_names(target.names) or target.data
+    curves = Animation(np.asarray(values, np.float32), target.names, options.fps, rig, **known)
+    if options.rig in (rig, DEFAULTS.rig) and rig not in rig_names():
+        return curves
+    if options.rig == rig:
+        return on_whole_rig(curves, rig)
+    moved = move_to_rig(on_whole_rig(curves, rig) if rig in rig_names() else curves, options.rig)
+    if moved is None:
+        raise ModelError(
+            f"the model moves {len(target.names)} controls of {rig}, and no table leads from them to the rig "
+            f"{options.rig}; write them as they are (.npz, .json, .tsv), without --rig"
+        )
+    animation, notes = moved
+    provenance = {**animation.provenance, "notes": [*animation.provenance.get("notes", ()), *notes]}
+    return Animation(**{**vars(animation), "provenance": provenance})
+
+
+def rig_of_names(names: tuple[str, ...]) -> str:
+    """The shipped rig whose controls have these names, or nearly all of them; "" where there is none."""
+    for name in rig_names():
+        controls = load_rig(name).controls
+        if set(names) <= set(controls) and len(names) >= FEWEST * len(controls):
+            return name
+    return ""
+
+
+def on_whole_rig(animation: Animation, name: str) -> Animation:
+    """The animation with all controls of a rig, in its order; those that it lacks are at rest."""
+    rig = load_rig(name)
+    values = np.tile(rig.rest.astype(np.float32), (len(animation.values), 1))
+    for column, control in enumerate(rig.controls):
+        if control in animation.channels:
+            values[:, column] = animation.channel(control)
+    return Animation(**{**vars(animation), "values": values, "channels": rig.controls, "rig": rig.name})
+
+
+def unused_own_options(options: Options) -> tuple[str, ...]:
+    """A note on options that do not change learned controls, or none.
+
+    Raises OptionError for a way of retargeting, which needs landmarks.
+    """
+    if options.retarget != DEFAULTS.retarget:
+        raise OptionError("--retarget maps landmarks to a rig, and this model moves none; leave it out")
+    given = [name for name in WITHOUT if getattr(options, name) != getattr(DEFAULTS, name)]
+    if not given:
+        return ()
+    return (f"the model moves controls of its data set, so {', '.join(given)} did nothing",)

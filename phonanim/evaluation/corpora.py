@@ -1,0 +1,135 @@
+"""Score models of controls, sensors or vertices on the clips of their corpus (phonanim/corpus/motion.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.animation.animation import Animation
+from phonanim.core.files import atomic_path
+from phonanim.corpus.examples import read_clip_sound, style_name
+from phonanim.corpus.motion import MotionCorpus
+from phonanim.errors import EvaluationError
+from phonanim.evaluation.evaluate import evaluate
+from phonanim.evaluation.predictions import Motion, Vertices
+from phonanim.evaluation.scoring import Scores
+from phonanim.regressors import Model, in_style
+
+CAPTURED, STILL = "captured", "mean of training"
+"""The folder of captured motion, and the row of a face that does not move."""
+
+
+def score_models(
+    models: Mapping[str, Model],
+    corpus: MotionCorpus,
+    split: str = "test",
+    masks: Mapping[str, NDArray[np.int64]] | None = None,
+    output: Path | None = None,
+    progress: Callable[[float], None] = lambda done: None,
+) -> dict[str, dict[str, Scores]]:
+    """The scores of models on every clip of a split, by model and clip, STILL among them.
+
+    With `output`, predicted and captured motion is written there, a folder for each. Raises EvaluationError
+    where a model is of other motion than the corpus, or the split is empty.
+    """
+    clips = [int(clip) for clip in corpus.clips_of(split)]
+    if not clips:
+        raise EvaluationError(f"the corpus has no clips of the split {split!r}; choose another --split")
+    for name, model in models.items():
+        check_same_motion(name, model, corpus)
+    mean, found = mean_frame(corpus), {name: dict[str, Scores]() for name in (*models, STILL)}
+    for done, clip in enumerate(clips, start=1):
+        captured = motion_of(np.asarray(corpus.frames(clip)), corpus)
+        predicted = {
+            name: motion_of(predict_frames(model, corpus, clip), corpus) for name, model in models.items()
+        }
+        rest = corpus.rest(clip)
+        still = mean if rest is None else rest
+        frames = np.broadcast_to(still, (corpus.clips[clip].frames, *still.shape))
+        predicted[STILL] = motion_of(np.array(frames), corpus)
+        for name, motion in predicted.items():
+            found[name][corpus.clips[clip].name] = score_clip(motion, captured, corpus, clip, masks)
+        if output:
+            del predicted[STILL]
+            write_motions({**predicted, CAPTURED: captured}, corpus.clips[clip].name, output)
+        progress(done / len(clips))
+    return found
+
+
+def score_clip(
+    motion: Motion,
+    captured: Motion,
+    corpus: MotionCorpus,
+    clip: int,
+    masks: Mapping[str, NDArray[np.int64]] | None,
+) -> Scores:
+    """Every measure of one clip, with its phones where it has some."""
+    one, rest = corpus.clips[clip], corpus.rest(clip)
+    unit = corpus.source.unit if corpus.source.unit in ("m", "cm", "mm") and rest is not None else None
+    track = one.track if one.aligned else None
+    return evaluate(motion, captured, alignment=track, masks=masks, template=rest, unit=unit)
+
+
+def check_same_motion(name: str, model: Model, corpus: MotionCorpus) -> None:
+    """Raise EvaluationError when a model does not move what a corpus has."""
+    names = getattr(model.target, "names", corpus.source.names)
+    if model.target.kind != corpus.kind or (corpus.source.names and names != corpus.source.names):
+        raise EvaluationError(
+            f"{name}: moves {model.target.kind}, and the corpus has {corpus.kind} of {corpus.source.data}; "
+            "train it on this corpus"
+        )
+
+
+def predict_frames(model: Model, corpus: MotionCorpus, clip: int) -> NDArray[np.floating]:
+    """The motion of a clip as a model predicts it, (frames, ...), in the corpus' unit. Raises AudioError."""
+    one = corpus.clips[clip]
+    sound = None if model.regressor.input_modality == "phones" else read_clip_sound(one)
+    regressor = in_style(model, (style_name(one, by) for by in STYLES))
+    rows = regressor.predict(one.track, corpus.times(clip), sound)
+    return model.target.decode(rows, corpus.rest(clip))
+
+
+STYLES = ("speaker and emotion", "speaker", "emotion")
+
+
+def motion_of(frames: NDArray[np.floating], corpus: MotionCorpus) -> Motion:
+    """Frames of a corpus as motion that can be scored."""
+    if corpus.kind == "vertices":
+        return Vertices(frames.astype(np.float64), corpus.fps)
+    names = corpus.source.names or tuple(map(str, range(frames.shape[1])))
+    return Animation(frames.astype(np.float32), names, corpus.fps, rig=corpus.source.data)
+
+
+def mean_frame(corpus: MotionCorpus) -> NDArray[np.float64]:
+    """The mean of the training frames."""
+    total, count = np.zeros(()), 0
+    for clip in corpus.clips_of("train"):
+        total = total + np.asarray(corpus.frames(int(clip)), np.float64).sum(axis=0)
+        count += corpus.clips[int(clip)].frames
+    return np.asarray(total / max(count, 1))
+
+
+def write_motions(motions: Mapping[str, Motion], clip: str, output: Path) -> None:
+    """Write the motion of a clip, a folder for each name: .npz of curves, .npy of vertices."""
+    for name, motion in motions.items():
+        folder = output / Path(name).name
+        folder.mkdir(parents=True, exist_ok=True)
+        if isinstance(motion, Animation):
+            motion.save(folder / f"{clip}.npz")
+        else:
+            with atomic_path(folder / f"{clip}.npy") as path, path.open("wb") as file:
+                np.save(file, motion.points.astype(np.float32))
+
+
+def mean_measures(scores: Sequence[Scores]) -> dict[str, float]:
+    """Each measure as a mean over clips, weighted by their frames; NaN does not count."""
+    found = {}
+    for name in dict.fromkeys(name for one in scores for name in one.measures):
+        values = np.array([one.measures.get(name, np.nan) for one in scores])
+        known, weights = np.isfinite(values), np.array([one.frames for one in scores])
+        if known.any():
+            found[name] = float(np.average(values[known], weights=weights[known]))
+    return found
