@@ -36,6 +36,15 @@ class Emotion:
 
 
 @dataclass(frozen=True, slots=True)
+class Closure:
+    """Lips that are held closed ("hold") or kept apart ("release") from `start` to `end`, in seconds."""
+
+    kind: Literal["hold", "release"]
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, slots=True)
 class Options:
     """The options of an animation; the defaults suit speech from any aligner on the shipped head.
 
@@ -53,6 +62,7 @@ class Options:
     (blinks, gaze, head, brows, breath); a behaviour that is not named has 1. `life_seed` is its seed, derived
     from the line's name when it is None; `blinks` is a separate seed for blinks. `look_at` is the position of
     the listener's eyes, in metres to the left, up and ahead of the speaker's.
+    `closures` hold lips closed, or keep them apart, for spans of time.
     60 frames per second show a closure of 30 ms, which 24 or 30 may miss.
 
     Examples:
@@ -93,6 +103,7 @@ class Options:
     life_seed: int | None = None
     look_at: tuple[float, float, float] | None = None
     emotions: tuple[Emotion, ...] = ()
+    closures: tuple[Closure, ...] = ()
 
     def plain(self) -> dict[str, Any]:
         """The options as JSON values; files appear by name, so the result is the same on every machine."""

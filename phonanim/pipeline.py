@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 
 from phonanim import regressors
 from phonanim.animation.animation import Animation
-from phonanim.animation.carry import carry_edits
-from phonanim.animation.edit_file import read_edits
-from phonanim.animation.edits import apply_edits
+from phonanim.animation.corrections import Corrections, corrected_options, timed_options
 from phonanim.animation.overlay import apply_overlays, hash_overlays
 from phonanim.animation.own_motion import animate_controls, unused_own_options
 from phonanim.animation.rates import check_rate, frame_count
@@ -22,6 +20,7 @@ from phonanim.animation.smooth import closure_mask, smooth_controls
 from phonanim.animation.style import is_stepped_rig, scale_controls, unused_option_warnings
 from phonanim.articulation import Articulation
 from phonanim.articulation.blend import blend_articulation, blend_channels
+from phonanim.articulation.closures import set_closures
 from phonanim.articulation.effort import effort_gains
 from phonanim.articulation.heard import HeardArticulation
 from phonanim.articulation.scaling import scale_articulation
@@ -39,13 +38,14 @@ from phonanim.life import Life, add_life, idle_life, life_of, mouth_freedom
 from phonanim.media.audio import Sound, find_audio
 from phonanim.options import DEFAULTS, Options, make_options
 from phonanim.rig import Rig, load_rig
-from phonanim.rig.read import rig_names
 from phonanim.rig.reference import face_notes
 from phonanim.rig.retarget import retarget
 from phonanim.speech.language import ReadingLanguage
 from phonanim.speech.loudness import Loudness
 from phonanim.speech.phones import PhoneTrack
 from phonanim.targets.controls import Controls
+
+UNCORRECTED = Corrections()
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,10 +131,21 @@ def animate_target(path: Path, options: Options, audio: Path | None) -> Animatio
     )
 
 
-def animate_detailed(path: Path, options: Options = DEFAULTS, audio: Path | None = None) -> AnimationResult:
-    """The same as `animate`, with intermediate results, and the recording only if it is given."""
+def animate_detailed(
+    path: Path,
+    options: Options = DEFAULTS,
+    audio: Path | None = None,
+    corrections: Corrections = UNCORRECTED,
+) -> AnimationResult:
+    """The same as `animate`, with intermediate results, and the recording only if it is given.
+
+    The line is read and moved with the phones and the settings of `corrections`; their curves are left to
+    `phonanim.correcting`.
+    """
+    options = corrected_options(options, corrections)
     model, rig = load_model(options.model), load_cached_rig(options.rig)
-    line = read_speech_input(path, options, audio, model.regressor.input_modality)
+    line = read_speech_input(path, options, audio, model.regressor.input_modality, corrections.phones)
+    options = timed_options(options, corrections, line.alignment.intervals)
     life = life_of(options, path.stem)
     follows = options.loudness > 0 and articulates(options, rig, line.track)
     line = add_heard(line, model.regressor, options, loudness=follows, prosody=life.moves(rig))
@@ -144,6 +155,8 @@ def animate_detailed(path: Path, options: Options = DEFAULTS, audio: Path | None
     )
     values, laid = _add_layers(motion, line, model.face, rig, options, life)
     remarks = (*unused_option_warnings(options, rig), *idle_life(options, rig), *laid, *_whispered(line))
+    if options.closures and (motion.articulation is None or is_stepped_rig(rig)):
+        remarks += (f"closures are held and released by articulation, which does not move {rig.name} here",)
     if motion.articulation is None:
         remarks += face_notes(model.face, rig.through.rig.face if rig.through else rig.face)
     animation = Animation(
@@ -246,23 +259,8 @@ def _spoken(
     """Articulation scaled by the options, stress, rate and loudness."""
     louder = None if loudness is None else options.loudness * loudness.at(times)
     gains = effort_gains(track, times, options.reduction, options.hold, louder)
-    return scale_articulation(mouth, options.intensity, options.jaw, options.lips, gains, options.rounding)
-
-
-def apply_edit_file(animation: Animation, path: Path, options: Options = DEFAULTS) -> Animation:
-    """The animation with the edits of a file applied; `provenance["notes"]` lists those that did not fit.
-
-    Edits of another rig are carried to this one where a table leads there.
-    Raises OptionError when the file cannot be read as edits.
-    """
-    edits, rig = read_edits(path), load_cached_rig(options.rig)
-    carried: tuple[str, ...] = ()
-    if edits.rig != rig.name and edits.rig in rig_names():
-        edits, carried = carry_edits(edits, load_cached_rig(edits.rig), rig)
-    edited, notes = apply_edits(animation, edits, rig)
-    known = animation.provenance
-    told = {"edits_sha256": content_hash(path), "notes": [*known["notes"], *carried, *notes]}
-    return replace(edited, provenance={**known, **told})
+    mouth = scale_articulation(mouth, options.intensity, options.jaw, options.lips, gains, options.rounding)
+    return set_closures(mouth, options.closures, times)
 
 
 def load_model(name: str | Path) -> regressors.Model:

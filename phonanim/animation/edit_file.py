@@ -19,29 +19,38 @@ DIGITS = 9  # of a second, or of full weight: far below any useful error
 
 def write_edits(edits: Edits, path: Path) -> None:
     """Write edits atomically. Raises OutputError."""
+    write_text(path, edits_document(edits) + "\n")
+
+
+def edits_document(edits: Edits, indent: str = "") -> str:
+    """The JSON of edits, one edit per line."""
     head = {"format": FORMAT, "rig": edits.rig, "error": edits.error, "phones": pack_intervals(edits.phones)}
-    lines = [f"  {_text(key)}: {_text(value)}" for key, value in head.items()]
-    items = ",\n".join(f"    {_text(_plain(edit))}" for edit in edits.edits)
-    lines.append(f'  "edits": [\n{items}\n  ]' if items else '  "edits": []')
-    write_text(path, "{\n" + ",\n".join(lines) + "\n}\n")
+    lines = [f"{indent}  {_text(key)}: {_text(value)}" for key, value in head.items()]
+    items = ",\n".join(f"{indent}    {_text(_plain(edit))}" for edit in edits.edits)
+    lines.append(f'{indent}  "edits": [\n{items}\n{indent}  ]' if items else f'{indent}  "edits": []')
+    return "{\n" + ",\n".join(lines) + f"\n{indent}}}"
 
 
 def read_edits(path: Path) -> Edits:
     """Read edits back. Raises OptionError when the file is damaged or not a file of edits."""
     try:
-        tree = read_json(path)
-        if tree["format"] != FORMAT:
-            raise ValueError(f"its format is {tree['format']!r}, not {FORMAT!r}")
-        return Edits(
-            rig=str(tree["rig"]),
-            error=float(tree["error"]),
-            phones=unpack_intervals(tree["phones"]),
-            edits=tuple(_edit(item) for item in tree["edits"]),
-        )
+        return parse_edits(read_json(path))
     except KeyError as error:
         raise OptionError(f"{path}: is not a file of edits: it lacks {error}") from error
     except (OSError, *DAMAGE) as error:
         raise OptionError(f"{path}: is not a file of edits: {error}") from error
+
+
+def parse_edits(tree: Any) -> Edits:
+    """Edits from their JSON. Raises KeyError, ValueError or TypeError for what are none."""
+    if tree["format"] != FORMAT:
+        raise ValueError(f"its format is {tree['format']!r}, not {FORMAT!r}")
+    return Edits(
+        rig=str(tree["rig"]),
+        error=float(tree["error"]),
+        phones=unpack_intervals(tree["phones"]),
+        edits=tuple(_edit(item) for item in tree["edits"]),
+    )
 
 
 def _text(value: object) -> str:

@@ -6,9 +6,8 @@ alignment moves the phones, the times of the edit are warped in the same way.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from difflib import SequenceMatcher
 from typing import Literal
 
 import numpy as np
@@ -21,6 +20,7 @@ from phonanim.rig import Rig
 from phonanim.rig.morphs import plain_name
 from phonanim.rig.neck import TURNS
 from phonanim.speech.alignment import Interval
+from phonanim.speech.anchors import Anchors, match_phones
 from phonanim.speech.labels import is_silent
 
 Array = NDArray[np.float64]
@@ -29,7 +29,6 @@ Kind = Literal["offset", "replace"]
 ERROR = 1e-3  # of full weight
 FADE = 0.1  # seconds in which an edit fades in and out
 MARGIN = 0.99  # share of the error for the keys; the rest is for rounding in files
-FAR = 1e6  # seconds; before the first phone and after the last, times move with that phone
 ROUNDING = 1e-6  # seconds
 HEAD = frozenset(map(plain_name, TURNS))
 
@@ -98,7 +97,7 @@ def apply_edits(animation: Animation, edits: Edits, rig: Rig) -> tuple[Animation
     if foreign := sorted({edit.channel for edit in edits.edits} - known):
         notes.append(f"edits of {', '.join(foreign)} were left out: {rig.name} has no such channel")
     values = animation.values.astype(np.float64)
-    anchors = _anchors(edits.phones, animation.phones or edits.phones)
+    anchors = match_phones(edits.phones, animation.phones or edits.phones)
     for edit in (edit for edit in edits.edits if edit.channel in known):
         if why := _misfit(edit, edits.phones, anchors, animation):
             notes.append(f"edit {edit} was left out: {why}")
@@ -166,35 +165,7 @@ def _edit(
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Anchors:
-    """The phones of the edited line that were found again, and the new time of each of its instants."""
-
-    found: frozenset[int]
-    before: Array
-    after: Array
-
-    def moved(self, times: Sequence[float]) -> Array:
-        """Seconds of the edited line -> seconds of this line."""
-        return np.interp(times, self.before, self.after)
-
-
-def _anchors(before: tuple[Interval, ...], after: tuple[Interval, ...]) -> _Anchors:
-    """Match the phones of two lines by their labels, in order."""
-    matcher = SequenceMatcher(None, _labels(before), _labels(after), autojunk=False)
-    pairs = [(b.a + k, b.b + k) for b in matcher.get_matching_blocks() for k in range(b.size)]
-    old = [time for one, _ in pairs for time in (before[one].start, before[one].end)] or [0.0]
-    new = [time for _, two in pairs for time in (after[two].start, after[two].end)] or [0.0]
-    places, first = np.unique([old[0] - FAR, *old, old[-1] + FAR], return_index=True)
-    instants = np.array([new[0] - FAR, *new, new[-1] + FAR])[first]
-    return _Anchors(frozenset(one for one, _ in pairs), places, instants)
-
-
-def _labels(phones: tuple[Interval, ...]) -> list[str]:
-    return [phone.label for phone in phones]
-
-
-def _misfit(edit: Edit, phones: tuple[Interval, ...], anchors: _Anchors, animation: Animation) -> str:
+def _misfit(edit: Edit, phones: tuple[Interval, ...], anchors: Anchors, animation: Animation) -> str:
     """Why an edit cannot be applied to this line, or "" if it can."""
     first, last = edit.start + edit.fade[0], edit.end - edit.fade[1]
     gone = [
@@ -214,13 +185,13 @@ def _misfit(edit: Edit, phones: tuple[Interval, ...], anchors: _Anchors, animati
     return ""
 
 
-def _applied(edit: Edit, anchors: _Anchors, curve: Array, times: Array) -> Array:
+def _applied(edit: Edit, anchors: Anchors, curve: Array, times: Array) -> Array:
     weight = _weight(edit, anchors, times)
     change = np.interp(times, anchors.moved(edit.times), edit.values)
     return curve + weight * (change if edit.kind == "offset" else change - curve)
 
 
-def _weight(edit: Edit, anchors: _Anchors, times: Array) -> Array:
+def _weight(edit: Edit, anchors: Anchors, times: Array) -> Array:
     """The weight of an edit at each time, 0 to 1.
 
     If an edit began at the start of its line and the line now starts earlier, it fades in before its start.

@@ -7,10 +7,11 @@ import re
 from collections.abc import Iterable
 
 from phonanim.errors import OptionError
-from phonanim.options import Overlay
+from phonanim.options import Closure, Overlay
 
 LARGEST = 4.0  # of a gain
 LAID = re.compile(r"(?P<source>.+?)(=(?P<gain>[\d.]+))?(@(?P<start>[\d.]+)-(?P<end>[\d.]+))?")
+CLOSED = re.compile(r"(?P<kind>hold|release)@(?P<start>[\d.]+)-(?P<end>[\d.]+)")
 
 
 def parse_gain(name: str, text: str) -> float:
@@ -43,6 +44,21 @@ def parse_overlay(text: str) -> Overlay:
     if span and not span[0] < span[1]:
         raise OptionError(f"{text}: its span must end after it starts, such as @1.2-3")
     return Overlay(parts["source"], parse_gain(parts["source"], parts["gain"] or "1"), span)
+
+
+def parse_closures(texts: Iterable[str]) -> tuple[Closure, ...]:
+    """Parse closures, each hold@START-END or release@START-END. Raises OptionError."""
+    return tuple(map(_closure, texts))
+
+
+def _closure(text: str) -> Closure:
+    parts = CLOSED.fullmatch(text.strip())
+    if parts is None:
+        raise OptionError(f"{text!r}: write hold@START-END or release@START-END, such as hold@1.2-1.35")
+    start, end = _number(parts["start"]), _number(parts["end"])
+    if not start < end:
+        raise OptionError(f"{text}: its span must end after it starts, such as @1.2-1.35")
+    return Closure("hold" if parts["kind"] == "hold" else "release", start, end)
 
 
 def parse_smoothing(text: str) -> float:

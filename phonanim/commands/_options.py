@@ -12,7 +12,13 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from phonanim.animation.option_parsing import LARGEST, parse_gains, parse_overlay, parse_smoothing
+from phonanim.animation.option_parsing import (
+    LARGEST,
+    parse_closures,
+    parse_gains,
+    parse_overlay,
+    parse_smoothing,
+)
 from phonanim.animation.rates import parse_rate
 from phonanim.commands._renamed import renamed_option
 from phonanim.core.threads import use_one_thread
@@ -249,6 +255,14 @@ OPTIONS = (
         multiple=True,
         callback=option_callback(read_emotions),
         help="Show an emotion: joy, sadness, anger, fear, disgust, surprise. Repeatable.",
+    ),
+    click.option(
+        "--closure",
+        "closures",
+        metavar="hold|release@START-END",
+        multiple=True,
+        callback=option_callback(parse_closures),
+        help="Hold the lips closed, or keep them apart, for a span of seconds. Repeatable.",
     ),
 )
 

@@ -38,7 +38,12 @@ SPOKEN = Path("speech.glb")  # default output of --text alone
     "--voice", help="Language of --text as a voice of eSpeak NG, such as de; by default --language."
 )
 @click.option("--audio", type=FILE, help="The recording; by default the one beside the alignment.")
-@click.option("--edits", type=FILE, help="An animator's edits to apply, written by `phonanim edit diff`.")
+@click.option(
+    "--edits",
+    type=FILE,
+    multiple=True,
+    help="Edits to apply, of `phonanim edit diff`, or corrections of `phonanim review`. Repeatable.",
+)
 @renamed_option(
     "--contact-sheet", "--sheet", type=OUTPUT, help="Also draw a contact sheet of the face, as PNG."
 )
@@ -53,7 +58,7 @@ def command(
     text: str | None,
     voice: str | None,
     audio: Path | None,
-    edits: Path | None,
+    edits: tuple[Path, ...],
     sheet: Path | None,
     view: bool,
     exports: dict[str, object],
@@ -80,7 +85,8 @@ def command(
       phonanim animate --text "Guten Morgen." --voice de -o morgen.glb
       phonanim animate speech.wav --model models/phisanet
     """
-    from phonanim.pipeline import animate, apply_edit_file
+    from phonanim.correcting import animate_corrected
+    from phonanim.media.audio import find_audio
 
     if alignment is None or text is not None or needs_words(alignment, options):
         beside = outputs[0] if outputs else SPOKEN
@@ -92,12 +98,10 @@ def command(
             options = replace(options, rig=options.rig if "character" in exports else HEAD_RIG)
     if "character" in exports:
         options = with_own_rig(options, exports["character"], console)
-    check_outputs([*outputs, *filter(None, [sheet])], [alignment, *filter(None, [audio, edits])])
+    check_outputs([*outputs, *filter(None, [sheet])], [alignment, *filter(None, [audio]), *edits])
     if "character" not in exports:
         options = with_rig_of_format(options, outputs, console)
-    animation = animate(alignment, options, audio=audio)
-    if edits:
-        animation = apply_edit_file(animation, edits, options)
+    animation = animate_corrected(alignment, options, audio or find_audio(alignment), edits).animation
     written = write_outputs(animation, outputs, sheet, exports)
     facts = describe(animation, alignment, options, written)
     for line in (*report_lines(facts), *output_notes(animation, outputs, exports)):

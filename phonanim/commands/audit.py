@@ -63,8 +63,10 @@ def command(
     from phonanim.dubbing.row import Common
     from phonanim.dubbing.storage import parse_place
 
-    lines = read_lines(source, Common(styles=read_styles(styles), characters=read_characters(characters)))
-    findings = audit(lines, parse_place(delivered), workers or count_cores(), verify)
+    folder = parse_place(delivered)
+    common = Common(styles=read_styles(styles), characters=read_characters(characters), corrections=folder)
+    lines = read_lines(source, common)
+    findings = audit(lines, folder, workers or count_cores(), verify)
     totals = count_problems(findings)
     console.print_result(
         {"lines": len(lines.lines), "counts": totals, "findings": [asdict(finding) for finding in findings]},

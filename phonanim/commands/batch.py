@@ -113,7 +113,15 @@ def command(
     meshes = any("character" in option_names(Path(f"line.{name}")) for name in formats)
     known = read_characters(characters, meshes)
     common = with_absolute_paths(
-        Common(options, read_styles(styles), exports, parse_place(edits) if edits else None, styled, known)
+        Common(
+            options,
+            read_styles(styles),
+            exports,
+            parse_place(edits) if edits else None,
+            target,
+            styled,
+            known,
+        )
     )
     lines = reserve_outputs(read_lines(source, common), target, formats)
     if dry_run:

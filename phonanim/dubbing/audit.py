@@ -20,6 +20,7 @@ from phonanim.dubbing.motion import measure_motion, motion_problems
 from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.provenance import input_entry, keeps_stamps, output_hash, rig_hash
 from phonanim.dubbing.reserve import OWN
+from phonanim.dubbing.row import CORRECTIONS, EDITS
 from phonanim.dubbing.staging import Copies
 from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError, PhonanimError
@@ -79,7 +80,8 @@ def delivered_files(folder: Place) -> dict[str, list[Place]]:
     for path in files_below(folder):
         suffix = max((end for end in suffixes() if path.name.lower().endswith(end)), key=len, default="")
         name = str(path_below(path, folder))
-        if suffix and path.is_file() and not path.name.startswith(".") and name not in OWN:
+        given = path.name.startswith(".") or name.endswith((EDITS, CORRECTIONS)) or name in OWN
+        if suffix and path.is_file() and not given:
             found.setdefault(name[: -len(suffix)], []).append(path)
     return found
 
@@ -173,7 +175,8 @@ def _now(line: Line, known: Outcome, given: Outcome | None) -> Mapping[str, obje
 
     Files with the stamps of `given` are not read.
 
-    Only edits that the line itself names are included: a folder of edits is an option of the run.
+    Only edits that the line itself names are included: a folder of edits is an option of the run. Corrections
+    lie beside the outputs.
     """
     options = known.origin["options"]
     return {
@@ -187,7 +190,11 @@ def _now(line: Line, known: Outcome, given: Outcome | None) -> Mapping[str, obje
             if known.origin.get("rigs")
             else {}
         ),
-        **({"edits": input_entry(line, "edits", given)} if line.edits else {}),
+        **{
+            name: input_entry(line, name, given)
+            for name in ("edits", "corrections")
+            if getattr(line, name) or (name in known.origin and name == "corrections")
+        },
     }
 
 

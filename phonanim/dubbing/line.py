@@ -16,7 +16,8 @@ class Line:
     """One line to animate: absolute places, and `output`, relative to the output folder, without suffix.
 
     If `text` is given, `alignment` is the recording, which is first aligned with the text. `edits` are an
-    animator's changes, which are applied again; `exports` are options of output formats, such as `character`.
+    animator's changes and `corrections` those of a review, which are applied again; `exports` are options of
+    output formats, such as `character`.
     """
 
     id: str
@@ -27,4 +28,5 @@ class Line:
     output: PurePosixPath
     text: str | None = None
     edits: Place | None = None
+    corrections: Place | None = None
     exports: Mapping[str, Any] = field(default_factory=dict)

@@ -9,6 +9,7 @@ from typing import cast
 
 from phonanim.core.files import content_hash
 from phonanim.core.plugins import find_culprit
+from phonanim.correcting import animate_corrected
 from phonanim.dubbing.align_lines import align_line, alignment_place
 from phonanim.dubbing.checks import line_facts
 from phonanim.dubbing.format_rigs import rig_of_format, rigs_of_formats
@@ -25,8 +26,6 @@ from phonanim.exporters import assign_options, save
 from phonanim.options import Options
 from phonanim.pipeline import (
     AnimationResult,
-    animate_detailed,
-    apply_edit_file,
     load_cached_model,
     load_cached_rig,
     model_hash,
@@ -115,11 +114,9 @@ def _written(line: Line, folder: Path, formats: tuple[str, ...]) -> tuple[Animat
 
 
 def _performed(line: Line, alignment: Path, options: Options, notes: tuple[str, ...]) -> AnimationResult:
-    """The animation of a line on one rig, with its edits."""
-    performance = animate_detailed(alignment, options, cast("Path | None", line.audio))
-    if line.edits is not None:
-        animation = apply_edit_file(performance.animation, cast("Path", line.edits), options)
-        performance = replace(performance, animation=animation, notes=tuple(animation.provenance["notes"]))
+    """The animation of a line on one rig, with its edits and corrections."""
+    files = cast("list[Path]", [file for file in (line.edits, line.corrections) if file is not None])
+    performance = animate_corrected(alignment, options, cast("Path | None", line.audio), files)
     return replace(performance, notes=(*notes, *performance.notes))
 
 

@@ -31,7 +31,11 @@ def origin_of(line: Line, formats: tuple[str, ...], known: Outcome | None = None
     It is the same for a file and its copy under the same name. Files with the stamps of `known` are not read.
     """
     origin = {
-        **{name: input_entry(line, name, known) for name in INPUTS},
+        **{
+            name: input_entry(line, name, known)
+            for name in INPUTS
+            if name != "corrections" or line.corrections
+        },
         "text": line.text,
         "exports": {name: _export(value) for name, value in sorted(line.exports.items())},
         "options": _options(line.options),

@@ -22,7 +22,11 @@ def reserve_outputs(lines: Lines, folder: Place, formats: Sequence[str]) -> Line
     """The lines with unique outputs; every other line is a fault. The first line of an output is kept."""
     files = {collision_key(PurePosixPath(name)): "the run itself" for name in OWN}
     folders: dict[str, str] = {}
-    inputs = {str(place) for line in lines.lines for place in (line.alignment, line.audio, line.edits)}
+    inputs = {
+        str(place)
+        for line in lines.lines
+        for place in (line.alignment, line.audio, line.edits, line.corrections)
+    }
     target = folder.absolute()
     kept: list[Line] = []
     faults: list[Fault] = []

@@ -8,7 +8,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from phonanim.animation.option_parsing import parse_gain, parse_gains, parse_overlay, parse_smoothing
+from phonanim.animation.option_parsing import (
+    parse_closures,
+    parse_gain,
+    parse_gains,
+    parse_overlay,
+    parse_smoothing,
+)
 from phonanim.animation.overlay import is_pose
 from phonanim.animation.rates import parse_rate
 from phonanim.articulation.styles import DIALS, Styles, find_style, parse_dial, read_styles
@@ -30,6 +36,7 @@ from phonanim.speech.clock import parse_offset, parse_unit
 TEXTS = ("rig", "model", "language", "fallback", "tier", "speaker", "unknown", "unit")
 CHARACTERS = (".glb", ".gltf", ".vrm")
 EDITS = ".edits.json"
+CORRECTIONS = ".corrections.json"
 PITCHES = ("builtin", "praat")
 UNKNOWN = ("error", "nearest", "silence")
 # Columns with numbers, the option of each, and its parser.
@@ -41,6 +48,7 @@ PARSED: dict[str, tuple[str, Callable[[str], Any]]] = {
     "pitch": ("pitch", lambda cell: _pitch(cell)),
     "gain": ("gains", lambda cell: parse_gains(cell.split(";"))),
     "life": ("life", lambda cell: parse_life(cell.replace(";", ","))),
+    "closure": ("closures", lambda cell: parse_closures(cell.split(";"))),
     "life_seed": ("life_seed", parse_seed),
     "look_at": ("look_at", lambda cell: parse_look_at(cell.replace(";", ","))),
 }
@@ -51,7 +59,8 @@ class Common:
     """Settings of all lines of a run, unless a row overrides them.
 
     `exports` are options of output formats; `edits` is a folder with an animator's changes to each line,
-    `<output>.edits.json`; `styled` are the dials that the style of the run has set; `characters` are
+    `<output>.edits.json`; `corrections` one with `<output>.corrections.json`, usually the output folder,
+    where a review leaves them; `styled` are the dials that the style of the run has set; `characters` are
     the names that a cell of `character` may have.
     """
 
@@ -59,6 +68,7 @@ class Common:
     styles: Styles = field(default_factory=read_styles)
     exports: Mapping[str, Any] = field(default_factory=dict)
     edits: Place | None = None
+    corrections: Place | None = None
     styled: Mapping[str, float] = field(default_factory=dict)
     characters: Characters = field(default_factory=Characters)
 
@@ -82,7 +92,10 @@ def parse_row(id: str, row: Row, root: Place, common: Common) -> Line:
         options=_options(cells, root, common),
         output=output,
         text=cells["text"] if spoken else None,
-        edits=_found(cells["edits"], root) if "edits" in cells else _sidecar(common.edits, str(output)),
+        edits=_found(cells["edits"], root)
+        if "edits" in cells
+        else _sidecar(common.edits, f"{output}{EDITS}"),
+        corrections=_sidecar(common.corrections, f"{output}{CORRECTIONS}"),
         exports={**common.exports, **_exports(cells, root)},
     )
 
@@ -127,10 +140,10 @@ def _beside(alignment: Place) -> Place | None:
     return next((path for path in candidates if path.is_file()), None)
 
 
-def _sidecar(folder: Place | None, output: str) -> Place | None:
+def _sidecar(folder: Place | None, name: str) -> Place | None:
     if folder is None:
         return None
-    path = (folder / f"{output}{EDITS}").absolute()
+    path = (folder / name).absolute()
     return path if path.is_file() else None
 
 

@@ -63,6 +63,7 @@ def stage_inputs(job: Job, near: Copies) -> Job:
         alignment=near.fetch(line.alignment),
         audio=near.fetch(line.audio) if line.audio else None,
         edits=near.fetch(line.edits) if line.edits else None,
+        corrections=near.fetch(line.corrections) if line.corrections else None,
         options=_options(line.options),
         exports={name: _export(value) for name, value in line.exports.items()},
     )
@@ -86,7 +87,7 @@ def forget_copies() -> None:
 
 
 def _files(line: Line) -> list[Any]:
-    return [line.alignment, line.audio, line.edits]
+    return [line.alignment, line.audio, line.edits, line.corrections]
 
 
 def _options(options: Options) -> Options:

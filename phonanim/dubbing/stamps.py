@@ -13,7 +13,7 @@ from phonanim.dubbing.line import Line
 from phonanim.dubbing.storage import Place
 
 SETTLED = 2_000_000_000  # nanoseconds after which a further change of a file gets another time, on any system
-INPUTS = ("alignment", "audio", "edits")
+INPUTS = ("alignment", "audio", "edits", "corrections")
 OUTPUTS = "outputs"
 
 Stamp: TypeAlias = list[int]

@@ -52,6 +52,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "life": ("alive", "idlemotion"),
     "life_seed": ("lifeseed", "seed"),
     "look_at": ("lookat", "gaze", "gazetarget"),
+    "closure": ("closures",),
     "emotion": ("emotions", "mood", "feeling"),
     "edits": ("edit", "editsfile", "sidecar", "changes", "animatorsedits"),
     "timecode": ("tc", "starttimecode", "timecodein", "tcin"),

@@ -14,6 +14,7 @@ from phonanim.options import Options
 from phonanim.speech.alignment import Alignment
 from phonanim.speech.language import ReadingLanguage, read_phones
 from phonanim.speech.loudness import Loudness
+from phonanim.speech.phone_changes import PhoneChanges, correct_phones
 from phonanim.speech.phones import PhoneTrack, silent_track
 from phonanim.speech.prosody import Prosody
 
@@ -21,6 +22,7 @@ InputModality = Literal["phones", "audio", "both"]
 """What a model reads: phones, audio or both."""
 
 UNENFORCED = "there is no alignment: lip closures are as predicted from the audio, none is enforced"
+UNCHANGED = PhoneChanges()
 APART = 0.5  # seconds between the ends of a recording and its alignment above which a note is given
 
 
@@ -45,18 +47,24 @@ class SpeechInput:
 
 
 def read_speech_input(
-    path: Path, options: Options, audio: Path | None, modality: InputModality
+    path: Path,
+    options: Options,
+    audio: Path | None,
+    modality: InputModality,
+    changes: PhoneChanges = UNCHANGED,
 ) -> SpeechInput:
     """Read an alignment or a recording, and for an audio-driven model the recording next to an alignment.
+
+    `changes` are phones that a person corrected.
 
     Raises AlignmentError when a recording is given to a phone-driven model, AudioError when an audio-driven
     model has no recording, and the errors of reading either.
     """
     if is_recording(path):
         return _read_recording(path, modality)
-    alignment = read_with_options(path, options, audio)
+    alignment, left = correct_phones(read_with_options(path, options, audio), changes)
     reading = read_phones(alignment, options.language, options.unknown, options.fallback)
-    track, notes = reading.track, reading.notes
+    track, notes = reading.track, (*left, *reading.notes)
     sound = None
     if modality != "phones":
         audio = audio or find_audio(path)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from phonanim.animation.option_parsing import parse_gains, parse_overlay
+from phonanim.animation.option_parsing import parse_closures, parse_gains, parse_overlay
 from phonanim.animation.overlay import is_pose
 from phonanim.errors import OptionError
-from phonanim.options import Overlay
+from phonanim.options import Closure, Overlay
 
 
 def test_gains_by_control() -> None:
@@ -39,3 +39,14 @@ def test_a_span_that_ends_before_it_starts() -> None:
 def test_poses_are_known_by_name() -> None:
     assert is_pose("smile")
     assert not is_pose("smile.json")
+
+
+def test_closures_are_spans_that_are_held_or_released():
+    found = parse_closures(["hold@1.2-1.35", " release@2-2.1"])
+    assert found == (Closure("hold", 1.2, 1.35), Closure("release", 2.0, 2.1))
+
+
+@pytest.mark.parametrize("text", ["hold", "bite@1-2", "hold=1@1-2", "hold@2-1", "@1-2", "hold@1.2.3-4"])
+def test_other_closures_are_refused(text):
+    with pytest.raises(OptionError, match="@1"):
+        parse_closures([text])

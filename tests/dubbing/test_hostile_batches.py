@@ -170,7 +170,7 @@ def test_a_worker_out_of_memory_says_so(job, monkeypatch):
     def full(*given):
         raise MemoryError
 
-    monkeypatch.setattr(make_module, "animate_detailed", full)
+    monkeypatch.setattr(make_module, "animate_corrected", full)
     assert make_line(job).outcome.error == (
         f"{job.line.alignment}: there is not enough memory for it; use fewer --workers, or cut the line"
     )

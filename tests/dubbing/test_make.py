@@ -25,7 +25,7 @@ def test_a_fault_of_phonanim_costs_one_line(job, monkeypatch):
     def faulty(*arguments):
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr(module, "animate_detailed", faulty)
+    monkeypatch.setattr(module, "animate_corrected", faulty)
     result = make_line(job)
     assert result.made
     assert result.outcome.error == (
@@ -37,7 +37,7 @@ def test_a_plugin_that_fails_costs_one_line(job, monkeypatch):
     def faulty(*arguments):
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr(module, "animate_detailed", faulty)
+    monkeypatch.setattr(module, "animate_corrected", faulty)
     monkeypatch.setitem(
         plugins._loaded, __name__.partition(".")[0], "plugin 'x' of phonanim.readers (package y 1.0)"
     )

@@ -1,0 +1,59 @@
+"""A line with what people changed in it: files of edits and of corrections, one over the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from phonanim.animation.animation import Animation
+from phonanim.animation.carry import carry_edits
+from phonanim.animation.correction_file import is_corrections, read_corrections
+from phonanim.animation.edit_file import read_edits
+from phonanim.animation.edits import Edits, apply_edits
+from phonanim.core.files import content_hash
+from phonanim.errors import OptionError
+from phonanim.options import DEFAULTS, Options
+from phonanim.pipeline import UNCORRECTED, AnimationResult, animate_detailed, load_cached_rig
+from phonanim.rig.read import rig_names
+
+
+def animate_corrected(
+    path: Path, options: Options = DEFAULTS, audio: Path | None = None, files: Sequence[Path] = ()
+) -> AnimationResult:
+    """`animate_detailed` with files of edits, in order, and at most one of corrections, which comes last.
+
+    Raises OptionError when a file cannot be read as one of these.
+    """
+    corrected = [file for file in files if is_corrections(file)]
+    if len(corrected) > 1:
+        raise OptionError(
+            f"{corrected[1]}: a line has one file of corrections, and {corrected[0]} is one, too"
+        )
+    corrections = read_corrections(corrected[0]) if corrected else UNCORRECTED
+    result = animate_detailed(path, options, audio, corrections)
+    animation = result.animation
+    for file in (file for file in files if file not in corrected):
+        animation = apply_line_edits(animation, read_edits(file), options)
+    if corrections.curves is not None:
+        animation = apply_line_edits(animation, corrections.curves, options)
+    if not files:
+        return result
+    hashes = {"edits_sha256": [content_hash(file) for file in files]}
+    animation = replace(animation, provenance={**animation.provenance, **hashes})
+    notes = tuple(animation.provenance["notes"])
+    return replace(result, animation=animation, notes=notes)
+
+
+def apply_line_edits(animation: Animation, edits: Edits, options: Options = DEFAULTS) -> Animation:
+    """The animation with edits applied; `provenance["notes"]` lists those that did not fit.
+
+    Edits of another rig are carried to this one where a table leads there.
+    """
+    rig = load_cached_rig(options.rig)
+    carried: tuple[str, ...] = ()
+    if edits.rig != rig.name and edits.rig in rig_names():
+        edits, carried = carry_edits(edits, load_cached_rig(edits.rig), rig)
+    edited, notes = apply_edits(animation, edits, rig)
+    told = {"notes": [*animation.provenance["notes"], *carried, *notes]}
+    return replace(edited, provenance={**animation.provenance, **told})

@@ -1,0 +1,47 @@
+"""Two takes of a line, matched by their phones: where an instant of one is in the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import SequenceMatcher
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.speech.intervals import Interval
+
+Array = NDArray[np.float64]
+
+FAR = 1e6  # seconds; before the first phone and after the last, times move with that phone
+
+
+@dataclass(frozen=True, slots=True)
+class Anchors:
+    """The phones of one take that were found in another, and the new time of each of its instants.
+
+    `found` maps places of phones to places in the other take.
+    """
+
+    found: dict[int, int]
+    before: Array
+    after: Array
+
+    def moved(self, times: Sequence[float]) -> Array:
+        """Seconds of the one take -> seconds of the other."""
+        return np.interp(times, self.before, self.after)
+
+
+def match_phones(before: tuple[Interval, ...], after: tuple[Interval, ...]) -> Anchors:
+    """Match the phones of two takes by their labels, in order."""
+    matcher = SequenceMatcher(None, _labels(before), _labels(after), autojunk=False)
+    pairs = [(b.a + k, b.b + k) for b in matcher.get_matching_blocks() for k in range(b.size)]
+    old = [time for one, _ in pairs for time in (before[one].start, before[one].end)] or [0.0]
+    new = [time for _, two in pairs for time in (after[two].start, after[two].end)] or [0.0]
+    places, first = np.unique([old[0] - FAR, *old, old[-1] + FAR], return_index=True)
+    instants = np.array([new[0] - FAR, *new, new[-1] + FAR])[first]
+    return Anchors(dict(pairs), places, instants)
+
+
+def _labels(phones: tuple[Interval, ...]) -> list[str]:
+    return [phone.label for phone in phones]
