@@ -63,9 +63,8 @@ class Controls:
             unit = found.least.min() >= 0 and found.most.max() <= 1
             least, most = (np.zeros_like(low), np.ones_like(low)) if unit else (found.least, found.most)
             least, most = least.astype(np.float32), most.astype(np.float32)
-        return cls(
-            source.data, names, found.moving, *(v.astype(np.float32) for v in (low, span)), least, most
-        )
+        scale = low.astype(np.float32), span.astype(np.float32)
+        return cls(source.data, names, found.moving, scale[0], scale[1], least, most)
 
     def tensors(self) -> dict[str, NDArray[Any]]:
         """Scaling and limits."""

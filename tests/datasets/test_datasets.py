@@ -60,9 +60,7 @@ def test_the_page_has_the_facts_of_the_card(name, root):
 
 
 def test_there_is_no_other_data_set():
-    with pytest.raises(
-        OptionError, match="there is no data set 'grid'; there are beat, biwi, facegood, hprc"
-    ):
+    with pytest.raises(OptionError, match="there is no data set 'grid'; there are beat, biwi, face"):
         load_dataset("grid")
 
 
