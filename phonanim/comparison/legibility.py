@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from phonanim.comparison.tables import SHOWN
 from phonanim.core.decode import read_json
 from phonanim.errors import ModelError
 
@@ -20,6 +21,7 @@ SENSORS = {
     "lip_gap_sd_ratio": "gap sd ratio",
     "protrusion_r": "protrusion r",
 }
+GROUPS = {"with sound": "with audio"}
 
 
 def read_legibility(path: Path) -> dict[str, Any]:
@@ -43,7 +45,7 @@ def film_table(found: dict[str, Any]) -> list[list[str]]:
         own = [f"{row[f'{name}_{part}']:.2f}" for name in FILMS for part in PARTS]
         own = own if row["way"] else [""] * len(own)
         read = [_share(row, key) for key in ("legible", "legible_on_head")]
-        rows.append([row["model"], _way(row["way"]), *own, *read[: 2 if row["way"] else 1]])
+        rows.append([_name(row["model"]), _way(row["way"]), *own, *read[: 2 if row["way"] else 1]])
         rows[-1] += [""] * (len(rows[0]) - len(rows[-1]))
     return rows
 
@@ -53,12 +55,17 @@ def sensor_table(found: dict[str, Any]) -> list[list[str]]:
     rows = [["sentences", "model", "articulation", *SENSORS.values(), "visemes read right"]]
     for row in found["sensors"]:
         own = [f"{row[name]:.2f}" if name in row else "" for name in SENSORS]
-        rows.append([row["group"], row["model"], _way(row["way"]), *own, f"{row['legible']:.0%}"])
+        group = GROUPS.get(row["group"], row["group"])
+        rows.append([group, _name(row["model"]), _way(row["way"]), *own, f"{row['legible']:.0%}"])
     return rows
 
 
+def _name(model: str) -> str:
+    return SHOWN.get(model, model)
+
+
 def _way(way: str) -> str:
-    return {"lips alone": "none", "phones": "from phones", "sound": "from sound"}.get(way, way)
+    return {"lips alone": "none", "phones": "from phones", "sound": "from audio"}.get(way, way)
 
 
 def _share(row: dict[str, Any], key: str) -> str:

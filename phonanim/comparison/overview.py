@@ -13,7 +13,7 @@ from phonanim.evaluation.statistics import pooled_sd_ratio
 from phonanim.metrics import speech_mask
 
 Document = dict[str, Any]
-KINDS = {"phones": "phones", "audio": "sound", "both": "both"}
+KINDS = ("phones", "audio", "both")
 CAPTURED = "captured motion"
 ALONE = "lips alone"
 HEADER = [
@@ -55,7 +55,7 @@ def spoken_seconds(corpus: Corpus) -> tuple[float, float]:
 def _model_row(document: Document, shown: str, name: str, read: dict[str, Any]) -> list[str]:
     speech = model_rows(document, shown, "raw", "test/speech")
     every = model_rows(document, shown, "raw", "test/all")
-    row = [shown, KINDS[document["models"][shown]["driven_by"]]]
+    row = [shown, document["models"][shown]["driven_by"]]
     for measure in ("aperture_r", "width_r"):
         text = interval_text(document, speech[measure], measure) if speech else ""
         row += [text, f"{pooled_sd_ratio(speech[measure].sum(axis=0)):.2f}" if speech else ""]
@@ -68,7 +68,7 @@ def _articulated_row(found: dict[str, Any], shown: str, read: dict[str, Any]) ->
     own = [f"{found[f'{name}_{part}']:.2f}" for name in legibility.FILMS for part in ("r", "sd_ratio")]
     jaw = _jaw(read, found["model"], found["way"])
     label = f"{shown}, with articulation"
-    return [label, KINDS.get(found["way"], found["way"]), *own, "", _read_right(found), jaw]
+    return [label, "audio" if found["way"] == "sound" else found["way"], *own, "", _read_right(found), jaw]
 
 
 def _tool_row(header: list[str], row: list[str]) -> list[str]:

@@ -60,7 +60,7 @@ def legibility_page(plan: Plan) -> list[Part]:
     if plan.legibility is None:
         return []
     found = legibility.read_legibility(plan.legibility)
-    parts: list[Part] = ["## With articulation, and what can be read", plan.notes.get("legibility", "")]
+    parts: list[Part] = ["## Articulation and legibility", plan.notes.get("legibility", "")]
     parts += ["### Against captured lips", legibility.film_table(found)]
     if found["sensors"]:
         parts += ["### Against sensors of other speakers", plan.notes.get("sensors", "")]
@@ -84,14 +84,14 @@ def generalization_page(document: Document, plan: Plan) -> list[Part]:
     """Words and phones that were withheld, and articulography of another speaker."""
     parts: list[Part] = []
     sections = {
-        "words": (("words*/clip", "Words that were never heard"), ("words*/word", "In those words alone")),
-        "phones": (("phones/near", "Phones that were never heard"),),
+        "words": (("words*/clip", "Withheld words"), ("words*/word", "The withheld words alone")),
+        "phones": (("phones/near", "Withheld phones"),),
     }
     for note, found in sections.items():
         for where, title in found:
             if model_rows(document, document["reference"], "raw", where) is None:
                 continue
-            parts += [f"## {title}" if title != "In those words alone" else f"### {title}"]
+            parts += [f"## {title}" if title != "The withheld words alone" else f"### {title}"]
             parts += [plan.notes.get(note, "")] if where != "words*/word" else []
             parts += [tables.values_table(document, "raw", where, SHORT)]
             parts += [
@@ -121,11 +121,11 @@ def conditions_page(document: Document, plan: Plan) -> list[Part]:
         parts += [f"### Under each condition: {tables.measure_heading(measure)}"]
         parts += [
             tables.conditions_table(*asked),
-            "Each change of the model's own clean score, and its p:",
+            "Change from the model's own clean score, and its p:",
         ]
         parts += [
             tables.losses_table(*asked),
-            "Each difference under the same condition, and its p:",
+            "Difference from the reference under the same condition, and its p:",
         ]
         parts += [tables.conditions_difference_table(*asked)]
     parts += [f"### Under each condition: {tables.measure_heading('aperture_r')}, in speech alone"]
@@ -144,7 +144,7 @@ def sweeps_page(document: Document, plan: Plan) -> list[Part]:
         parts += [tables.sweep_table(found, "shape_mse")]
         if all("speech_shape_mse" in row for row in found["rows"]):
             parts += ["In speech alone:", tables.sweep_table(found, "speech_shape_mse")]
-        parts += [_picture(f"sweep_{name}")]
+        parts += [_picture(f"sweep_{name}", f"{found['label']}: shape error on held-out training clips")]
     return parts
 
 
@@ -173,8 +173,22 @@ def tools_page(document: Document, plan: Plan) -> list[Part]:
     if "tools" not in document:
         return []
     rows = tools.tools_table(document["tools"], document["seed"])
-    return ["## Other tools, through the same head", plan.notes.get("tools", ""), rows]
+    return ["## Other tools on the same head", plan.notes.get("tools", ""), rows]
 
 
-def _picture(name: str) -> str:
-    return f"![{name.replace('_', ' ')}]({name}.png)"
+CAPTIONS = {
+    "bars": "Shape error and aperture correlation of every model on the test clips, with 95 % intervals",
+    "sentences": "Parameter error of every test sentence by model, sorted by the error of the reference",
+    "first_mode": "First shape mode of one test clip over time: captured, and predicted by each model",
+    "first_mode_error": "Squared error of the first shape mode over the same clip, for each model",
+    "heat": "Mean error of each landmark on the mean face, for each model, in millimetres",
+    "conditions": "Aperture correlation of every model, on clean sound and under each condition",
+    "cost": "Speed of every model against its shape error; the area of a dot is the model's size",
+}
+"""What each figure shows; that of a sweep is its label."""
+
+
+def _picture(name: str, caption: str = "") -> str:
+    """A picture with its alternative text, and the same text below it."""
+    caption = caption or CAPTIONS[name]
+    return f"![{caption}]({name}.png)\n\n*{caption}.*"

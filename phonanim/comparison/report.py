@@ -10,9 +10,9 @@ from typing import Any
 from phonanim.comparison.figures import draw_all
 from phonanim.comparison.fit import load_cached_corpus, reference_face
 from phonanim.comparison.overview import overview_table, spoken_seconds
-from phonanim.comparison.pages import Part, all_pages
+from phonanim.comparison.pages import CAPTIONS, Part, all_pages
 from phonanim.comparison.plan import Plan
-from phonanim.comparison.tables import markdown
+from phonanim.comparison.tables import SHOWN, markdown
 from phonanim.core.decode import read_json
 from phonanim.core.files import write_text
 from phonanim.errors import ModelError
@@ -20,8 +20,6 @@ from phonanim.errors import ModelError
 Document = dict[str, Any]
 DATA = "benchmark"  # the folder of pages, figures and tables beside benchmark.md
 SUMS = "sums.json"
-SHOWN = {"default": "phonanim", "procedural": "dominance (Cohen-Massaro)"}
-"""Names of models in tables and figures, for models whose own names are unclear."""
 
 
 def write_document(document: Document, work: Path) -> Path:
@@ -65,17 +63,27 @@ def write_report(document: Document, plan: Plan, folder: Path) -> Path:
 
 
 def with_shown_names(document: Document) -> Document:
-    """The document with the shown names of its models, in the same order."""
+    """The document with the shown names of its models, in the same order, also in sweeps over models."""
     models = {SHOWN.get(name, name): found for name, found in document["models"].items()}
     reference = document["reference"]
-    return {**document, "models": models, "reference": SHOWN.get(reference, reference)}
+    sweeps = {name: _with_shown_rows(found) for name, found in document.get("sweeps", {}).items()}
+    shown = {**document, "models": models, "reference": SHOWN.get(reference, reference)}
+    return shown | {"sweeps": sweeps} if sweeps else shown
+
+
+def _with_shown_rows(sweep: dict[str, Any]) -> dict[str, Any]:
+    rows = [
+        row | {"model": SHOWN.get(row["model"], row["model"])} if "model" in row else row
+        for row in sweep["rows"]
+    ]
+    return {**sweep, "rows": rows}
 
 
 def render(parts: list[Part]) -> str:
     """A page in benchmark/: its first heading is its title, and its links to pages go one folder up."""
     text = "\n\n".join(_text(part) for part in parts) + "\n"
     text = re.sub(r"^##(#?) ", r"#\1 ", text, flags=re.MULTILINE)
-    back = "Back to [the comparison](../benchmark.md), which says what intervals and p values are.\n"
+    back = "Back to [the benchmark](../benchmark.md), which explains intervals and p values.\n"
     return re.sub(r"\]\((?!https?:)([^)#]+\.md)", r"](../\1", text) + "\n" + back
 
 
@@ -99,22 +107,23 @@ def _overview(
     corpus, folds = document["corpus"], document["folds"]
     links = [f"- [{_title(parts)}]({DATA}/{name}.md)" for name, parts in pages.items()]
     opening = (
-        f"How like captured lips is predicted motion? Every model learned from the same "
-        f"{folds['test']['train']} clips of {corpus['source']} and is measured on the same "
+        f"This page compares predicted motion with captured lips. Every model learned from the same "
+        f"{folds['test']['train']} clips of {corpus['source']} and is scored on the same "
         f"{len(folds['test']['clips'])} others: {seconds[0]:.0f} s, of which {seconds[1]:.0f} s are speech."
     )
     legend = (
-        "Aperture and width are measured in speech, pooled over its frames; the error over all frames. "
-        "The sd ratio is the deviation of the predicted over that of the captured curve, 1 at best: a "
-        "correlation does not see a mouth that mumbles. Brackets hold 95 % intervals by bootstrap over "
-        "sentences. In the long tables p values are of paired permutation tests over sentences, "
-        "Holm-corrected within a table, in parentheses where they do not reach 0.05. The measures are those "
-        "of `phonanim evaluate`."
+        "Aperture and width are measured in speech, pooled over its frames; the error over all frames. The "
+        "sd ratio is the deviation of the predicted curve divided by that of the captured one, 1 at best: "
+        "correlation does not detect a mouth that moves too little. Brackets hold 95 % intervals by "
+        "bootstrap over sentences. In the long tables p values are of paired permutation tests over "
+        "sentences, Holm-corrected within a table, in parentheses where they do not reach 0.05. The measures "
+        "are those of `phonanim evaluate` ([measures](measures.md))."
     )
+    picture = f"![{CAPTIONS['bars']}]({DATA}/bars.png)\n\n*{CAPTIONS['bars']}.*"
     table = overview_table(document, plan)
-    parts: list[Part] = ["# The comparison", opening, f"![bars]({DATA}/bars.png)", table, legend]
+    parts: list[Part] = ["# Benchmark", opening, picture, table, legend]
     if plan.notes.get("overview"):
-        parts += ["## What it means", plan.notes["overview"]]
+        parts += ["## What the table shows", plan.notes["overview"]]
     data = f"All tables as JSON: [benchmark.json]({DATA}/benchmark.json)."
     return [*parts, "## The long tables", "\n".join(links), data]
 

@@ -23,6 +23,8 @@ Table = list[list[str]]
 Document = dict[str, Any]
 Sums = NDArray[np.float64]  # (clips, sums)
 SIGNIFICANT = 0.05
+SHOWN = {"default": "phonanim", "procedural": "dominance (Cohen-Massaro)"}
+"""Names of models in tables and figures, for models whose own names are unclear."""
 
 
 def markdown(table: Table) -> str:

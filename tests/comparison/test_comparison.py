@@ -121,7 +121,7 @@ def whole_report(house: Path) -> str:
 
 @pytest.mark.slow
 def test_the_report_holds_every_table_and_figure(house: Path, report: str) -> None:
-    for heading in ("Test clips", "Words that were never heard", "Phones that", "Amount of data", "Speed"):
+    for heading in ("Test clips", "Withheld words", "Withheld phones", "Amount of data", "Speed"):
         assert f"# {heading}" in report
     assert "Noise, another voice, an automatic aligner" in report
     assert "| babble, 3 dB | 1 of 6 |" in report

@@ -14,7 +14,6 @@ from speech import made_up_corpus, random_track, sound_of, write_wav
 from phonanim.comparison import degradations
 from phonanim.comparison.conditions import ClipInput, align_clip, apply_condition, describe_conditions
 from phonanim.comparison.cost import line_cost, look_ahead, training_cost
-from phonanim.comparison.figures import _beside, _inside, spread_labels
 from phonanim.comparison.fit import Job
 from phonanim.comparison.plan import Condition, Plan
 from phonanim.corpus.corpus import Corpus
@@ -173,29 +172,3 @@ def test_trainings_are_counted_once(tmp_path: Path) -> None:
         (tmp_path / name / "job.json").write_text(json.dumps({"seconds": seconds}))
         jobs.append(Job(Path("r.toml"), Path("corpus"), (), (), tmp_path / name))
     assert training_cost(jobs) == {"jobs": 2, "training_s": 120.0, "longest_s": 90.0}
-
-
-def test_names_beside_their_dots_cover_none() -> None:
-    pytest.importorskip("matplotlib")
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(8, 4.5), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes, rng = figure.subplots(), np.random.default_rng(0)
-    ends = {f"model number {n}": (x, y) for n, (x, y) in enumerate(rng.normal(0, 1, (12, 2)) ** 3)}
-    for end in ends.values():
-        axes.scatter(*end)
-    document = {"reference": "", "models": {name: {"driven_by": "both"} for name in ends}}
-    _beside(axes, document, ends)
-    boxes = [text.get_window_extent() for text in axes.texts]
-    assert all(box.count_overlaps(boxes) == 1 for box in boxes)  # with itself
-    assert all(_inside(box, axes.bbox) for box in boxes)
-
-
-def test_labels_lie_apart() -> None:
-    heights = np.array([0.1, 0.11, 0.5, 0.97, 0.98, 0.99])
-    found = spread_labels(heights, 0.05)
-    assert (np.diff(found) > 0.05 - 1e-9).all()
-    assert found.max() <= 1
-    np.testing.assert_allclose(found[[0, 2]], heights[[0, 2]])

@@ -42,7 +42,7 @@ def test_captured_motion_is_not_compared_with_itself() -> None:
 def test_what_sensors_lack_stays_empty() -> None:
     rows = sensor_table(FOUND)
     assert rows[1] == ["all sentences", "sensors", "", "", "", "", "", "", "64%"]
-    assert rows[2] == ["with sound", "tree", "from sound", "0.83", "", "", "", "", "75%"]
+    assert rows[2] == ["with audio", "tree", "from audio", "0.83", "", "", "", "", "75%"]
 
 
 def test_files_of_another_structure_are_refused(tmp_path: Path) -> None:
