@@ -63,6 +63,9 @@ class Options:
     from the line's name when it is None; `blinks` is a separate seed for blinks. `look_at` is the position of
     the listener's eyes, in metres to the left, up and ahead of the speaker's.
     `closures` hold lips closed, or keep them apart, for spans of time.
+    `seed`, `steps`, `guidance` and `model_style` are settings of a model that samples; its own when None.
+    `features` is the file of precomputed features of the recording, for a model that was trained on such;
+    NAME.features.npy beside the recording when it is None.
     60 frames per second show a closure of 30 ms, which 24 or 30 may miss.
 
     Examples:
@@ -104,6 +107,11 @@ class Options:
     look_at: tuple[float, float, float] | None = None
     emotions: tuple[Emotion, ...] = ()
     closures: tuple[Closure, ...] = ()
+    seed: int | None = None
+    steps: int | None = None
+    guidance: float | None = None
+    model_style: int | None = None
+    features: str | None = None
 
     def plain(self) -> dict[str, Any]:
         """The options as JSON values; files appear by name, so the result is the same on every machine."""
@@ -111,9 +119,15 @@ class Options:
         lexicon = PurePath(self.lexicon).name if self.lexicon else None
         rig, model = PurePath(self.rig).name, PurePath(self.model).name
         named = {"rig": rig, "model": model, "overlays": overlays, "lexicon": lexicon}
+        named["features"] = PurePath(self.features).name if self.features else None
         values = {name: named.get(name, getattr(self, name)) for name in _NAMES}
+        rare = (*SAMPLED, "features")  # outputs name them only where they are given
+        values = {name: value for name, value in values.items() if value is not None or name not in rare}
         return dict(json.loads(json.dumps(values, default=asdict)))
 
+
+SAMPLED = ("seed", "steps", "guidance", "model_style")
+"""Options of models that sample."""
 
 _NAMES = tuple(field.name for field in fields(Options))
 DEFAULTS = Options()

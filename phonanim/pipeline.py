@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -28,7 +28,7 @@ from phonanim.articulation.styles import DIALS, check_dial, find_style, read_sty
 from phonanim.core.catalog import find_model
 from phonanim.core.files import content_hash
 from phonanim.core.version import __version__
-from phonanim.errors import ModelError
+from phonanim.errors import ModelError, OptionError
 from phonanim.exporters import load
 from phonanim.face import contacts
 from phonanim.face.model import FaceModel
@@ -36,7 +36,7 @@ from phonanim.inputs.prosody import add_heard
 from phonanim.inputs.speech_input import SpeechInput, read_speech_input
 from phonanim.life import Life, add_life, idle_life, life_of, mouth_freedom
 from phonanim.media.audio import Sound, find_audio
-from phonanim.options import DEFAULTS, Options, make_options
+from phonanim.options import DEFAULTS, SAMPLED, Options, make_options
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.reference import face_notes
 from phonanim.rig.retarget import retarget
@@ -46,6 +46,8 @@ from phonanim.speech.phones import PhoneTrack
 from phonanim.targets.controls import Controls
 
 UNCORRECTED = Corrections()
+
+PRECOMPUTED = "precomputed"  # the encoder that reads the features of another program
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +86,7 @@ def animate(
         options: How to animate; the defaults of `Options` when it is None.
         audio: The recording; the one beside the alignment by default, with the same stem.
         settings: Single options by name, such as `rig="arkit"` or `fps=30`; they override `options`.
-            `style` sets the dials of a style, such as "clear".
+            `style` sets the dials of a style, such as "clear"; a number is a style of a model that samples.
 
     Raises:
         PhonanimError: The error of the step that fails: OptionError for an unknown option, AlignmentError
@@ -95,7 +97,9 @@ def animate(
         >>> phonanim.animate("line.TextGrid", rig="arkit", fps=30).save("line.csv")
     """
     if "style" in settings:
-        settings = {**find_style(str(settings.pop("style")), read_styles()), **settings}
+        style = str(settings.pop("style"))
+        dials = {"model_style": int(style)} if style.isdecimal() else find_style(style, read_styles())
+        settings = {**dials, **settings}
     options = make_options(options, settings)
     for dial in DIALS:
         check_dial(dial, getattr(options, dial))
@@ -112,7 +116,8 @@ def animate_target(path: Path, options: Options, audio: Path | None) -> Animatio
 
     Raises ModelError for a model of vertices, which are no curves.
     """
-    model, target = load_model(options.model), load_model(options.model).target
+    model = model_with_settings(options)
+    target = model.target
     if not isinstance(target, Controls):
         raise ModelError(f"{options.model}: moves {target.kind}, which are no curves of a rig")
     line = read_speech_input(path, options, audio, model.regressor.input_modality)
@@ -143,7 +148,7 @@ def animate_detailed(
     `phonanim.correcting`.
     """
     options = corrected_options(options, corrections)
-    model, rig = load_model(options.model), load_cached_rig(options.rig)
+    model, rig = model_with_settings(options), load_cached_rig(options.rig)
     line = read_speech_input(path, options, audio, model.regressor.input_modality, corrections.phones)
     options = timed_options(options, corrections, line.alignment.intervals)
     life = life_of(options, path.stem)
@@ -277,6 +282,26 @@ def load_model(name: str | Path) -> regressors.Model:
     return load_cached_model(str(name))
 
 
+def model_with_settings(options: Options) -> regressors.Model:
+    """The model of the options with their seed, steps, guidance and style, if it is one that samples.
+
+    Raises OptionError when another model is given such a setting, or features that it does not read, and
+    ModelError when it does not take the value.
+    """
+    model = load_model(options.model)
+    if options.features and getattr(model.regressor.config, "encoder", "") != PRECOMPUTED:
+        raise OptionError(f"the model {options.model} reads no precomputed features: leave out --features")
+    values = {name.removeprefix("model_"): getattr(options, name) for name in SAMPLED}
+    given = {name: value for name, value in values.items() if value is not None}
+    if not given:
+        return model
+    change = getattr(model.regressor, "with_settings", None)
+    if change is None:
+        first = next(iter(given))
+        raise OptionError(f"the model {options.model} does not sample: leave out --{first}")
+    return replace(model, regressor=change(**given))
+
+
 @lru_cache(maxsize=8)
 def load_cached_model(name: str) -> regressors.Model:
     """The model of `load_model`; its cache can be cleared."""
@@ -300,6 +325,7 @@ def _provenance(path: Path, options: Options, notes: tuple[str, ...]) -> dict[st
         "model_sha256": model_hash(options.model),
         "options": options.plain(),
         "overlays_sha256": hash_overlays(options.overlays),
+        **({"features_sha256": content_hash(Path(options.features))} if options.features else {}),
         "notes": list(notes),
     }
 

@@ -199,7 +199,8 @@ OPTIONS = (
     click.option(
         "--style",
         metavar="STYLE",
-        help="mumbled, casual, neutral, clear, shouted, whispered, sung, quiet: settings of the dials.",
+        help="mumbled, casual, neutral, clear, shouted, whispered, sung, quiet: settings of the dials; or "
+        "the number of a style that a sampling model has learned.",
         show_default=False,
     ),
     click.option(
@@ -264,6 +265,15 @@ OPTIONS = (
         callback=option_callback(parse_closures),
         help="Hold the lips closed, or keep them apart, for a span of seconds. Repeatable.",
     ),
+    click.option(
+        "--seed", type=click.IntRange(0), help="Seed of a model that samples: another is another take."
+    ),
+    click.option("--steps", type=click.IntRange(1), help="Sampling steps of a model that samples."),
+    click.option(
+        "--guidance",
+        type=Gain(0, LARGEST),
+        help="Weight of the audio in a model that samples; 1 uses the prediction with audio alone.",
+    ),
 )
 
 
@@ -284,11 +294,15 @@ def animation_options(function: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(function)
     def wrapped(*args: Any, **given: Any) -> Any:
-        dials = style_dials(given.pop("style"), given.get("styles"))
+        style = given.pop("style")
+        given["model_style"] = int(style) if style and style.isdecimal() else None
+        dials = style_dials(None if given["model_style"] is not None else style, given.get("styles"))
         given |= dials
         if "styles" in given:  # lines of a table may set their own styles
             given["styled"] = dials
-        options = Options(**{field.name: given.pop(field.name) for field in fields(Options)})
+        options = Options(
+            **{field.name: given.pop(field.name) for field in fields(Options) if field.name in given}
+        )
         return function(*args, options=options, **given)
 
     decorated: Callable[..., Any] = wrapped

@@ -14,6 +14,7 @@ from phonanim.commands import Console, console_options
 from phonanim.commands._export import NAMES, export_options, output_notes, save_outputs
 from phonanim.commands._options import animation_options
 from phonanim.commands._renamed import renamed_option
+from phonanim.commands._takes import Sources, list_takes
 
 if TYPE_CHECKING:
     from phonanim.animation.animation import Animation
@@ -39,6 +40,17 @@ SPOKEN = Path("speech.glb")  # default output of --text alone
 )
 @click.option("--audio", type=FILE, help="The recording; by default the one beside the alignment.")
 @click.option(
+    "--features",
+    type=click.Path(exists=True, dir_okay=False),
+    help="Precomputed features of the recording (.npy), for a model trained on such.",
+)
+@click.option(
+    "--takes",
+    type=click.IntRange(1),
+    default=1,
+    help="Takes of a model that samples, one for each seed from --seed on.",
+)
+@click.option(
     "--edits",
     type=FILE,
     multiple=True,
@@ -58,6 +70,7 @@ def command(
     text: str | None,
     voice: str | None,
     audio: Path | None,
+    takes: int,
     edits: tuple[Path, ...],
     sheet: Path | None,
     view: bool,
@@ -84,10 +97,8 @@ def command(
       phonanim animate rede.wav --text "Guten Morgen." --voice de
       phonanim animate --text "Guten Morgen." --voice de -o morgen.glb
       phonanim animate speech.wav --model models/phisanet
+      phonanim animate speech.wav --model models/facediffuser --takes 3 --steps 50
     """
-    from phonanim.correcting import animate_corrected
-    from phonanim.media.audio import find_audio
-
     if alignment is None or text is not None or needs_words(alignment, options):
         beside = outputs[0] if outputs else SPOKEN
         alignment, options, recording = make_alignment(alignment, text, voice, beside, options, console)
@@ -98,19 +109,42 @@ def command(
             options = replace(options, rig=options.rig if "character" in exports else HEAD_RIG)
     if "character" in exports:
         options = with_own_rig(options, exports["character"], console)
-    check_outputs([*outputs, *filter(None, [sheet])], [alignment, *filter(None, [audio]), *edits])
-    if "character" not in exports:
-        options = with_rig_of_format(options, outputs, console)
-    animation = animate_corrected(alignment, options, audio or find_audio(alignment), edits).animation
+    sources = Sources(alignment, audio, edits)
+    planned = list(list_takes(takes, options, outputs, sheet))
+    named = [path for _, files, pictured in planned for path in (*files, *filter(None, [pictured]))]
+    check_outputs(named, sources.paths(options))
+    made = []
+    for settings, files, pictured in planned:
+        if "character" not in exports:
+            settings = with_rig_of_format(settings, files, console)
+        animation, facts = write_take(sources, settings, files, pictured, exports, console)
+        made.append(facts)
+    if view:
+        show(animation, files, console)
+    elif files[0].suffix.lower() == ".glb":
+        console.print(f"to see it: --view, or open {files[0]} in any glTF viewer")
+    console.print_result({"takes": made} if takes > 1 else made[0])
+
+
+def write_take(
+    sources: Sources,
+    options: Options,
+    outputs: tuple[Path, ...],
+    sheet: Path | None,
+    exports: dict[str, object],
+    console: Console,
+) -> tuple[Animation, dict[str, Any]]:
+    """Animate the line, write it and print what was done; -> the animation, and the result as data."""
+    from phonanim.correcting import animate_corrected
+    from phonanim.media.audio import find_audio
+
+    audio = sources.audio or find_audio(sources.alignment)
+    animation = animate_corrected(sources.alignment, options, audio, sources.edits).animation
     written = write_outputs(animation, outputs, sheet, exports)
-    facts = describe(animation, alignment, options, written)
+    facts = describe(animation, sources.alignment, options, written)
     for line in (*report_lines(facts), *output_notes(animation, outputs, exports)):
         console.print(line)
-    if view:
-        show(animation, outputs, console)
-    elif outputs[0].suffix.lower() == ".glb":
-        console.print(f"to see it: --view, or open {outputs[0]} in any glTF viewer")
-    console.print_result(facts)
+    return animation, facts
 
 
 def needs_words(path: Path, options: Options) -> bool:

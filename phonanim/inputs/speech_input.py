@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -61,7 +61,7 @@ def read_speech_input(
     model has no recording, and the errors of reading either.
     """
     if is_recording(path):
-        return _read_recording(path, modality)
+        return _read_recording(path, modality, options.features)
     alignment, left = correct_phones(read_with_options(path, options, audio), changes)
     reading = read_phones(alignment, options.language, options.unknown, options.fallback)
     track, notes = reading.track, (*left, *reading.notes)
@@ -70,7 +70,7 @@ def read_speech_input(
         audio = audio or find_audio(path)
         if audio is None:
             raise AudioError(f"{path}: has no recording next to it for this audio-driven model; give --audio")
-        sound = sound_from(read_sound(audio), alignment)
+        sound = sound_from(_read_sound(audio, options.features), alignment)
         notes = (*notes, *audio_notes(sound), *truncation_note(audio))
         if modality == "both":
             notes = (*notes, *_apart(audio, sound.duration, track.duration))
@@ -82,13 +82,18 @@ def is_recording(path: Path) -> bool:
     return path.suffix.lower() in SUFFIXES
 
 
-def _read_recording(path: Path, modality: InputModality) -> SpeechInput:
+def _read_sound(path: Path, features: str | None) -> Sound:
+    sound = read_sound(path)
+    return replace(sound, features=Path(features)) if features else sound
+
+
+def _read_recording(path: Path, modality: InputModality, features: str | None) -> SpeechInput:
     if modality != "audio":
         raise AlignmentError(
             f"{path}: is a recording, and this model needs an alignment; give the spoken words with --text, "
             "or choose an audio-driven --model"
         )
-    sound = read_sound(path)
+    sound = _read_sound(path, features)
     nothing = Alignment((), sound.duration, "", str(path))
     notes = (UNENFORCED, *audio_notes(sound), *truncation_note(path))
     return SpeechInput(nothing, silent_track(sound.duration), notes, sound, path)

@@ -40,10 +40,14 @@ def find_audio(alignment: Path) -> Path | None:
 
 @dataclass(frozen=True)
 class Sound:
-    """A recording in memory: `samples` (n,) float32 mono in -1..1, `rate` in hertz."""
+    """A recording in memory: `samples` (n,) float32 mono in -1..1, `rate` in hertz.
+
+    `features` is the file of features that were computed elsewhere, for models that read those.
+    """
 
     samples: NDArray[np.float32]
     rate: int
+    features: Path | None = None
 
     @property
     def duration(self) -> float:
@@ -52,8 +56,8 @@ class Sound:
 
 
 def read_sound(path: Path) -> Sound:
-    """A recording with its rate. Raises AudioError."""
-    return Sound(*read_audio(path))
+    """A recording with its rate, and the place of precomputed features beside it. Raises AudioError."""
+    return Sound(*read_audio(path), path.with_suffix(".features.npy"))
 
 
 def read_audio(path: Path) -> tuple[NDArray[np.float32], int]:

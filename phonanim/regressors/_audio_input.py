@@ -28,11 +28,13 @@ CHUNK, AROUND = 60.0, 3.0  # seconds decoded at a time, and seconds of context b
 class AudioInput(ABC):
     """Base of the audio-driven regressors: a sound is encoded, and its steps are decoded in stretches.
 
-    `config` has `encoder` and `rate`; `identity` is that of the encoder of the training.
+    `config` has `encoder` and `rate`; `identity` is that of the encoder of the training, `centre` (layers,
+    dims) the mean of its features.
     """
 
     config: Any
     identity: str
+    centre: Floats
 
     input_modality: ClassVar[InputModality] = "audio"
     resumable: ClassVar[bool] = True
@@ -57,7 +59,19 @@ class AudioInput(ABC):
                 f"the model was trained with {self.identity!r}, but the encoder is {encoder.identity!r}: "
                 "set PHONANIM_ENCODERS to its weights, or train it again"
             )
-        return self.input_features(self.config, sound, track)
+        found = self.input_features(self.config, sound, track)
+        self._check_size(found, sound)
+        return found
+
+    def _check_size(self, found: Features, sound: Sound) -> None:
+        """Raise ModelError when features are not as many as those of the training."""
+        layers, dims = found.at(np.zeros(1), 1 / self.config.rate).shape[1:]
+        known = self.centre.shape
+        if dims != known[1] or (layers != known[0] and known[0] > 1):
+            raise ModelError(
+                f"{sound.features}: has {layers} layers of {dims} features, the model was trained with "
+                f"{known[0]} of {known[1]}"
+            )
 
     @classmethod
     def input_features(cls, config: Any, sound: Sound, track: PhoneTrack | None) -> Features:

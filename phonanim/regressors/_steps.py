@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from phonanim.encoders import Encoder, Features, encode, load_encoder
 from phonanim.encoders.phones import track_features
+from phonanim.encoders.precomputed import Precomputed, read_features
 from phonanim.media.audio import Sound
 from phonanim.speech.phones import PhoneTrack
 
@@ -24,7 +25,12 @@ def cached_encoder(name: str) -> Encoder:
 
 
 def sound_features(encoder: Encoder, sound: Sound, track: PhoneTrack | None) -> Features:
-    """Features of a sound; phones come from the alignment, unless it is all silence."""
+    """Features of a sound; phones come from the alignment, unless it is all silence.
+
+    Raises AudioError when precomputed features cannot be read.
+    """
+    if isinstance(encoder, Precomputed):
+        return read_features(sound)
     if encoder.identity.startswith("phones") and track is not None and track.codes.any():
         return track_features(track)
     return encode(encoder, sound)

@@ -7,7 +7,7 @@ comes next.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -80,7 +80,7 @@ class Hybrid(AudioRegressor):
 def pad_sound(sound: Sound, end: float) -> Sound:
     """A sound, padded with silence up to `end` seconds if it is shorter."""
     missing = round((end - sound.duration) * sound.rate)
-    return Sound(np.pad(sound.samples, (0, missing)), sound.rate) if missing > 0 else sound
+    return replace(sound, samples=np.pad(sound.samples, (0, missing))) if missing > 0 else sound
 
 
 REGRESSOR = Hybrid

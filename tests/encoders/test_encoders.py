@@ -18,7 +18,7 @@ from phonanim.media.audio import Sound, read_sound
 from phonanim.speech.inventory import INVENTORY
 
 
-@pytest.fixture(scope="module", params=encoder_names())
+@pytest.fixture(scope="module", params=[name for name in encoder_names() if name != "precomputed"])
 def encoder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Encoder:
     folder = tmp_path_factory.mktemp(request.param)
     put(folder, request.param)
