@@ -10,6 +10,7 @@ import numpy as np
 
 from phonanim.commands import Console, console_options
 from phonanim.commands._films import appearance, track
+from phonanim.commands._stereo import reconstruct
 
 
 @click.group()
@@ -24,6 +25,7 @@ def command() -> None:
 
 command.add_command(track)
 command.add_command(appearance)
+command.add_command(reconstruct)
 
 
 @command.command()
