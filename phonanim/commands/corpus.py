@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from math import prod
 from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 
 from phonanim.commands import Console, console_options
 from phonanim.commands._films import appearance, track
@@ -112,7 +112,7 @@ def build_motion(
         else:
             corpus = build_motion_corpus(recordings, output, rests, language)
     splits = Counter(clip.split for clip in corpus.clips)
-    width = int(np.prod(corpus.frames(0).shape[1:]))
+    width = prod(corpus.frames(0).shape[1:])
     return {
         "corpus": str(output),
         "kind": corpus.kind,
