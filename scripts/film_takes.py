@@ -1,6 +1,9 @@
 """Draw takes of the same lines side by side, from the front and from the side, as an animated picture.
 
-    python scripts/film_takes.py docs/images/sentences.webp --take before old/*.glb --take after new/*.glb
+    phonanim batch lines/ -o direct/ --format glb --life 0 --retarget direct
+    phonanim batch lines/ -o full/ --format glb --life 0
+    python scripts/film_takes.py docs/images/sentences.webp \\
+        --take landmarks direct/*.glb --take articulation full/*.glb
 
 Each take is a label and the GLB files of its lines, which carry their own head; needs Pillow.
 """
@@ -23,7 +26,7 @@ from phonanim.rig.render import lower_face, render
 FPS = 12.5  # pictures per second
 SIZE, YAWS, CAPTION = 150, (0.0, 40.0), 44  # pixels, degrees, pixels
 SPAN = 0.8  # of the view of the lower face
-INK = (230, 230, 230)
+PAPER, INK = 250, (20, 20, 20)
 QUALITY = 62  # of WebP
 
 Frames = NDArray[np.uint8]
@@ -60,9 +63,9 @@ def draw_line(label: str, path: Path) -> list[Frames]:
     frames = []
     for time, shape in zip(times, shapes, strict=True):
         faces = np.hstack([render(shape, head, replace(view, yaw=yaw)) for yaw in YAWS])
-        caption = np.zeros((CAPTION, faces.shape[1], 3), np.uint8)
+        caption = np.full((CAPTION, faces.shape[1], 3), PAPER, np.uint8)
         word = next((word.label for word in line.words if word.start <= time < word.end), "")
-        draw_text(caption, f"{label}   {word}", faces.shape[1] // 2, 12, INK, "large", align=0.5)
+        draw_text(caption, f"{label}: {word}", faces.shape[1] // 2, 12, INK, "large", align=0.5)
         frames.append(np.vstack([faces, caption]))
     return frames
 

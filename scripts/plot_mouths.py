@@ -15,11 +15,15 @@ from numpy.typing import NDArray
 
 from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.corpus.pictures import load_captured, open_mouth_films
-from phonanim.media.pixels import write_png
+from phonanim.face.appearance import BACKDROP
+from phonanim.media.pixels import draw_text, write_png
 from phonanim.speech.labels import is_silent
-from phonanim.training.mouth import label_pictures, load_mouth
+from phonanim.training.mouth import load_mouth
 
 WIDTH = 8  # pictures
+ROWS = ("film", "model", "predicted")
+MARGIN, CAPTION = 76, 22  # pixels, for the names of rows and of phones
+PAPER, INK = 250, (20, 20, 20)
 
 
 def main() -> None:
@@ -42,8 +46,25 @@ def main() -> None:
         model.render(captured.joint[rows], 1.5),
         model.render(joint, 1.5),
     )
-    names = ([""] * len(labels), [""] * len(labels), labels)
-    write_png(np.vstack([label_pictures(*row) for row in zip(pictures, names, strict=True)]), args.output)
+    sheets = [sheet(name, row, labels) for name, row in zip(ROWS, pictures, strict=True)]
+    write_png(np.vstack(sheets), args.output)
+
+
+def sheet(name: str, pictures: NDArray[np.uint8], labels: list[str]) -> NDArray[np.uint8]:
+    """A row of pictures, (n, rows, columns, 3), on white, with its name at the left and labels below."""
+    count, height, width = pictures.shape[:3]
+    drawn = np.full((height + CAPTION, MARGIN + count * width, 3), PAPER, np.uint8)
+    draw_text(drawn, name, MARGIN // 2, height // 2, INK, align=0.5)
+    for place, (picture, label) in enumerate(zip(pictures, labels, strict=True)):
+        left = MARGIN + place * width
+        drawn[:height, left : left + width] = np.where(is_backdrop(picture), np.uint8(PAPER), picture)
+        draw_text(drawn, label, left + width / 2, height, INK, align=0.5)
+    return drawn
+
+
+def is_backdrop(picture: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Where a picture, (rows, columns, 3), shows no face; -> (rows, columns, 1)."""
+    return np.asarray((picture == BACKDROP).all(axis=-1, keepdims=True))
 
 
 def columns(corpus: Corpus, clip: int) -> tuple[NDArray[np.int64], list[str]]:

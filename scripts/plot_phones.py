@@ -1,6 +1,6 @@
 """Draw the shipped head in the middle of phones of natural speech, from the front and from the side.
 
-    python scripts/plot_phones.py ALIGNMENTS -o docs/images/phones.png [--rig arkit_tongue]
+    python scripts/plot_phones.py ALIGNMENTS -o phones.png [--rig arkit_tongue] [--retarget direct]
 
 ALIGNMENTS is a folder of English files. Of each phone the one of median duration is drawn.
 """
@@ -21,9 +21,10 @@ from phonanim.rig.head import load_head
 from phonanim.rig.render import View, lower_face, render
 
 PHONES = ("AA", "AE", "IY", "UW", "W", "OW", "SH", "S", "F", "M", "TH", "L")
-COLUMNS, SIZE, YAWS, CAPTION = 6, 200, (0.0, 40.0), 26  # pictures, pixels, degrees, pixels
+COLUMNS, SIZE, YAWS, CAPTION = 6, 200, {"front": 0.0, "side": 40.0}, 26  # pictures, pixels, degrees, pixels
 SPAN = 0.68  # of the view of the lower face
-INK = (230, 230, 230)
+PAPER, INK = 250, (20, 20, 20)
+MARGIN = 56  # pixels, for the names of the rows
 
 
 def main() -> None:
@@ -32,11 +33,12 @@ def main() -> None:
     options.add_argument("alignments", type=Path)
     options.add_argument("-o", "--output", type=Path, required=True)
     options.add_argument("--rig", default="arkit_tongue")
+    options.add_argument("--retarget", default="auto")
     options.add_argument("--files", type=int, default=80)
     chosen = options.parse_args()
     paths = sorted(chosen.alignments.rglob("*.TextGrid"))
     paths = paths[:: max(1, len(paths) // chosen.files)][: chosen.files]
-    weights = picked(paths, Options(rig=chosen.rig))
+    weights = picked(paths, Options(rig=chosen.rig, retarget=chosen.retarget))
     write_png(sheet(weights), chosen.output)
 
 
@@ -69,11 +71,14 @@ def sheet(weights: NDArray[np.float64]) -> NDArray[np.uint8]:
     rows = []
     for start in range(0, len(weights), COLUMNS):
         shapes = head.shape(weights[start : start + COLUMNS])
-        caption = np.zeros((CAPTION, SIZE * COLUMNS, 3), np.uint8)
+        caption = np.full((CAPTION, MARGIN + SIZE * COLUMNS, 3), PAPER, np.uint8)
         for place, phone in enumerate(PHONES[start : start + COLUMNS]):
-            draw_text(caption, phone, place * SIZE + SIZE // 2, 4, INK, "large", align=0.5)
-        for yaw in YAWS:
-            rows.append(np.hstack([render(shape, head, replace(view, yaw=yaw)) for shape in shapes]))
+            draw_text(caption, phone, MARGIN + place * SIZE + SIZE // 2, 4, INK, "large", align=0.5)
+        for name, yaw in YAWS.items():
+            margin = np.full((SIZE, MARGIN, 3), PAPER, np.uint8)
+            draw_text(margin, name, MARGIN // 2, SIZE // 2 - 8, INK, align=0.5)
+            faces = [render(shape, head, replace(view, yaw=yaw)) for shape in shapes]
+            rows.append(np.hstack([margin, *faces]))
         rows.append(caption)
     return np.vstack(rows)
 
