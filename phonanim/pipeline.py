@@ -14,7 +14,7 @@ from phonanim import regressors
 from phonanim.animation.animation import Animation
 from phonanim.animation.corrections import Corrections, corrected_options, timed_options
 from phonanim.animation.overlay import apply_overlays, hash_overlays
-from phonanim.animation.own_motion import animate_controls, unused_own_options
+from phonanim.animation.own_motion import animate_controls, sensed_articulation, unused_own_options
 from phonanim.animation.rates import check_rate, frame_count
 from phonanim.animation.smooth import closure_mask, smooth_controls
 from phonanim.animation.style import is_stepped_rig, scale_controls, unused_option_warnings
@@ -39,11 +39,12 @@ from phonanim.media.audio import Sound, find_audio
 from phonanim.options import DEFAULTS, SAMPLED, Options, make_options
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.reference import face_notes
-from phonanim.rig.retarget import retarget
+from phonanim.rig.retarget import pronounce_on, retarget
 from phonanim.speech.language import ReadingLanguage
 from phonanim.speech.loudness import Loudness
 from phonanim.speech.phones import PhoneTrack
 from phonanim.targets.controls import Controls
+from phonanim.targets.sensors import Sensors
 
 UNCORRECTED = Corrections()
 
@@ -54,14 +55,15 @@ PRECOMPUTED = "precomputed"  # the encoder that reads the features of another pr
 class AnimationResult:
     """An animation with its intermediate results: the phones, and the face's modes (frames, modes).
 
-    `language` is the language that the labels were read as, None for a recording.
+    A model of other motion than landmarks has no face and no modes. `language` is the language that the
+    labels were read as, None for a recording.
     """
 
     animation: Animation
     track: PhoneTrack
     notes: tuple[str, ...]
-    modes: NDArray[np.float32]
-    face: FaceModel
+    modes: NDArray[np.float32] | None
+    face: FaceModel | None
     language: ReadingLanguage | None = None
 
 
@@ -105,35 +107,7 @@ def animate(
         check_dial(dial, getattr(options, dial))
     check_rate(options.fps, f"{options.fps:g}")
     path = Path(path)
-    audio = Path(audio) if audio else find_audio(path)
-    if isinstance(load_model(options.model).target, FaceModel):
-        return animate_detailed(path, options, audio).animation
-    return animate_target(path, options, audio)
-
-
-def animate_target(path: Path, options: Options, audio: Path | None) -> Animation:
-    """The motion of a model of controls, in the rig of its data set or in one that a table leads to.
-
-    Raises ModelError for a model of vertices, which are no curves.
-    """
-    model = model_with_settings(options)
-    target = model.target
-    if not isinstance(target, Controls):
-        raise ModelError(f"{options.model}: moves {target.kind}, which are no curves of a rig")
-    line = read_speech_input(path, options, audio, model.regressor.input_modality)
-    rows = model.predict(
-        line.track, options.fps, frame_count(line.track.duration, options.fps), sound=line.sound
-    )
-    notes = (*line.notes, *unused_own_options(options))
-    return animate_controls(
-        target.decode(rows),
-        target,
-        options,
-        phones=line.alignment.intervals,
-        words=line.alignment.words,
-        audio=line.audio,
-        provenance=_provenance(path, options, notes) | _known(line),
-    )
+    return animate_detailed(path, options, Path(audio) if audio else find_audio(path)).animation
 
 
 def animate_detailed(
@@ -151,6 +125,9 @@ def animate_detailed(
     model, rig = model_with_settings(options), load_cached_rig(options.rig)
     line = read_speech_input(path, options, audio, model.regressor.input_modality, corrections.phones)
     options = timed_options(options, corrections, line.alignment.intervals)
+    if not isinstance(model.target, FaceModel):
+        animation = _animate_own(path, options, line, model)
+        return AnimationResult(animation, line.track, line.notes, None, None, line.language)
     life = life_of(options, path.stem)
     follows = options.loudness > 0 and articulates(options, rig, line.track)
     line = add_heard(line, model.regressor, options, loudness=follows, prosody=life.moves(rig))
@@ -178,12 +155,61 @@ def animate_detailed(
     return AnimationResult(animation, line.track, line.notes, motion.modes, model.face, line.language)
 
 
+def _animate_own(path: Path, options: Options, line: SpeechInput, model: regressors.Model) -> Animation:
+    """The motion of a model of controls or sensors. Raises ModelError for vertices, which are no curves."""
+    if isinstance(model.target, Sensors):
+        return _animate_sensors(path, options, line, model, model.target)
+    if isinstance(model.target, Controls):
+        return _animate_controls(path, options, line, model, model.target)
+    raise ModelError(f"{options.model}: moves {model.target.kind}, which are no curves of a rig")
+
+
+def _animate_controls(
+    path: Path, options: Options, line: SpeechInput, model: regressors.Model, target: Controls
+) -> Animation:
+    """Controls in the rig of their data set, or in one that a table leads to."""
+    frames = frame_count(line.track.duration, options.fps)
+    values = target.decode(model.predict(line.track, options.fps, frames, sound=line.sound))
+    provenance = _provenance(path, options, (*line.notes, *unused_own_options(options))) | _known(line)
+    return animate_controls(values, target, options, **_spoken_parts(line), provenance=provenance)
+
+
+def _animate_sensors(
+    path: Path, options: Options, line: SpeechInput, model: regressors.Model, target: Sensors
+) -> Animation:
+    """A rig moved by the articulation of predicted sensors. Raises RigError for one without a mouth."""
+    rig, life = load_cached_rig(options.rig), life_of(options, path.stem)
+    line = add_heard(line, model.regressor, options, loudness=False, prosody=life.moves(rig))
+    times = np.arange(frame_count(line.track.duration, options.fps)) / options.fps
+    rows = model.predict(line.track, options.fps, len(times), sound=line.sound)
+    mouth = sensed_articulation(model, target, rows, line.track, times, line.sound, options.contacts)
+    mouth = _spoken(mouth, options, line.track, times, None)
+    values = pronounce_on(mouth, rig, line.track, times)
+    values = scale_controls(values, rig, float(options.intensity > 0), own=options.gains)
+    values, laid = _add_layers(Motion(rows, values, mouth), line, None, rig, options, life)
+    notes = (*line.notes, *unused_option_warnings(options, rig), *idle_life(options, rig), *laid)
+    return Animation(
+        values=values,
+        channels=rig.controls,
+        fps=options.fps,
+        rig=rig.name,
+        **_spoken_parts(line),
+        provenance=_provenance(path, options, notes) | _known(line),
+        articulation=mouth.values.astype(np.float32),
+    )
+
+
+def _spoken_parts(line: SpeechInput) -> dict[str, Any]:
+    """The fields of an animation that tell what was said."""
+    return {"phones": line.alignment.intervals, "words": line.alignment.words, "audio": line.audio}
+
+
 def _add_layers(
-    motion: Motion, line: SpeechInput, face: FaceModel, rig: Rig, options: Options, life: Life
+    motion: Motion, line: SpeechInput, face: FaceModel | None, rig: Rig, options: Options, life: Life
 ) -> tuple[NDArray[np.float32], tuple[str, ...]]:
     """Controls with smoothing, overlays and life, (frames, controls), and notes on the overlays."""
     values, times = motion.values, np.arange(len(motion.modes)) / options.fps
-    if options.smooth and not is_stepped_rig(rig):
+    if options.smooth and face is not None and not is_stepped_rig(rig):
         closed = closure_mask(motion.modes, line.track, face, times, motion.articulation)
         values = smooth_controls(values, options.smooth, options.fps, closed)
     values, notes = apply_overlays(values, rig, options.overlays, line.track, times, load)

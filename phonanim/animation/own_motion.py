@@ -9,11 +9,24 @@ from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.animation.other_rig import move_to_rig
+from phonanim.articulation import CHANNELS, Articulation, articulate
+from phonanim.articulation.blend import CLEAR
+from phonanim.articulation.closures import enforce_contacts
+from phonanim.articulation.heard import HeardArticulation
+from phonanim.articulation.table import read_targets
 from phonanim.errors import ModelError, OptionError
+from phonanim.media.audio import Sound
 from phonanim.options import DEFAULTS, Options
+from phonanim.regressors import Model
 from phonanim.rig import load_rig
 from phonanim.rig.read import rig_names
+from phonanim.speech.gestures import GESTURES
+from phonanim.speech.phones import PhoneTrack
 from phonanim.targets.controls import Controls
+from phonanim.targets.sensors import Sensors
+
+Array = NDArray[np.float64]
+SILENCE = GESTURES.names.index("sil")
 
 WITHOUT = (
     *("intensity", "jaw", "lips", "rounding", "quickness", "reduction", "hold", "loudness", "gains"),
@@ -65,6 +78,40 @@ def on_whole_rig(animation: Animation, name: str) -> Animation:
         if control in animation.channels:
             values[:, column] = animation.channel(control)
     return Animation(**{**vars(animation), "values": values, "channels": rig.controls, "rig": rig.name})
+
+
+def sensed_articulation(
+    model: Model,
+    target: Sensors,
+    rows: NDArray[np.floating],
+    track: PhoneTrack,
+    times: Array,
+    sound: Sound | None,
+    contacts: bool = True,
+) -> Articulation:
+    """Articulation of predicted sensors, (frames, size) -> (frames, channels) mm.
+
+    Channels that the sensors do not show are those of the phones, else those that the model has learned to
+    hear, else those of a mouth at rest. Contacts of lips and teeth are enforced where there are phones.
+    """
+    spoken = bool(track.codes.any())
+    if spoken:
+        values = articulate(track, times).values.copy()
+    elif sound is not None and model.articulation is not None:
+        values = HeardArticulation.from_tensors(model.articulation).at(sound, times)[0]
+    else:
+        values = np.tile(read_targets().target[SILENCE], (len(times), 1))
+    gap, teeth = CHANNELS.index("lip_gap"), CHANNELS.index("lower_lip_to_teeth")
+    before = values[:, gap].copy()
+    for name, curve in target.channels(target.decode(rows)).items():
+        values[:, CHANNELS.index(name)] = curve
+    values[:, CHANNELS.index("jaw")] = np.maximum(values[:, CHANNELS.index("jaw")], 0)
+    # The lower lip follows the gap, but does not reach the teeth where nothing asks for it.
+    followed = values[:, teeth] + values[:, gap] - before
+    values[:, teeth] = np.maximum(followed, np.minimum(values[:, teeth], CLEAR))
+    if contacts and spoken:
+        enforce_contacts(values, track, times)
+    return Articulation(values)
 
 
 def unused_own_options(options: Options) -> tuple[str, ...]:

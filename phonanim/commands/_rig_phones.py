@@ -38,7 +38,7 @@ def rig_phones(name: str, paths: list[Path]) -> tuple[Table, list[Check], list[s
         values = made.animation.values
         times = np.arange(len(values)) / made.animation.fps
         weights.append((made.track, times, values))
-        shown = show_mouth(rig, values, made.face)
+        shown = show_mouth(rig, values, made.face) if made.face else None
         if shown is not None:
             lines.append((made.track, times, shown))
     table = phone_table(lines) if lines else {}

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from math import prod
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from phonanim.commands import Console, console_options
+from phonanim.commands._corpus_score import score
 from phonanim.commands._films import appearance, track
 from phonanim.commands._stereo import reconstruct
+
+if TYPE_CHECKING:
+    from phonanim.corpus.motion import MotionCorpus
 
 
 @click.group()
@@ -26,6 +30,7 @@ def command() -> None:
 command.add_command(track)
 command.add_command(appearance)
 command.add_command(reconstruct)
+command.add_command(score)
 
 
 @command.command()
@@ -41,6 +46,8 @@ command.add_command(reconstruct)
     help="Faces at rest of a data set of vertices: a folder or a .pkl of one per subject.",
 )
 @click.option("--language", default="auto", help="Label set of a data set's phones.")
+@click.option("--axes", default="forward,left,up", help="Directions of x, y and z of sensors in the files.")
+@click.option("--rate", type=click.FloatRange(10, 2000), help="Rate of sensors in the corpus, hertz (50).")
 @console_options
 def build(
     recordings: Path,
@@ -49,20 +56,26 @@ def build(
     every: int | None,
     template: Path | None,
     language: str,
+    axes: str,
+    rate: float | None,
     console: Console,
 ) -> None:
-    """Write a training corpus of a folder: of tracked films, or of a data set.
+    """Write a training corpus of a folder: of tracked films, of a data set, or of articulography.
 
     Films are what `corpus track` writes: clips.csv, landmarks.npz, textgrid/ and audio/. A data set is what
-    `corpus import` wrote, or with --dataset its owners' own layout. docs/targets.md describes such corpora.
+    `corpus import` wrote, or with --dataset its owners' own layout. Articulography is what `ema report`
+    reads, or .npz of sensors. docs/targets.md describes such corpora.
 
     \b
     Examples:
       phonanim corpus build recordings/grid_s1 -o work/corpus
       phonanim corpus build work/vocaset -o work/vocaset --template templates.pkl
       phonanim corpus build facegood/ --dataset facegood -o work/facegood
+      phonanim corpus build ema_de/ -o work/ema_de
     """
-    if dataset or (recordings / "dataset.json").is_file():
+    if holds_sensors(recordings, dataset):
+        facts = build_sensors(recordings, output, axes, rate, language, console)
+    elif dataset or (recordings / "dataset.json").is_file():
         facts = build_motion(recordings, output, dataset, every, template, language, console)
     elif template or every:
         raise click.UsageError("--template and --every are for data sets; give --dataset, or leave them out")
@@ -71,6 +84,37 @@ def build(
     counted = ", ".join(f"{value} {name}" for name, value in facts.items() if isinstance(value, int))
     console.print(f"wrote {output}: {counted}")
     console.print_result(facts)
+
+
+def holds_sensors(folder: Path, dataset: str | None) -> bool:
+    """Whether a folder has sensors: articulography as it is recorded, or an imported data set of it."""
+    from phonanim.corpus.motion_build import read_imported
+    from phonanim.ema.scoring import is_articulography
+
+    if dataset or (folder / "clips.csv").is_file():
+        return False
+    if (folder / "dataset.json").is_file():
+        return bool(read_imported(folder)[0]["kind"] == "sensors")
+    recorded = any(path.suffix.lower() in (".pos", ".mat") for path in folder.iterdir())
+    return recorded or is_articulography(folder)
+
+
+def build_sensors(
+    folder: Path, output: Path, axes: str, rate: float | None, language: str, console: Console
+) -> dict[str, Any]:
+    """Build a corpus of sensors, and return what it has."""
+    from phonanim.corpus.motion_build import read_imported
+    from phonanim.ema.corpus import RATE, build_sensor_corpus
+    from phonanim.ema.report import Preparation
+
+    imported = (folder / "dataset.json").is_file()
+    splits = {row["name"]: row["split"] for row in read_imported(folder)[1]} if imported else None
+    preparation = Preparation(axes=axes, rate=rate or RATE)
+    with console.progress(folder.name) as progress:
+        found = build_sensor_corpus(folder, output, preparation, language, splits, progress)
+    for name, why in found.left_out.items():
+        console.print(f"left out {name}: {why}")
+    return describe_corpus(found.corpus, output) | {"sensors": len(found.corpus.source.names)}
 
 
 def build_landmarks(recordings: Path, output: Path, console: Console) -> dict[str, Any]:
@@ -98,8 +142,6 @@ def build_motion(
     console: Console,
 ) -> dict[str, Any]:
     """Build a corpus of controls, sensors or vertices, and return what it has."""
-    from collections import Counter
-
     from phonanim.corpus.motion_build import build_from_dataset, build_motion_corpus
     from phonanim.evaluation.predictions import read_templates
 
@@ -111,6 +153,13 @@ def build_motion(
             raise click.UsageError("--every is for --dataset; give it to phonanim corpus import")
         else:
             corpus = build_motion_corpus(recordings, output, rests, language)
+    return describe_corpus(corpus, output)
+
+
+def describe_corpus(corpus: MotionCorpus, output: Path) -> dict[str, Any]:
+    """The facts of a corpus of controls, sensors or vertices."""
+    from collections import Counter
+
     splits = Counter(clip.split for clip in corpus.clips)
     width = prod(corpus.frames(0).shape[1:])
     return {
@@ -125,61 +174,6 @@ def build_motion(
         "aligned clips": sum(clip.aligned for clip in corpus.clips),
         "splits": dict(splits),
     }
-
-
-@command.command()
-@click.argument("corpus", type=click.Path(exists=True, file_okay=False, path_type=Path))
-@click.option("--model", "models", multiple=True, required=True, help="Model to score. Repeatable.")
-@click.option("--split", default="test", show_default=True, help="The clips to score.")
-@click.option(
-    "--mask", "masks", multiple=True, metavar="[REGION=]FILE", help="Vertices or controls of a region."
-)
-@click.option(
-    "-o", "--output", type=click.Path(file_okay=False, path_type=Path), help="Also write the motion here."
-)
-@console_options
-def score(
-    corpus: Path,
-    models: tuple[str, ...],
-    split: str,
-    masks: tuple[str, ...],
-    output: Path | None,
-    console: Console,
-) -> None:
-    """Score models of controls, sensors or vertices on clips of their corpus, beside a face that is still.
-
-    With -o, predicted and captured motion is written too, for `phonanim evaluate` and other tools.
-
-    \b
-    Example:
-      phonanim corpus score work/facegood --model models/facegood_phisanet --split test -o work/scored
-    """
-    from phonanim.corpus.motion import load_motion_corpus
-    from phonanim.evaluation.corpora import mean_measures, score_models
-    from phonanim.face.masks import parse_masks
-    from phonanim.pipeline import load_model
-
-    loaded, known = load_motion_corpus(corpus), {Path(name).name: load_model(name) for name in models}
-    with console.progress(split) as progress:
-        found = score_models(known, loaded, split, parse_masks(masks), output, progress)
-    table = {name: mean_measures(list(scores.values())) for name, scores in found.items()}
-    first = next(iter(found.values()))
-    seconds = sum(one.frames / one.fps for one in first.values())
-    for note in dict.fromkeys(note for one in first.values() for note in one.notes):
-        console.print(f"note: {note}")
-    facts = {"split": split, "clips": len(first), "seconds": round(seconds, 1), "models": table}
-    console.print_result(facts, "\n".join(scores_table(facts)))
-
-
-def scores_table(facts: dict[str, Any]) -> list[str]:
-    """Measures in rows, models in columns."""
-    table, wide = facts["models"], 24
-    lines = [f"{facts['clips']} clips, {facts['seconds']} s of the split {facts['split']}"]
-    lines.append(f"{'':<38}" + "".join(f"{name[: wide - 1]:>{wide}}" for name in table))
-    for measure in dict.fromkeys(measure for row in table.values() for measure in row):
-        cells = (f"{row[measure]:>{wide}.4f}" if measure in row else " " * wide for row in table.values())
-        lines.append(f"{measure:<38}" + "".join(cells))
-    return lines
 
 
 @command.command()

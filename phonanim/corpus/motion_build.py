@@ -17,6 +17,7 @@ from phonanim.corpus.motion import MotionClip, MotionCorpus, save_motion_corpus
 from phonanim.datasets import KINDS, SPLITS
 from phonanim.errors import CorpusError
 from phonanim.inputs.alignment import read_alignment
+from phonanim.speech.alignment import Interval
 from phonanim.speech.language import to_phones
 from phonanim.speech.phones import silent_track
 from phonanim.targets import Source
@@ -113,7 +114,7 @@ def read_clip(row: Mapping[str, str], folder: Path, fps: float, language: str) -
     if not motion.is_file():
         raise CorpusError(f"{motion}: is missing; import the data set again")
     grid = folder / "textgrid" / f"{name}.TextGrid"
-    track, words = silent_track(frames / fps), ()
+    track, words = silent_track(frames / fps), tuple[Interval, ...]()
     if grid.is_file():
         alignment = read_alignment(grid)
         track = to_phones(alignment, language, unknown="nearest")[0]

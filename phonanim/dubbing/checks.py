@@ -82,7 +82,7 @@ def missed_closures(result: AnimationResult, audio: Path | None) -> Flag | None:
     track, fps = result.track, result.animation.fps
     language = result.language.language if result.language else None
     numbers = np.array(shut_segments(track, language), np.int64)
-    if len(numbers) == 0:
+    if len(numbers) == 0 or result.modes is None or result.face is None:
         return None
     first = np.floor(track.bounds[numbers] * fps).astype(int)
     last = np.minimum(np.ceil(track.bounds[numbers + 1] * fps).astype(int), len(result.modes) - 1)

@@ -11,13 +11,14 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.ema.articulation import Articulation, orient_axes
+from phonanim.ema.articulation import Articulation, orient_axes, standard_name
 from phonanim.ema.utterances import load_utterances
 from phonanim.errors import CorpusError
 from phonanim.inputs.alignment import read_alignment
 from phonanim.metrics import speech_mask
 from phonanim.speech.language import to_phones
 from phonanim.speech.phones import PhoneTrack
+from phonanim.targets.sensors import mouth_channels
 
 Array = NDArray[np.float64]
 
@@ -27,6 +28,7 @@ STANDARD = {
     "TD": (4.2, 4.3), "TB": (5.0, 5.7), "TT": (5.6, 6.4),
     "JAW": (1.0, 2.8), "UL": (1.7, 1.9), "LL": (2.9, 4.4),
 }  # fmt: skip
+SOUNDS = (".wav", ".flac")
 
 
 @dataclass(frozen=True)
@@ -46,27 +48,25 @@ class Recording:
     in_mm: bool
 
 
-def sensor_channels(articulation: Articulation) -> dict[str, Array]:
-    """The channels of sensors, (samples,) each; x is forward, z up. Raises CorpusError without lip sensors.
+@dataclass(frozen=True)
+class Sensed:
+    """Sensors of a recording, x forward, y left, z up, with its phones; `audio` is its sound, if any."""
 
-    The jaw is the sensor on the lower incisors. Lip gap and protrusion come from the sensors on both lips.
-    The width is twice the distance of the mouth corner from the middle. The tongue's body is its dorsum.
+    name: str
+    speaker: str
+    sensors: Articulation
+    track: PhoneTrack
+    in_mm: bool
+    audio: Path | None = None
+
+
+def sensor_channels(articulation: Articulation) -> dict[str, Array]:
+    """The channels of sensors (phonanim.targets.sensors), (samples,) each; x is forward, z up.
+
+    Raises CorpusError without lip sensors.
     """
-    upper, lower = articulation.sensor("UL"), articulation.sensor("LL")
-    found = {
-        "lip_gap": upper[:, 2] - lower[:, 2],
-        "protrusion": (upper[:, 0] + lower[:, 0]) / 2,
-        "upper_lip": upper[:, 2],
-    }
-    if articulation.has("LI"):
-        found["jaw"] = -articulation.sensor("LI")[:, 2]
-    if articulation.has("LC"):
-        found["lip_width"] = 2 * np.abs(articulation.sensor("LC")[:, 1])
-    for sensor, channel in (("TT", "tongue_tip"), ("TD", "tongue_body")):
-        if articulation.has(sensor):
-            place = articulation.sensor(sensor)
-            found |= {f"{channel}_height": place[:, 2], f"{channel}_front": place[:, 0]}
-    return found
+    articulation.sensor("UL"), articulation.sensor("LL")
+    return mouth_channels(articulation.positions, tuple(map(standard_name, articulation.names)))
 
 
 def load_recordings(folder: Path) -> list[Recording]:
@@ -76,16 +76,18 @@ def load_recordings(folder: Path) -> list[Recording]:
     array of standardized midsagittal columns (samples, columns) for each utterance, x towards the back.
     Raises CorpusError.
     """
+    return [_recording(sensed) for sensed in load_sensed(folder)]
+
+
+def load_sensed(folder: Path) -> list[Sensed]:
+    """The sensors of the recordings of such a folder. Raises CorpusError."""
     found = [one for path in sorted(folder.glob("*.npz")) for one in _arrays(path)]
-    if not found:
-        return [
-            _recording(u.name, folder.name, u.articulation, u.track, in_mm=True)
-            for u in load_utterances(folder)
-        ]
-    return found
+    return found or [
+        Sensed(u.name, folder.name, u.articulation, u.track, True, u.audio) for u in load_utterances(folder)
+    ]
 
 
-def _arrays(path: Path) -> Iterator[Recording]:
+def _arrays(path: Path) -> Iterator[Sensed]:
     try:
         with np.load(path) as stored:
             arrays: dict[str, Any] = {name: stored[name] for name in stored.files}
@@ -112,13 +114,15 @@ def _columns(path: Path, columns: list[str], table: Array, rate: float) -> Artic
     return orient_axes(Articulation(names, places, rate, source=str(path)), "back,left,up")
 
 
-def _beside(path: Path, name: str, speaker: str, sensors: Articulation, in_mm: bool) -> Recording:
+def _beside(path: Path, name: str, speaker: str, sensors: Articulation, in_mm: bool) -> Sensed:
     alignment = read_alignment(path.with_name(f"{name}.TextGrid"))
-    return _recording(name, speaker, sensors, to_phones(alignment, "english")[0], in_mm)
+    sounds = [path.with_name(name + suffix) for suffix in SOUNDS]
+    audio = next((sound for sound in sounds if sound.is_file()), None)
+    return Sensed(name, speaker, sensors, to_phones(alignment, "english")[0], in_mm, audio)
 
 
-def _recording(name: str, speaker: str, sensors: Articulation, track: PhoneTrack, in_mm: bool) -> Recording:
-    curves, times = sensor_channels(sensors), sensors.times
-    said = speech_mask(track, times) & (times < track.duration)
+def _recording(one: Sensed) -> Recording:
+    curves, times = sensor_channels(one.sensors), one.sensors.times
+    said = speech_mask(one.track, times) & (times < one.track.duration)
     tracked = np.all([np.isfinite(curve) for curve in curves.values()], axis=0)
-    return Recording(name, speaker, track, times, said & tracked, curves, in_mm)
+    return Recording(one.name, one.speaker, one.track, times, said & tracked, curves, one.in_mm)

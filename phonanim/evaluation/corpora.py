@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,9 @@ from phonanim.evaluation.evaluate import evaluate
 from phonanim.evaluation.predictions import Motion, Vertices
 from phonanim.evaluation.scoring import Scores
 from phonanim.regressors import Model, in_style
+from phonanim.targets.sensors import mouth_channels
+from phonanim.training.motion import fit_motion
+from phonanim.training.recipe import read_recipe
 
 CAPTURED, STILL = "captured", "mean of training"
 """The folder of captured motion, and the row of a face that does not move."""
@@ -42,21 +46,60 @@ def score_models(
         check_same_motion(name, model, corpus)
     mean, found = mean_frame(corpus), {name: dict[str, Scores]() for name in (*models, STILL)}
     for done, clip in enumerate(clips, start=1):
-        captured = motion_of(np.asarray(corpus.frames(clip)), corpus)
-        predicted = {
-            name: motion_of(predict_frames(model, corpus, clip), corpus) for name, model in models.items()
-        }
-        rest = corpus.rest(clip)
-        still = mean if rest is None else rest
-        frames = np.broadcast_to(still, (corpus.clips[clip].frames, *still.shape))
-        predicted[STILL] = motion_of(np.array(frames), corpus)
-        for name, motion in predicted.items():
-            found[name][corpus.clips[clip].name] = score_clip(motion, captured, corpus, clip, masks)
-        if output:
-            del predicted[STILL]
-            write_motions({**predicted, CAPTURED: captured}, corpus.clips[clip].name, output)
+        for name, scores in score_one(models, corpus, clip, mean, masks, output).items():
+            found[name][corpus.clips[clip].name] = scores
         progress(done / len(clips))
     return found
+
+
+def score_left_out(
+    recipes: Sequence[Path],
+    corpus: MotionCorpus,
+    masks: Mapping[str, NDArray[np.int64]] | None = None,
+    output: Path | None = None,
+    progress: Callable[[float], None] = lambda done: None,
+) -> dict[str, dict[str, Scores]]:
+    """The scores of recipes that are trained anew without each clip in turn, by recipe and clip.
+
+    Raises what training raises, and EvaluationError for a corpus of a single clip.
+    """
+    count = len(corpus.clips)
+    if count < 2:
+        raise EvaluationError("the corpus has one clip, and none is left to train on")
+    found = {name: dict[str, Scores]() for name in (*(recipe.stem for recipe in recipes), STILL)}
+    for clip in range(count):
+        others = tuple(
+            replace(one, split="test" if number == clip else "train")
+            for number, one in enumerate(corpus.clips)
+        )
+        rest, models = replace(corpus, clips=others), dict[str, Model]()
+        for path in recipes:
+            recipe = read_recipe(path)
+            models[path.stem] = fit_motion(recipe, rest, recipe.seed, path, lambda done: None, None)
+        for name, scores in score_one(models, rest, clip, mean_frame(rest), masks, output).items():
+            found[name][corpus.clips[clip].name] = scores
+        progress((clip + 1) / count)
+    return found
+
+
+def score_one(
+    models: Mapping[str, Model],
+    corpus: MotionCorpus,
+    clip: int,
+    mean: NDArray[np.float64],
+    masks: Mapping[str, NDArray[np.int64]] | None,
+    output: Path | None,
+) -> dict[str, Scores]:
+    """The scores of models and of a still face on a clip; with `output`, the motion is written there."""
+    captured, name = motion_of(np.asarray(corpus.frames(clip)), corpus), corpus.clips[clip].name
+    predicted = {one: motion_of(predict_frames(model, corpus, clip), corpus) for one, model in models.items()}
+    if output:
+        write_motions({**predicted, CAPTURED: captured}, name, output)
+    rest = corpus.rest(clip)
+    still = mean if rest is None else rest
+    frames = np.broadcast_to(still, (corpus.clips[clip].frames, *still.shape))
+    predicted[STILL] = motion_of(np.array(frames), corpus)
+    return {one: score_clip(motion, captured, corpus, clip, masks) for one, motion in predicted.items()}
 
 
 def score_clip(
@@ -67,7 +110,7 @@ def score_clip(
     masks: Mapping[str, NDArray[np.int64]] | None,
 ) -> Scores:
     """Every measure of one clip, with its phones where it has some."""
-    one, rest = corpus.clips[clip], corpus.rest(clip)
+    one, rest = corpus.clips[clip], corpus.rest(clip) if corpus.kind == "vertices" else None
     unit = corpus.source.unit if corpus.source.unit in ("m", "cm", "mm") and rest is not None else None
     track = one.track if one.aligned else None
     return evaluate(motion, captured, alignment=track, masks=masks, template=rest, unit=unit)
@@ -92,6 +135,7 @@ def predict_frames(model: Model, corpus: MotionCorpus, clip: int) -> NDArray[np.
     return model.target.decode(rows, corpus.rest(clip))
 
 
+ARTICULATION = "articulation"  # the rig whose controls are the channels of articulation
 STYLES = ("speaker and emotion", "speaker", "emotion")
 
 
@@ -99,6 +143,10 @@ def motion_of(frames: NDArray[np.floating], corpus: MotionCorpus) -> Motion:
     """Frames of a corpus as motion that can be scored."""
     if corpus.kind == "vertices":
         return Vertices(frames.astype(np.float64), corpus.fps)
+    if corpus.kind == "sensors":
+        channels = mouth_channels(frames, corpus.source.names)
+        curves = np.stack(list(channels.values()), axis=1).astype(np.float32)
+        return Animation(curves, tuple(channels), corpus.fps, rig=ARTICULATION)
     names = corpus.source.names or tuple(map(str, range(frames.shape[1])))
     return Animation(frames.astype(np.float32), names, corpus.fps, rig=corpus.source.data)
 

@@ -143,7 +143,7 @@ class Model:
             return self.target
         raise ModelError(
             f"the model moves {self.target.kind}, not landmarks of a face: use phonanim animate or "
-            "phonanim corpus predict with it"
+            "phonanim corpus score with it"
         )
 
     def predict(

@@ -63,6 +63,21 @@ def retarget(
     return limit_controls(values, rig)
 
 
+def pronounce_on(
+    articulation: Articulation, rig: Rig, track: PhoneTrack, times: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Controls of any rig by articulation alone, the tongue too, (frames, channels) mm -> (frames, controls).
+
+    Raises RigError for a rig that articulation cannot move, and for one of mouth shapes without phones.
+    """
+    if not rig.speaks:
+        raise RigError(f"rig {rig.name} {_why_silent(rig)}")
+    through = rig.through.rig if rig.through else rig
+    if through.visemes is not None and not track.codes.any():
+        raise RigError(f"rig {rig.name} shows mouths of phones; give an alignment, or another --rig")
+    return _articulated(articulation, rig, track, times)
+
+
 def _articulated(
     articulation: Articulation, rig: Rig, track: PhoneTrack | None, times: NDArray[np.float64] | None
 ) -> NDArray[np.float32]:

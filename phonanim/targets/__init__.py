@@ -22,7 +22,8 @@ TARGETS = Registry("phonanim.targets", needs=("TARGET",))
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 Clip = tuple[NDArray[np.floating], Array | None]
-"""Frames of a recording, (frames, ...), and the subject's face at rest, (vertices, 3), if it has one."""
+"""Frames of a recording, (frames, ...), and its subject at rest, if it has one: a face (vertices, 3), or the
+mean position of sensors (sensors, 3)."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,8 @@ class Source:
     """What is known of the frames of a corpus.
 
     `data` is the data set's name, `names` are those of controls or sensors, `unit` is "mm" or empty.
-    `templates` (vertices, 3) are faces at rest by subject, `triangles` (n, 3) rows of vertices, if known.
+    `templates` are subjects at rest by name: faces (vertices, 3), or mean positions of sensors (sensors, 3).
+    `triangles` (n, 3) are rows of vertices, if known.
     """
 
     data: str
@@ -57,7 +59,7 @@ class Source:
 
 
 class Target(Protocol):
-    """What a model moves. `rest` is the face at rest of the subject, (vertices, 3), which vertices need."""
+    """What a model moves. `rest` is the subject at rest, (vertices, 3) or (sensors, 3)."""
 
     kind: ClassVar[str]
 

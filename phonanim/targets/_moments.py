@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import CorpusError
-from phonanim.targets import Clip, TargetSettings
+from phonanim.targets import Array, Clip, Floats, TargetSettings
 
-Array = NDArray[np.float64]
 STILL = 1e-6  # of the largest range: a number that changes less does not move
 
 
@@ -30,13 +29,20 @@ class Moments:
         ranges = self.most - self.least
         return np.asarray(ranges > STILL * ranges.max())
 
-    def scaling(self, settings: TargetSettings) -> tuple[Array, Array]:
-        """What is taken off each number, and what the rest is divided by, (numbers,) each."""
-        if settings.scale == "minmax":
-            return self.least, self.most - self.least
-        if settings.scale == "zscore":
-            return self.mean, self.deviation
-        return np.zeros_like(self.mean), np.ones_like(self.mean)
+    def scaling(self, settings: TargetSettings) -> tuple[Floats, Floats]:
+        """What is taken off each number, and what the rest is divided by, (numbers,); still ones by 1."""
+        low, span = {
+            "minmax": (self.least, self.most - self.least),
+            "zscore": (self.mean, self.deviation),
+            "none": (np.zeros_like(self.mean), np.ones_like(self.mean)),
+        }[settings.scale]
+        low, span = np.where(self.moving, low, self.mean), np.where(self.moving, span, 1.0)
+        return as_single(low), as_single(span)
+
+
+def as_single(values: Array) -> Floats:
+    """Numbers in single precision."""
+    return values.astype(np.float32)
 
 
 def moments_of(clips: Iterable[Clip], data: str) -> Moments:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.targets import Array, Clip, Floats, Source, TargetSettings
-from phonanim.targets._moments import moments_of
+from phonanim.targets._moments import as_single, moments_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,16 +55,13 @@ class Controls:
         """Learn ranges or moments. Raises CorpusError when nothing moves in the clips."""
         found = moments_of(clips, source.data)
         low, span = found.scaling(settings)
-        low = np.where(found.moving, low, found.mean)
-        span = np.where(found.moving, span, 1.0)
         names = source.names or tuple(map(str, range(len(low))))
-        least = most = None
-        if settings.limits == "data":
-            unit = found.least.min() >= 0 and found.most.max() <= 1
-            least, most = (np.zeros_like(low), np.ones_like(low)) if unit else (found.least, found.most)
-            least, most = least.astype(np.float32), most.astype(np.float32)
-        scale = low.astype(np.float32), span.astype(np.float32)
-        return cls(source.data, names, found.moving, scale[0], scale[1], least, most)
+        if settings.limits == "none":
+            return cls(source.data, names, found.moving, low, span)
+        unit = found.least.min() >= 0 and found.most.max() <= 1
+        least = np.zeros_like(low) if unit else as_single(found.least)
+        most = np.ones_like(low) if unit else as_single(found.most)
+        return cls(source.data, names, found.moving, low, span, least, most)
 
     def tensors(self) -> dict[str, NDArray[Any]]:
         """Scaling and limits."""

@@ -16,7 +16,9 @@ from phonanim.corpus.motion import MotionCorpus
 from phonanim.errors import CorpusError, ModelError
 from phonanim.regressors import Examples, Model, make_config, regressor_class
 from phonanim.regressors._contract import check_fitted
-from phonanim.targets import TargetSettings, target_class
+from phonanim.targets import Target, TargetSettings, target_class
+from phonanim.targets.sensors import Sensors
+from phonanim.training.articulation import learn_articulation, with_zeros
 from phonanim.training.recipe import Recipe
 
 Progress = Callable[[float], None]
@@ -39,7 +41,9 @@ def fit_motion(
     rng = np.random.default_rng(seed)
     train, held = split_clips(corpus, recipe.validation, rng)
     settings = recipe.target or TargetSettings()
-    target = target_class(corpus.kind).fit(settings, corpus.source, corpus.examples(train))
+    target: Target = target_class(corpus.kind).fit(settings, corpus.source, corpus.examples(train))
+    if isinstance(target, Sensors):
+        target = with_zeros(target, corpus, train)
     styles = style_names(corpus, train, settings.styles)
     values = with_styles(recipe, len(styles))
     named = styles if values.get("styles", 1) > 1 else ()
@@ -68,7 +72,8 @@ def fit_motion(
             "speakers": len({corpus.clips[n].subject for n in train}),
         },
     }
-    return Model(regressor, target, card)
+    heard = learn_articulation(regressor, learned) if isinstance(target, Sensors) else None
+    return Model(regressor, target, card, heard)
 
 
 def split_clips(

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import regressors
-from phonanim.articulation.heard import can_hear_articulation, fit_heard_articulation
 from phonanim.core.catalog import DEFAULT_MODEL, find_model
 from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
@@ -28,13 +27,13 @@ from phonanim.regressors import (
     Examples,
     Model,
     Regressor,
-    Tensors,
     load_face,
     make_config,
     regressor_class,
 )
 from phonanim.regressors._contract import check_fitted
 from phonanim.speech.language import to_phones
+from phonanim.training.articulation import learn_articulation
 from phonanim.training.motion import fit_motion
 from phonanim.training.recipe import Recipe, Teacher, read_recipe
 
@@ -115,15 +114,6 @@ def fit_recipe(
         },
     }
     return Model(regressor, face, card, learn_articulation(regressor, recordings))
-
-
-def learn_articulation(regressor: Regressor, recordings: Examples) -> Tensors | None:
-    """What a model that hears can tell of articulation without phones; None for other models."""
-    encoder = getattr(regressor.config, "encoder", "")
-    if regressor.input_modality != "audio" or not can_hear_articulation(encoder):
-        return None
-    clips = zip(recordings.tracks, recordings.times, recordings.sounds, strict=True)
-    return fit_heard_articulation(encoder, clips).tensors()
 
 
 def add_teacher_examples(
