@@ -10,13 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
+from phonanim.animation.own_motion import rig_of_names
 from phonanim.core.files import atomic_path
 from phonanim.corpus.examples import read_clip_sound, style_name
 from phonanim.corpus.motion import MotionCorpus
 from phonanim.errors import EvaluationError
 from phonanim.evaluation.evaluate import evaluate
+from phonanim.evaluation.measures import control_measures, control_regions
 from phonanim.evaluation.predictions import Motion, Vertices
 from phonanim.evaluation.scoring import Scores
+from phonanim.metrics import correlation, sd_ratio
 from phonanim.regressors import Model, in_style
 from phonanim.targets.sensors import mouth_channels
 from phonanim.training.motion import fit_motion
@@ -24,6 +27,7 @@ from phonanim.training.recipe import read_recipe
 
 CAPTURED, STILL = "captured", "mean of training"
 """The folder of captured motion, and the row of a face that does not move."""
+LIVELY = 10  # controls that move most in a clip, whose correlations are told
 
 
 def score_models(
@@ -109,11 +113,36 @@ def score_clip(
     clip: int,
     masks: Mapping[str, NDArray[np.int64]] | None,
 ) -> Scores:
-    """Every measure of one clip, with its phones where it has some."""
+    """Every measure of one clip, with its phones where it has some.
+
+    Controls of a rig that is not shipped are scored as curves: a name that a shipped head has, too, may mean
+    another thing there.
+    """
+    if corpus.kind == "controls" and not rig_of_names(corpus.source.names):
+        assert isinstance(motion, Animation)
+        assert isinstance(captured, Animation)
+        regions = control_regions(corpus.source.names, masks or {})
+        measures = control_measures(motion, captured, regions) | follow_controls(motion, captured)
+        return Scores(measures, len(captured.values), captured.fps, "control_mse")
     one, rest = corpus.clips[clip], corpus.rest(clip) if corpus.kind == "vertices" else None
     unit = corpus.source.unit if corpus.source.unit in ("m", "cm", "mm") and rest is not None else None
     track = one.track if one.aligned else None
     return evaluate(motion, captured, alignment=track, masks=masks, template=rest, unit=unit)
+
+
+def follow_controls(motion: Animation, captured: Animation) -> dict[str, float]:
+    """How well the LIVELY controls follow the captured ones: r and the ratio of deviations, and their means."""
+    lively = np.argsort(-captured.values.std(axis=0), kind="stable")[:LIVELY]
+    lively = [int(row) for row in lively if captured.values[:, row].std() > 0]
+    found = {}
+    for row in lively:
+        pair = motion.values[:, row].astype(np.float64), captured.values[:, row].astype(np.float64)
+        found[f"{captured.channels[row]}_r"] = correlation(*pair)
+        found[f"{captured.channels[row]}_sd_ratio"] = sd_ratio(*pair)
+    for name in ("r", "sd_ratio"):
+        values = [value for key, value in found.items() if key.endswith(f"_{name}")]
+        found[f"control_{name}"] = float(np.mean(values)) if values else np.nan
+    return found
 
 
 def check_same_motion(name: str, model: Model, corpus: MotionCorpus) -> None:
