@@ -24,6 +24,7 @@ def command() -> None:
     Examples:
       phonanim rig list
       phonanim rig fit hero.glb              a head with blendshapes, fitted without an artist
+      phonanim rig landmarks hero.glb        a page to mark its face on, where that is unsure
       phonanim rig new hero                  any other rig: eight poses to copy, a file to fill in
       phonanim rig check hero/hero.toml
       phonanim animate line.TextGrid -o line.csv --rig hero/hero.toml
@@ -188,6 +189,7 @@ def fit_command(
     """
     from dataclasses import replace
 
+    from phonanim.errors import RigError
     from phonanim.pipeline import load_model
     from phonanim.rig.character import load_character
     from phonanim.rig.fit_character import fit_character
@@ -202,8 +204,12 @@ def fit_command(
     rig, spots = fit_character(character, face, target.stem, given)
     quality = fit_quality(rig, character, spots, face)
     check_alive(quality, str(head))
-    table = landmarks or target.with_suffix(".landmarks.csv")
-    if not landmarks:
+    table = target.with_suffix(".landmarks.csv")
+    if landmarks and given is spots:
+        table = landmarks
+    elif table == landmarks:
+        raise RigError(f"{landmarks}: all landmarks would be written over it; rename it, or give another -o")
+    else:
         write_landmarks(table, spots)
     write_rig(target, replace(rig, head=head, landmarks=table))
     if sheet:
@@ -228,6 +234,32 @@ def fit_command(
         },
         str(target),
     )
+
+
+@command.command("landmarks")
+@click.argument("head", type=FILE)
+@click.option("-o", "--output", type=PLACE, help="The page; HEAD with .landmarks.html when left out.")
+@click.option("--landmarks", type=FILE, help="A landmark table of this head to correct.")
+@console_options
+def landmarks_command(head: Path, output: Path | None, landmarks: Path | None, console: Console) -> None:
+    """Write a page on which you click the points of the face on a GLB or VRM head, where `rig fit` is unsure.
+
+    The page works offline and saves a table for `phonanim rig fit --landmarks`, which finds the other
+    landmarks from these ten to fifteen points. The names of the shapes are not needed.
+
+    \b
+    Examples:
+      phonanim rig landmarks hero.glb -o hero.html       open it in a browser, mark the points, save
+      phonanim rig fit hero.glb --landmarks hero.points.csv
+      phonanim rig landmarks hero.glb --landmarks hero.landmarks.csv
+    """
+    from phonanim.rig.landmarks import read_landmarks
+    from phonanim.viewer.marking_page import write_marking_page
+
+    page = output or head.with_suffix(".landmarks.html")
+    write_marking_page(head, page, read_landmarks(landmarks) if landmarks else None)
+    console.print(f"open {page} in a browser, mark the points and save; its last line says what to run next")
+    console.print_result({"page": str(page)}, str(page))
 
 
 @command.command("transfer")

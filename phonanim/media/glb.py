@@ -185,11 +185,9 @@ def glb_bytes(tree: dict[str, Any], binary: bytes | list[bytes]) -> bytes:
     return b"".join([header, text, chunk, *pieces, padding])
 
 
-def world_transform(glb: Glb, node: int) -> Array:
-    """The transform of a node, (4, 4); the identity for a skinned mesh, which its skeleton places."""
+def node_transform(glb: Glb, node: int) -> Array:
+    """The transform of a node and of those above it, (4, 4)."""
     nodes = glb.tree["nodes"]
-    if "skin" in nodes[node]:
-        return np.eye(4)
     matrix = _local(nodes[node])
     while node in glb.parents:  # `check_tree` ensures that there is no cycle
         node = glb.parents[node]

@@ -16,13 +16,16 @@ from numpy.typing import NDArray
 from phonanim.errors import MissingExtraError, RigError
 from phonanim.rig.geometry import vertex_normals
 from phonanim.rig.head import Head
-from phonanim.rig.landmarks import MeshLandmarks
+from phonanim.rig.landmarks import MARK, MeshLandmarks
 from phonanim.rig.names import known_controls
 from phonanim.rig.tables import VRM, read_viseme_shapes
 
 Array = NDArray[np.float64]
 
-INNER_PARTS = re.compile(r"eye|teeth|tooth|gum|tongue|socket|lash|hair|brow|tear|cornea", re.IGNORECASE)
+INNER_PARTS = re.compile(
+    r"eye|teeth|tooth|gum|tongue|socket|lash|hair|brow|tear|cornea|facemouth|mouth_?(in|cav|bag)|glasses",
+    re.IGNORECASE,
+)
 OPENINGS = ("jawopen", "aa", "visemeaa", "a", "mouthopen")  # these separate the lower lip from the upper
 FEWEST_NAMES = 4
 NORMAL_REACH = 0.010  # metres: distance added for a surface that faces the other way
@@ -79,7 +82,7 @@ def check_alignment(goal: Array, aligned: Array, vertices: Array) -> None:
     if not apart < UNSURE:
         raise RigError(
             f"is not sure where the face is: its shapes lie {apart * 1000:.0f} mm from where their names "
-            "say, on average; give --landmarks"
+            f"say, on average; mark it: {MARK}"
         )
     face = aligned.mean(axis=0)
     level = vertices[
@@ -89,7 +92,7 @@ def check_alignment(goal: Array, aligned: Array, vertices: Array) -> None:
     if high - low > SKULL and face[2] < (low + high) / 2:
         raise RigError(
             "is not sure where the face is: most of the head lies in front of what its shapes move; "
-            "give --landmarks"
+            f"mark it: {MARK}"
         )
 
 
@@ -103,7 +106,7 @@ def known_places(model: Head, target: Head) -> tuple[Array, Array]:
     if len(names) < FEWEST_NAMES:
         raise RigError(
             f"the head has {len(names)} shapes whose names are known, too few to find its face by; name some "
-            "as ARKit or VRM does (eyeBlinkLeft, eyeBlinkRight, jawOpen, mouthPucker), or give --landmarks"
+            f"as ARKit or VRM does (eyeBlinkLeft, eyeBlinkRight, jawOpen, mouthPucker), or mark it: {MARK}"
         )
     return np.array([ours[n] for n in names]), np.array([theirs[n] for n in names])
 

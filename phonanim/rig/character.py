@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from phonanim.core.decode import DecodeError
 from phonanim.errors import RigError
-from phonanim.media.glb import Glb, read_glb, world_transform
+from phonanim.media.glb import Glb, read_glb
 from phonanim.media.gltf import WORTH, check_room
+from phonanim.media.skinning import moved_points, placement, turned
 from phonanim.rig.head import Head, point_rows, vertex_colors
 from phonanim.rig.morphs import Morphs, find_morphs
-from phonanim.rig.textures import texture_colors
+from phonanim.rig.textures import seen_faces, texture_colors
 
 Array = NDArray[np.float64]
 
@@ -30,6 +31,16 @@ def load_character(path: Path) -> Head:
     """
     glb = read_glb(path)
     return _joined([piece for morphs in find_morphs(glb) for piece in _pieces(glb, morphs)], path)
+
+
+def load_painted_character(path: Path) -> Head:
+    """Read a character as `load_character` does, point by point, with the colours of its textures.
+
+    What is clear in the textures has no triangles. Raises RigError.
+    """
+    glb = read_glb(path)
+    moving = find_morphs(glb)
+    return _joined([piece for morphs in moving for piece in _pieces(glb, morphs, textured=True)], path)
 
 
 def load_dressed_character(path: Path) -> Head:
@@ -115,8 +126,7 @@ def _controls(morphs: Morphs) -> dict[str, Array]:
 def _pieces(glb: Glb, morphs: Morphs, textured: bool = False) -> list[Piece]:
     """The primitives of a node's mesh, named by node and material, and `textured` where they can be."""
     node = glb.tree["nodes"][morphs.node]
-    matrix, controls = world_transform(glb, morphs.node), _controls(morphs)
-    turn = matrix[:3, :3].T
+    controls = _controls(morphs)
     pieces = []
     for primitive in glb.tree["meshes"][node["mesh"]]["primitives"]:
         points = point_rows(glb, primitive)
@@ -125,12 +135,15 @@ def _pieces(glb: Glb, morphs: Morphs, textured: bool = False) -> list[Piece]:
         named = primitive.get("targets", ()) if controls else ()
         moves = np.array([_moved(glb, target, len(points)) for target in named]).reshape(-1, *points.shape)
         faces = glb.faces(primitive, len(points))
+        if textured:
+            faces = faces[seen_faces(glb, primitive, faces, len(points))]
         coloured = _tells_colour(material, primitive)
         colors = vertex_colors(glb, primitive, points) if coloured else np.full_like(points, GREY)
         texture = texture_colors(glb, primitive, len(points)) if textured else None
         colors = colors if texture is None else texture
-        placed = points @ turn + matrix[:3, 3]
-        pieces.append(Piece(name, placed, faces, moves @ turn, controls, colors))
+        matrix = placement(glb, morphs.node, primitive, len(points))
+        placed = moved_points(points, matrix)
+        pieces.append(Piece(name, placed, faces, turned(moves, matrix), controls, colors))
     return pieces
 
 

@@ -9,10 +9,11 @@ import numpy as np
 
 from phonanim.errors import RigError
 from phonanim.face.model import OUTER_LIPS, FaceModel
+from phonanim.rig.face_points import complete_landmarks
 from phonanim.rig.fit import fit_rig
 from phonanim.rig.head import TONGUE, Head, load_head
 from phonanim.rig.landmark_rig import LandmarkRig, control_partners, make_landmark_rig
-from phonanim.rig.landmarks import MeshLandmarks, shipped_landmarks
+from phonanim.rig.landmarks import MARK, MeshLandmarks, shipped_landmarks
 from phonanim.rig.measuring import ALWAYS, ARKIT, SHAPE, measure
 from phonanim.rig.morphs import plain_name
 from phonanim.rig.motion import read_motion
@@ -31,19 +32,23 @@ VISEME = re.compile(
     r"(viseme|v|fclmth|mth)?(sil|pp|ff|th|dd|kk|ch|ss|nn|rr|aa|ih|ou|ee|oh|[aeiou])", re.IGNORECASE
 )
 SIDE = re.compile(r"(left|right)$")
+OPENER = "jawopen"
+ENOUGH_VISEMES = 5  # from which only visemes are used
 ENOUGH_ARKIT = 10  # number of speech controls with ARKit's names from which only these are used
 
 
 def fit_character(
     head: Head, face: FaceModel, name: str, spots: MeshLandmarks | None = None
 ) -> tuple[Rig, MeshLandmarks]:
-    """A rig for a head with blendshapes, and its landmarks (suggested when not given).
+    """A rig for a head with blendshapes, and its landmarks: suggested when not given, completed when few are.
 
     Raises RigError when the face cannot be found or no shape moves the lips.
     """
     arkit, head = load_rig("arkit"), head.without(TONGUE)
     if spots is None:
         spots = suggest_landmarks(load_head(), shipped_landmarks(), head)
+    elif not set(face.indices.tolist()) <= set(spots.numbers.tolist()):
+        spots = complete_landmarks(load_head(), shipped_landmarks(), head, spots)
     landmark_rig = make_landmark_rig(head, spots, face)
     rig = unfitted_rig(head, name, speech_controls(landmark_rig, face, arkit))
     mouth = measure(head, spots, face, speech_uses(rig.speech))
@@ -75,14 +80,14 @@ def unfitted_rig(head: Head, name: str, speech: tuple[str, ...]) -> Rig:
 
 
 def speech_controls(landmark_rig: LandmarkRig, face: FaceModel, arkit: Rig) -> tuple[str, ...]:
-    """The speech controls: ARKit's by name, else all that move the lips except for expressions.
+    """The speech controls: ARKit's by name, else visemes, else all that move the lips except for expressions.
 
-    Pairs that pull the mouth to either side cancel each other and are left out. Raises RigError when no
-    control is left.
+    ARKit's are none without the one that opens the jaw. Pairs that pull the mouth to either side cancel each
+    other and are left out. Raises RigError when no control is left.
     """
     known = {plain_name(name) for name in arkit.speech}
     named = tuple(name for name in landmark_rig.controls if plain_name(name) in known)
-    if len(named) >= ENOUGH_ARKIT:
+    if len(named) >= ENOUGH_ARKIT and OPENER in map(plain_name, named):
         return named
     lips = landmark_rig.shapes[:, face.rows(OUTER_LIPS)]
     both = lips + lips[control_partners(landmark_rig)]
@@ -95,5 +100,6 @@ def speech_controls(landmark_rig: LandmarkRig, face: FaceModel, arkit: Rig) -> t
         if speaks and plain_name(name) not in MOODS
     )
     if not chosen:
-        raise RigError("no shape of the head moves its lips; check its morph targets, or give --landmarks")
-    return chosen
+        raise RigError(f"no shape of the head moves its lips; check its morph targets, or mark it: {MARK}")
+    visemes = tuple(name for name in chosen if VISEME.fullmatch(plain_name(name)))
+    return visemes if len(visemes) >= ENOUGH_VISEMES else chosen

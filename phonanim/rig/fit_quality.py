@@ -17,7 +17,7 @@ from phonanim.face.model import FaceModel
 from phonanim.metrics import correlation
 from phonanim.metrics.phones import phone_middles
 from phonanim.rig.head import Head
-from phonanim.rig.landmarks import MeshLandmarks
+from phonanim.rig.landmarks import MARK, MeshLandmarks
 from phonanim.rig.pronounce import pronounce
 from phonanim.rig.read import load_rig
 from phonanim.rig.rig import Rig
@@ -93,12 +93,12 @@ def check_alive(quality: FitQuality, name: str) -> None:
     if not (gap.slope >= LEAST_SLOPE and gap.r >= LEAST_R):
         raise RigError(
             f"{name}: its lips hardly follow speech ({gap}; a slope of {LEAST_SLOPE:g} and r {LEAST_R:g} are "
-            "needed), so no rig is written; check the landmarks of its lips and mend them: --landmarks"
+            f"needed), so no rig is written; mark its lips: {MARK}"
         )
     if quality.open_at_closures > MOST_OPEN:
         raise RigError(
             f"{name}: its lips stay {quality.open_at_closures:.1f} mm apart at p b m, so no rig is written; "
-            "give it a shape that closes them, or mend the landmarks of its lips: --landmarks"
+            f"give it a shape that closes them, or mark its lips: {MARK}"
         )
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from phonanim.core.lexicon import LEXICON
 from phonanim.errors import RigError
-from phonanim.media.glb import Glb, read_glb, world_transform
+from phonanim.media.glb import Glb, node_transform, read_glb
 from phonanim.rig.morphs import has_targets, target_names
 from phonanim.rig.names import match_shapes
 from phonanim.rig.neck import Neck, find_bone
@@ -120,7 +120,7 @@ def _neck(glb: Glb, primitives: list[dict[str, Any]]) -> Neck | None:
         if joints.shape != weights.shape or len(joints) != len(point_rows(glb, primitive)):
             raise RigError(f"{glb.source}: its skin weights do not fit its points; export it again")
         shares.append(np.where(joints == joint, weights, 0.0).sum(axis=1))
-    return Neck(world_transform(glb, bone.node)[:3, 3], np.concatenate(shares).astype(float))
+    return Neck(node_transform(glb, bone.node)[:3, 3], np.concatenate(shares).astype(float))
 
 
 def _target_names(glb: Glb, mesh: dict[str, Any]) -> tuple[str, ...]:

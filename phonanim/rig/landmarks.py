@@ -16,6 +16,8 @@ from phonanim.errors import RigError
 
 Array = NDArray[np.float64]
 SHIPPED = LEXICON / "rigs" / "arkit.landmarks.csv"
+MARK = "phonanim rig landmarks, then --landmarks with the points"
+"""What messages say to do where a face is not found."""
 HEADER = ("landmark", "vertex_a", "vertex_b", "vertex_c", "weight_a", "weight_b", "weight_c")
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from phonanim.core.files import atomic_path, write_text
 from phonanim.media.glb import glb_bytes
+from phonanim.rig.geometry import vertex_normals
 from phonanim.rig.head import Head
 
 Array = NDArray[np.float64]
@@ -31,18 +32,30 @@ def write_head(path: Path, head: Head) -> None:
         partial.write_bytes(head_bytes(head))
 
 
-def head_bytes(head: Head) -> bytes:
-    """The bytes of a GLB: one mesh, a primitive per part, the shapes as sparse morph targets."""
+def head_bytes(head: Head, painted: bool = False) -> bytes:
+    """The bytes of a GLB: one mesh, a primitive per part, the shapes as sparse morph targets.
+
+    A `painted` head has its colours at the points, on rough surfaces that are seen from both sides.
+    """
     chunk = Chunk()
     names = list(head.parts)
     primitives = [chunk.primitive(head, head.parts[name], number) for number, name in enumerate(names)]
+    if painted:
+        normals = vertex_normals(head.vertices, head.triangles)
+        for name, primitive in zip(names, primitives, strict=True):
+            rows = head.parts[name]
+            primitive["attributes"] |= {
+                "NORMAL": chunk.vectors(normals[rows]),
+                "COLOR_0": chunk.vectors(head.colors[rows].clip(0, 1)),
+            }
+    surface = {"doubleSided": True, "pbrMetallicRoughness": {"metallicFactor": 0.0}} if painted else {}
     tree = {
         "asset": {"version": "2.0", "generator": "phonanim"},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [{"name": "head", "mesh": 0}],
         "meshes": [{"name": "head", "primitives": primitives, "extras": {"targetNames": list(head.targets)}}],
-        "materials": [{"name": name} for name in names],
+        "materials": [{"name": name, **surface} for name in names],
         "accessors": chunk.accessors,
         "bufferViews": chunk.views,
         "buffers": [{"byteLength": len(chunk.data)}],
@@ -82,6 +95,11 @@ class Chunk:
         )
         targets = [{"POSITION": self.target(delta[rows].astype("<f4"), kind)} for delta in head.deltas]
         return {"attributes": {"POSITION": place}, "indices": index, "material": material, "targets": targets}
+
+    def vectors(self, values: Array) -> int:
+        """Normals or colours of points, (n, 3)."""
+        view = self.view(values.astype("<f4"))
+        return self.accessor(bufferView=view, componentType=FLOAT, count=len(values), type="VEC3")
 
     def target(self, delta: NDArray[np.float32], kind: dict[str, Any]) -> int:
         """The motion of a shape, stored only for the vertices that it moves."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import RigError
-from phonanim.media.glb import Glb, world_transform
+from phonanim.media.glb import Glb, node_transform
 from phonanim.rig.morphs import plain_name
 
 Array = NDArray[np.float64]
@@ -128,7 +128,7 @@ def find_bone(glb: Glb) -> Bone | None:
         return None
     node = named[0] if node is None else node
     above = glb.parents.get(node)
-    rotation = np.eye(3) if above is None else world_transform(glb, above)[:3, :3]
+    rotation = np.eye(3) if above is None else node_transform(glb, above)[:3, :3]
     if "VRM" in tree.get("extensions", {}):
         rotation = np.diag([-1.0, 1.0, -1.0]) @ rotation  # VRM 0.x characters face backwards
     rest = np.array(tree["nodes"][node].get("rotation", (0.0, 0.0, 0.0, 1.0)))

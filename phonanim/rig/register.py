@@ -23,6 +23,8 @@ from phonanim.rig.rims import put_on_rims
 Array = NDArray[np.float64]
 
 STIFFNESS = (50.0, 20.0, 8.0, 3.0, 1.0, 0.4)
+CORNERS = (61, 291)  # landmarks at the corners of the mouth
+LIPS = 0.025  # metres from the middle of the mouth within which lips are told apart by how they open
 BEND = 0.06  # metres within which proportions change together
 TRUST = 0.3  # the greater, the less a single shape bends the face
 STEPS = 4  # per stiffness
@@ -51,8 +53,19 @@ def suggest_landmarks(model: Head, spots: MeshLandmarks, target: Head) -> MeshLa
     aligned = align_heads(model, target)
     theirs = replace(theirs, points=aligned(target.vertices))
     mine = replace(mine, points=bent_points(mine.points, *known_places(model, target), aligned))
+    mouth = spots.take(CORNERS).of(mine.points).mean(axis=0)
+    mine, theirs = (opening_near(surface, mouth) for surface in (mine, theirs))
     warped = warp_surface(mine, theirs, face_rows(model, spots))
     return place_landmarks(warped, spots, theirs)
+
+
+def opening_near(surface: Surface, mouth: Array) -> Surface:
+    """A surface whose motion as the mouth opens counts near the mouth alone.
+
+    What opens a mouth moves a chin on some heads, and the lower lip alone on others.
+    """
+    apart = np.linalg.norm(surface.points - mouth, axis=1)
+    return replace(surface, opening=surface.opening * np.exp(-((apart / LIPS) ** 2) / 2))
 
 
 def bent_points(points: Array, ours: Array, theirs: Array, aligned: Callable[[Array], Array]) -> Array:
@@ -123,4 +136,5 @@ def place_landmarks(warped: Surface, spots: MeshLandmarks, theirs: Surface) -> M
     found = tree(features).query(spots.of(warped.features()))[1]
     weights = SAMPLE_WEIGHTS[found % len(SAMPLE_WEIGHTS)]
     placed = MeshLandmarks(spots.numbers, theirs.triangles[owners[found]], weights)
-    return put_on_rims(theirs.points, theirs.triangles, placed)
+    opening = theirs.opening if theirs.opening.any() else None
+    return put_on_rims(theirs.points, theirs.triangles, placed, opening)

@@ -18,6 +18,12 @@ Array = NDArray[np.float64]
 
 UPPER_INNER = (191, 80, 81, 82, 13, 312, 311, 310, 415)
 LOWER_INNER = (95, 88, 178, 87, 14, 317, 402, 318, 324)
+UPPER_OUTER = (185, 40, 39, 37, 0, 267, 269, 270, 409)
+LOWER_OUTER = (146, 91, 181, 84, 17, 314, 405, 321, 375)
+# Where the inner lips' landmarks lie between the corners, as on the shipped head.
+ACROSS = np.array([0.13, 0.19, 0.28, 0.38, 0.50, 0.62, 0.72, 0.81, 0.87])
+OPENED = 0.15  # more of the motion of an opening mouth below a slit than above it
+FAR = 0.015  # metres above and below the line between the corners in which the slit is sought
 TOUCHING = 1e-6  # metres: vertices nearer than this are one
 REACH = 0.003  # metres up and down in which the rim is searched
 
@@ -55,25 +61,65 @@ def surface_at_pixels(view: View, picture: Picture, seen: Array) -> tuple[NDArra
     return picture.corners[face], weights / weights.sum(axis=1, keepdims=True)
 
 
-def put_on_rims(points: Array, triangles: NDArray[np.int64], landmarks: MeshLandmarks) -> MeshLandmarks:
-    """Move the inner-lip landmarks to the rims, on a skin in metres that looks along z with y up."""
+def put_on_rims(
+    points: Array, triangles: NDArray[np.int64], landmarks: MeshLandmarks, opening: Array | None = None
+) -> MeshLandmarks:
+    """Move the inner-lip landmarks to the rims, on a skin in metres that looks along z with y up.
+
+    `opening` (points,) is how far each point goes as the mouth opens, from 0 to 1: the slit is then sought
+    where what is below opens and what is above does not, even where the landmarks are not near. Landmarks of
+    the outer lips go along with inner ones that were far.
+    """
     mouth = landmarks.take((61, 291)).of(points)
-    view = View(20_000.0, mouth.mean(axis=0), (800.0, 400.0), 800, 1600)  # twenty pixels to the millimetre
+    view = View(20_000.0, mouth.mean(axis=0), (800.0, 600.0), 1200, 1600)  # twenty pixels to the millimetre
     picture = view.show(points, triangles)
-    rows = np.flatnonzero(np.isin(landmarks.numbers, UPPER_INNER + LOWER_INNER))
+    rows = _rows_of(landmarks, UPPER_INNER + LOWER_INNER)
     seen = view.pixels(landmarks.of(points)[rows])[:, :2]
-    upper = np.isin(landmarks.numbers[rows], UPPER_INNER)
+    before = seen.copy()
+    if opening is not None:
+        _seek_slit(seen, picture, points, opening, view.pixels(mouth)[:, :2], round(FAR * view.scale))
     reach = round(REACH * view.scale)
-    for spot, above in zip(seen, upper, strict=True):
-        near = np.arange(round(spot[1]) - reach, round(spot[1]) + reach)
-        column = round(spot[0])
+    for number, spot in enumerate(seen):
+        near = np.arange(round(spot[1]) - reach, round(spot[1]) + reach).clip(0, view.height - 1)
+        column = int(np.clip(round(spot[0]), 0, view.width - 1))
         gaps = near[1:][_torn(picture, points, near, column)]
         if len(gaps) == 0:  # one closed surface: its deepest point is the crease
             gaps = near[[picture.depth[near, column].argmin()]]
-        spot[1] = gaps[0] - 1 if above else gaps[-1]
+        spot[1] = gaps[0] - 1 if number < len(UPPER_INNER) else gaps[-1]
+    far = np.flatnonzero(np.abs(seen - before).max(axis=1) > reach)
+    outer = _rows_of(landmarks, UPPER_OUTER + LOWER_OUTER)[far]
+    along = view.pixels(landmarks.of(points)[outer])[:, :2]
+    along = np.column_stack([seen[far, 0], along[:, 1] + (seen - before)[far, 1]])
     corners, weights = landmarks.corners.copy(), landmarks.weights.copy()
-    corners[rows], weights[rows] = surface_at_pixels(view, picture, seen)
+    moved, places = np.concatenate([rows, outer]), np.concatenate([seen, along])
+    corners[moved], weights[moved] = surface_at_pixels(view, picture, places)
     return MeshLandmarks(landmarks.numbers, corners, weights)
+
+
+def _rows_of(landmarks: MeshLandmarks, numbers: tuple[int, ...]) -> NDArray[np.int64]:
+    place = {int(number): row for row, number in enumerate(landmarks.numbers)}
+    return np.array([place[number] for number in numbers])
+
+
+def _seek_slit(
+    seen: Array, picture: Picture, points: Array, opening: Array, mouth: Array, reach: int
+) -> None:
+    """Bring the pixels of inner lips, (18, 2), to the tear below which the mouth opens most, in place.
+
+    It is sought up and down from the line between the two corners of the `mouth`. Columns without such a tear
+    are left.
+    """
+    shares = np.tile(ACROSS, 2)
+    columns = np.rint(mouth[0, 0] + shares * (mouth[1, 0] - mouth[0, 0])).astype(int)
+    lines = np.rint(mouth[0, 1] + shares * (mouth[1, 1] - mouth[0, 1])).astype(int)
+    height, width = picture.face.shape
+    for spot, column, line in zip(seen, columns.clip(0, width - 1), lines, strict=True):
+        near = np.arange(line - reach, line + reach).clip(0, height - 1)
+        faces = picture.face[near, column]
+        opened = np.where(faces == EMPTY, 0.0, opening[picture.corners[faces]].mean(axis=1))
+        gained = np.where(_torn(picture, points, near, column), opened[1:] - opened[:-1], 0.0)
+        if gained.max() > OPENED:
+            spot[:] = column, near[gained.argmax() + 1]
 
 
 def _torn(picture: Picture, points: Array, rows: NDArray[np.int64], column: int) -> NDArray[np.bool_]:

@@ -15,6 +15,7 @@ from phonanim.media.glb import Glb
 Array = NDArray[np.float64]
 
 LARGEST = 8192 * 8192  # pixels of a texture
+SOLID = 0.5  # alpha from which a surface is drawn
 SIDE = 1024  # pixels to which a texture is reduced: points are farther apart
 
 
@@ -24,22 +25,68 @@ def texture_colors(glb: Glb, primitive: dict[str, Any], count: int) -> Array | N
     None without a texture, where it is outside the file or damaged, or without Pillow.
     """
     try:
-        material = glb.tree["materials"][primitive["material"]]
-        surface = material.get("pbrMetallicRoughness", {})
-        texture = surface["baseColorTexture"]
-        picture = _picture(glb, glb.tree["textures"][texture["index"]]["source"])
-        places = glb.accessor(primitive["attributes"][f"TEXCOORD_{texture.get('texCoord', 0)}"])
-        if picture is None or places.shape != (count, 2) or not np.isfinite(places).all():
+        surface = glb.tree["materials"][primitive["material"]].get("pbrMetallicRoughness", {})
+        found = _texture(glb, primitive, count)
+        if found is None:
             return None
-        size = np.array(picture.shape[1::-1])
-        across, down = np.minimum((places % 1.0) * size, size - 1).astype(int).T
-        return picture[down, across] * np.asarray(surface.get("baseColorFactor", (1.0, 1.0, 1.0)), float)[:3]
+        picture, places = found
+        factor = np.asarray(surface.get("baseColorFactor", (1.0, 1.0, 1.0)), float)[:3]
+        return _sampled(picture, places)[:, :3] * factor
     except DAMAGE:
         return None
 
 
+def seen_faces(
+    glb: Glb, primitive: dict[str, Any], faces: NDArray[np.int64], count: int
+) -> NDArray[np.bool_]:
+    """Which triangles are more solid than clear, (t,): glass and the empty parts of textures are not.
+
+    Those of a material that is opaque, or whose texture cannot be read, are.
+    """
+    all_seen = np.ones(len(faces), bool)
+    try:
+        material = glb.tree["materials"][primitive["material"]] if "material" in primitive else {}
+        mode = material.get("alphaMode", "OPAQUE")
+        if mode not in ("BLEND", "MASK"):
+            return all_seen
+        least = float(material.get("alphaCutoff", SOLID)) if mode == "MASK" else SOLID
+        factor = material.get("pbrMetallicRoughness", {}).get("baseColorFactor", (1.0,) * 4)[3]
+        found = _texture(glb, primitive, count)
+        if found is None:
+            return all_seen & (factor >= least)
+        picture, places = found
+        corners = places[faces]
+        spots = np.concatenate([corners, corners.mean(axis=1, keepdims=True)], axis=1)
+        alpha = _sampled(picture, spots.reshape(-1, 2))[:, 3].reshape(len(faces), 4)
+        return np.asarray(alpha.mean(axis=1) * factor >= least)
+    except DAMAGE:
+        return all_seen
+
+
+def _texture(glb: Glb, primitive: dict[str, Any], count: int) -> tuple[Array, Array] | None:
+    """The picture of a primitive's base colour and the places of its points in it, (count, 2); or None."""
+    surface = glb.tree["materials"][primitive["material"]].get("pbrMetallicRoughness", {})
+    if "baseColorTexture" not in surface:
+        return None
+    texture = surface["baseColorTexture"]
+    entry = glb.tree["textures"][texture["index"]]
+    number = entry.get("extensions", {}).get("EXT_texture_webp", entry).get("source", entry.get("source"))
+    picture = None if number is None else _picture(glb, number)
+    places = glb.accessor(primitive["attributes"][f"TEXCOORD_{texture.get('texCoord', 0)}"])
+    if picture is None or places.shape != (count, 2) or not np.isfinite(places).all():
+        return None
+    return picture, places
+
+
+def _sampled(picture: Array, places: Array) -> Array:
+    """A picture at places, (n, 2) -> (n, 4)."""
+    size = np.array(picture.shape[1::-1])
+    across, down = np.minimum((places % 1.0) * size, size - 1).astype(int).T
+    return np.asarray(picture[down, across])
+
+
 def _picture(glb: Glb, number: int) -> Array | None:
-    """A picture of the file as linear light, (height, width, 3)."""
+    """A picture of the file as linear light and alpha, (height, width, 4)."""
     image = glb.tree["images"][number]
     if "bufferView" not in image:
         return None
@@ -52,7 +99,7 @@ def _picture(glb: Glb, number: int) -> Array | None:
 
 @lru_cache(maxsize=8)
 def decode_picture(data: bytes) -> Array | None:
-    """A PNG, JPEG or WebP as linear light, (height, width, 3), reduced to SIDE; None if it cannot be read."""
+    """A PNG, JPEG or WebP as linear light and alpha, (height, width, 4), reduced to SIDE; None if damaged."""
     try:
         from PIL import Image, UnidentifiedImageError
     except ImportError:
@@ -62,9 +109,12 @@ def decode_picture(data: bytes) -> Array | None:
             if picture.width * picture.height > LARGEST:
                 return None
             picture.draft("RGB", (SIDE, SIDE))
-            small = picture.convert("RGB")
+            small = picture.convert("RGBA")
         small.thumbnail((SIDE, SIDE))
     except (UnidentifiedImageError, OSError, SyntaxError, Image.DecompressionBombError, *DAMAGE):
         return None
     light = np.asarray(small, float) / 255
-    return np.where(light <= 0.04045, light / 12.92, ((light + 0.055) / 1.055) ** 2.4)
+    light[..., :3] = np.where(
+        light[..., :3] <= 0.04045, light[..., :3] / 12.92, ((light[..., :3] + 0.055) / 1.055) ** 2.4
+    )
+    return light

@@ -70,8 +70,8 @@ class Stage {
     const centre = both.getCenter(new THREE.Vector3());
     centre.y += lids.isEmpty() ? 0.5 * height : 0.04 * tall;
     const distance = tall / 2 / Math.tan((FIELD * Math.PI) / 360);
-    const turn = facing(model, both.getCenter(new THREE.Vector3()), height);
-    const away = new THREE.Vector3(-0.22 * distance, 0, distance).applyAxisAngle(new THREE.Vector3(0, 1, 0), turn);
+    this.ahead = facing(model, both.getCenter(new THREE.Vector3()), height);
+    const away = new THREE.Vector3(-0.22 * distance, 0, distance).applyAxisAngle(new THREE.Vector3(0, 1, 0), this.ahead);
     this.controls.target.copy(centre);
     this.camera.position.copy(centre).add(away);
     this.camera.near = distance / 50;

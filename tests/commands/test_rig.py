@@ -169,7 +169,9 @@ def ict_head(shared_data: Path) -> Head:
 def test_a_head_without_known_names_is_said() -> None:
     head = load_head()
     strange = replace(head, targets=tuple(f"shape{i}" for i in range(len(head.targets))))
-    with pytest.raises(RigError, match="0 shapes whose names are known, too few .* or give --landmarks"):
+    with pytest.raises(
+        RigError, match="0 shapes whose names are known, too few .* or mark it: phonanim rig land"
+    ):
         suggest_landmarks(head, shipped_landmarks(), strange)
 
 

@@ -67,33 +67,62 @@ def test_meshes_without_shapes_are_worn(tmp_path, hero):
     assert "hair." in " ".join(head.parts)
 
 
-def test_a_texture_colours_the_points(hero):
-    images = pytest.importorskip("PIL.Image")
-    stream = io.BytesIO()
-    images.fromarray(np.full((4, 4, 3), (255, 0, 0), np.uint8)).save(stream, "PNG")
-    picture = decode_picture(stream.getvalue())
-    assert picture is not None
-    np.testing.assert_array_equal(picture, np.broadcast_to([1.0, 0, 0], (4, 4, 3)))
-    assert decode_picture(b"\x89PNG nothing") is None
+def painted(hero: Path, picture: bytes, material: dict[str, Any], webp: bool = False) -> int:
+    """Give the skin of a character a picture, at one place for all of its points; return their number."""
     glb = read_glb(hero)
     count = len(load_head().vertices[load_head().parts["skin"]])
     places = np.full((count, 2), 0.5, "<f4").tobytes()
     tree, start = glb.tree, len(glb.binary) + -len(glb.binary) % 4
     tree["bufferViews"] += [
         {"buffer": 0, "byteOffset": start, "byteLength": len(places)},
-        {"buffer": 0, "byteOffset": start + len(places), "byteLength": len(stream.getvalue())},
+        {"buffer": 0, "byteOffset": start + len(places), "byteLength": len(picture)},
     ]
     views = len(tree["bufferViews"])
     tree["accessors"].append({"bufferView": views - 2, "componentType": 5126, "count": count, "type": "VEC2"})
     skin = tree["meshes"][0]["primitives"][0]
     skin["attributes"]["TEXCOORD_0"] = len(tree["accessors"]) - 1
-    tree |= {"images": [{"bufferView": views - 1, "mimeType": "image/png"}], "textures": [{"source": 0}]}
-    tree["materials"][skin["material"]]["pbrMetallicRoughness"] = {"baseColorTexture": {"index": 0}}
-    data = glb.binary.ljust(start, b"\0") + places + stream.getvalue()
+    texture = {"extensions": {"EXT_texture_webp": {"source": 0}}} if webp else {"source": 0}
+    tree |= {"images": [{"bufferView": views - 1, "mimeType": "image/png"}], "textures": [texture]}
+    tree["materials"][skin["material"]] |= {
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+        **material,
+    }
+    data = glb.binary.ljust(start, b"\0") + places + picture
     tree["buffers"] = [{"byteLength": len(data)}]
     hero.write_bytes(glb_bytes(tree, data))
-    head = load_dressed_character(hero)
-    np.testing.assert_array_equal(head.colors[:count], np.broadcast_to([1.0, 0, 0], (count, 3)))
+    return count
+
+
+def picture_of(color: tuple[int, ...], kind: str = "PNG") -> bytes:
+    images = pytest.importorskip("PIL.Image")
+    stream = io.BytesIO()
+    images.fromarray(np.full((4, 4, len(color)), color, np.uint8)).save(stream, kind)
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize("kind", ["PNG", "WEBP"])
+def test_a_texture_colours_the_points(hero, kind):
+    count = painted(hero, picture_of((255, 0, 0), kind), {}, webp=kind == "WEBP")
+    colors = load_dressed_character(hero).colors[:count]
+    np.testing.assert_allclose(colors, np.broadcast_to([1.0, 0, 0], (count, 3)), atol=0.01)
+
+
+def test_glass_is_not_drawn(hero):
+    """A clear surface in front of eyes would hide them; one that is declared opaque is drawn."""
+    solid = len(load_dressed_character(hero).triangles)
+    skin = int((load_head().triangles < load_head().parts["skin"].stop).all(axis=1).sum())
+    painted(hero, picture_of((9, 9, 9, 40)), {"alphaMode": "BLEND"})
+    assert len(load_dressed_character(hero).triangles) == solid - skin
+    painted(write_convention("BS_", hero), picture_of((9, 9, 9, 40)), {})
+    assert len(load_dressed_character(hero).triangles) == solid
+
+
+def test_pictures_are_decoded_or_left():
+    picture = decode_picture(picture_of((255, 0, 0)))
+    assert picture is not None
+    assert picture is not None
+    np.testing.assert_array_equal(picture, np.broadcast_to([1.0, 0, 0, 1], (4, 4, 4)))
+    assert decode_picture(b"\x89PNG nothing") is None
 
 
 def test_a_sheet_shows_the_character(tmp_path, hero):
