@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 
 from phonanim.comparison import plots
-from phonanim.comparison.run import model_rows
+from phonanim.comparison.run import model_rows, seeded_rows
 from phonanim.comparison.scores import MEASURES, measure_value
-from phonanim.comparison.tables import measure_heading
+from phonanim.comparison.tables import interval, measure_heading
 from phonanim.core.files import atomic_path
 from phonanim.errors import MissingExtraError
-from phonanim.evaluation.statistics import bootstrap_interval
 from phonanim.face.model import INNER_LIPS, OUTER_LIPS, FaceModel
 
 Document = dict[str, Any]
@@ -87,8 +86,8 @@ def _scored(document: Document, variant: str) -> list[str]:
 def _value(document: Document, name: str, variant: str, where: str, measure: str) -> list[float]:
     """A measure and its 95 % interval."""
     rows = (model_rows(document, name, variant, where) or {})[measure]
-    rng = np.random.default_rng(document["seed"])
-    return [measure_value(measure, rows), *bootstrap_interval(rows, rng, MEASURES[measure].statistic)]
+    by_seed = (seeded_rows(document, name, variant, where) or {})[measure]
+    return [measure_value(measure, rows), *interval(document, by_seed, MEASURES[measure].statistic)]
 
 
 def _bars(figure: Any, document: Document, variant: str) -> None:

@@ -32,7 +32,8 @@ class Job:
     """A recipe to train on some clips of a corpus, with changed settings, into a folder.
 
     `face_clips` are the clips of the model's reference face; several jobs share one face, so that their
-    parameters can be compared. `mouth`: train on the joint modes of shape and appearance.
+    parameters can be compared. `mouth`: train on the joint modes of shape and appearance. `seed` replaces
+    that of the recipe.
     """
 
     recipe: Path
@@ -42,6 +43,7 @@ class Job:
     folder: Path
     settings: dict[str, Any] = field(default_factory=dict)
     mouth: bool = False
+    seed: int | None = None
 
     @property
     def key(self) -> str:
@@ -52,6 +54,7 @@ class Job:
             "clips": self.clips,
             "corpus": _corpus_hash(self.corpus),
             "version": __version__,
+            **({"seed": self.seed} if self.seed is not None else {}),
             **({"face": self.face_clips} if self.face_clips != _training_clips(self.corpus) else {}),
             **({"appearance": content_hash(self.corpus / "appearance")} if self.mouth else {}),
         }
@@ -122,6 +125,8 @@ def train_job(job: Job) -> None:
 
     recipe = read_recipe(job.recipe)
     recipe = replace(recipe, settings={**(recipe.settings or {}), **job.settings})
+    if job.seed is not None:
+        recipe = replace(recipe, seed=job.seed)
     corpus, begin = load_cached_corpus(job.corpus), time.process_time()
     if job.mouth:
         mouth = fit_mouth(recipe, corpus, load_captured(job.corpus), job.recipe)

@@ -6,7 +6,7 @@ from typing import Any
 
 from phonanim.comparison import legibility, tools
 from phonanim.comparison.plan import Plan
-from phonanim.comparison.run import model_rows
+from phonanim.comparison.run import seeded_rows
 from phonanim.comparison.tables import Table, interval_text
 from phonanim.corpus.corpus import Corpus
 from phonanim.evaluation.statistics import pooled_sd_ratio
@@ -53,12 +53,12 @@ def spoken_seconds(corpus: Corpus) -> tuple[float, float]:
 
 
 def _model_row(document: Document, shown: str, name: str, read: dict[str, Any]) -> list[str]:
-    speech = model_rows(document, shown, "raw", "test/speech")
-    every = model_rows(document, shown, "raw", "test/all")
+    speech = seeded_rows(document, shown, "raw", "test/speech")
+    every = seeded_rows(document, shown, "raw", "test/all")
     row = [shown, document["models"][shown]["driven_by"]]
     for measure in ("aperture_r", "width_r"):
         text = interval_text(document, speech[measure], measure) if speech else ""
-        row += [text, f"{pooled_sd_ratio(speech[measure].sum(axis=0)):.2f}" if speech else ""]
+        row += [text, f"{pooled_sd_ratio(speech[measure].sum(axis=(0, 1))):.2f}" if speech else ""]
     row.append(interval_text(document, every["vertex_error"], "vertex_error") if every else "")
     films = [one for one in read["films"] if one["model"] == name and one["way"] == ALONE]
     return [*row, _read_right(films[0]) if films else "", _jaw(read, name, ALONE)]

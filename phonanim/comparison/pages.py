@@ -7,7 +7,7 @@ from typing import Any
 from phonanim.comparison import legibility, tables, tools
 from phonanim.comparison.mouths import WHERE
 from phonanim.comparison.plan import Plan
-from phonanim.comparison.run import model_rows
+from phonanim.comparison.run import model_rows, seeded_rows
 from phonanim.comparison.scores import measure_value
 from phonanim.comparison.tables import Table
 
@@ -93,7 +93,7 @@ def generalization_page(document: Document, plan: Plan) -> list[Part]:
                 continue
             parts += [f"## {title}" if title != "The withheld words alone" else f"### {title}"]
             parts += [plan.notes.get(note, "")] if where != "words*/word" else []
-            parts += [tables.values_table(document, "raw", where, SHORT)]
+            parts += [scored_text(document, where), tables.values_table(document, "raw", where, SHORT)]
             parts += [
                 tables.differences_table(document, "raw", where, SHORT),
                 _absent(document, where),
@@ -102,6 +102,16 @@ def generalization_page(document: Document, plan: Plan) -> list[Part]:
     if spoken:
         parts += ["## Another speaker, another language", plan.notes.get("ema", ""), spoken]
     return parts
+
+
+def scored_text(document: Document, where: str) -> str:
+    """How many seconds of whose speech a table rests on, and over how many seeds."""
+    rows = seeded_rows(document, document["reference"], "raw", where)
+    assert rows is not None
+    clips, seeds = rows["shape_mse"].shape[:2]
+    seconds = rows["shape_mse"][:, 0, 1].sum() / document["corpus"].get("fps", 25.0)
+    trained = f"; every model is trained with {seeds} seeds, which the intervals cover" if seeds > 1 else ""
+    return f"Scored on {seconds:.0f} s in {clips} clips of {document['corpus']['source']}{trained}."
 
 
 def _absent(document: Document, where: str) -> str:

@@ -57,7 +57,8 @@ class Plan:
     each a group of withheld words; `phones` are withheld together. `ema` is a folder of EMU bundles, `tools`
     a file of benchmarks/tools.py, `legibility` one of benchmarks/legibility.py. `mouths` are models that are
     also trained on the joint modes, `test_only` those that are not trained again for withheld words and
-    phones. `conditions` are other sounds of the test clips (comparison/conditions.py).
+    phones. `seeds` are those of the trainings, one of each recipe for each; without them, each recipe is
+    trained once, with its own. `conditions` are other sounds of the test clips (comparison/conditions.py).
     """
 
     corpus: Path
@@ -72,6 +73,7 @@ class Plan:
     mouths: tuple[str, ...] = ()
     test_only: tuple[str, ...] = ()
     seed: int = 0
+    seeds: tuple[int, ...] = ()
     conditions: dict[str, Condition] = field(default_factory=dict)
     sweeps: dict[str, Sweep] = field(default_factory=dict)
     notes: dict[str, str] = field(default_factory=dict)
@@ -99,10 +101,11 @@ def read_plan(path: Path) -> Plan:
     }
     table["words"] = tuple(tuple(group) for group in table.get("words", ()))
     table["phones"] = tuple(table.get("phones", ()))
-    table |= {key: tuple(table.get(key, ())) for key in ("mouths", "test_only")}
+    table |= {key: tuple(table.get(key, ())) for key in ("mouths", "test_only", "seeds")}
     table["folds"] = tuple(table.get("folds", FOLDS))
     plan = Plan(**table)
     _check_names(plan, path)
+    _check_seeds(plan, path)
     return plan
 
 
@@ -123,6 +126,13 @@ def _check_names(plan: Plan, path: Path) -> None:
             raise ModelError(
                 f"{path}: conditions: {name!r} must contain none of {' '.join(sorted(RESERVED))}; rename it"
             )
+
+
+def _check_seeds(plan: Plan, path: Path) -> None:
+    if any(not isinstance(seed, int) or seed < 0 for seed in plan.seeds) or len({*plan.seeds}) < len(
+        plan.seeds
+    ):
+        raise ModelError(f"{path}: seeds: {list(plan.seeds)} must be different whole numbers from 0 on")
 
 
 def _existing(where: Path, plan: Path, name: str) -> Path:

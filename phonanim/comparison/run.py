@@ -55,7 +55,12 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
     document: Document = {
         "reference": plan.reference,
         "seed": plan.seed,
-        "corpus": {"clips": len(corpus.clips), "frames": int(corpus.frames.sum()), **corpus.provenance},
+        "corpus": {
+            "clips": len(corpus.clips),
+            "fps": corpus.fps,
+            "frames": int(corpus.frames.sum()),
+            **corpus.provenance,
+        },
         "folds": {f.name: {"train": len(f.train), "clips": [corpus.clips[c] for c in f.test]} for f in found},
         "conditions": describe_conditions(plan, heard, corpus),
         "models": {},
@@ -74,19 +79,26 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
     return document
 
 
-def model_folder(plan: Plan, name: str, fold: Fold, work: Path) -> Path | None:
-    """The folder of the model of a fold; None for a model that is trained for the test clips only."""
+def model_folders(plan: Plan, name: str, fold: Fold, work: Path) -> list[tuple[int | None, Path]]:
+    """The folder of the model of a fold for each seed, None where it is the recipe's own.
+
+    Nothing for a model that is trained for the test clips only.
+    """
     where = plan.models[name]
     if fold.name != "test" and (name in plan.test_only or where.is_dir()):
-        return None
-    return work / folder_name(name) / fold.name if where.is_file() else where
+        return []
+    if where.is_dir():
+        return [(None, where)]
+    folder = work / folder_name(name) / fold.name
+    return [(seed, folder / f"seed{seed}") for seed in plan.seeds] or [(None, folder)]
 
 
 def _jobs(plan: Plan, fold: Fold, work: Path) -> Iterable[Job]:
     for name, where in plan.models.items():
-        folder = model_folder(plan, name, fold, work)
-        if folder is not None and where.is_file():
-            yield Job(where, plan.corpus, tuple(fold.train.tolist()), fold.face_clips, folder)
+        for seed, folder in model_folders(plan, name, fold, work):
+            if where.is_file():
+                train = tuple(fold.train.tolist())
+                yield Job(where, plan.corpus, train, fold.face_clips, folder, seed=seed)
 
 
 def _score_model(
@@ -99,17 +111,23 @@ def _score_model(
 ) -> Document:
     row: Document = {"scores": {}}
     for fold in found:
-        folder = model_folder(plan, name, fold, work)
-        if folder is None:
+        folders = [folder for _, folder in model_folders(plan, name, fold, work)]
+        if not folders:
             continue
-        trained, face = load_trained(folder), reference_face(plan.corpus, fold.face_clips)
-        predicted = {
-            int(clip): predict_clip(trained.model.regressor, corpus, int(clip)) for clip in fold.test
-        }
-        for variant in VARIANTS:
-            row["scores"].setdefault(variant, {}).update(
-                _score_fold(trained.model, predicted, variant, fold, corpus, face)
-            )
+        face = reference_face(plan.corpus, fold.face_clips)
+        found_rows: dict[str, list[dict[str, dict[str, list[Any]]]]] = {variant: [] for variant in VARIANTS}
+        for folder in reversed(folders):  # the first is the one that is described below
+            trained = load_trained(folder)
+            predicted = {
+                int(clip): predict_clip(trained.model.regressor, corpus, int(clip)) for clip in fold.test
+            }
+            for variant in VARIANTS:
+                scores = _score_fold(trained.model, predicted, variant, fold, corpus, face)
+                found_rows[variant].insert(0, scores)
+        for variant, by_seed in found_rows.items():
+            scored = by_seed[0] if len(by_seed) == 1 else _with_seeds(by_seed)
+            row["scores"].setdefault(variant, {}).update(scored)
+        folder = folders[0]
         if fold.name == "test":
             row |= describe_model(trained.model) | {"training_s": trained.seconds}
             row |= _cost(trained.model, folder, corpus, fold) | _pictures(trained, predicted, corpus)
@@ -118,6 +136,17 @@ def _score_model(
             if plan.ema is not None and "ema" in plan.folds:
                 row["ema"] = {v: ema_scores(trained.model, plan.ema, v == "contacts") for v in VARIANTS}
     return row
+
+
+def _with_seeds(by_seed: list[dict[str, dict[str, list[Any]]]]) -> dict[str, dict[str, list[Any]]]:
+    """Sums of every clip by seed: clips of (seeds, sums) instead of clips of sums."""
+    return {
+        key: {
+            measure: [list(clip) for clip in zip(*(scores[key][measure] for scores in by_seed), strict=True)]
+            for measure in measures
+        }
+        for key, measures in by_seed[0].items()
+    }
 
 
 def _score_fold(
@@ -166,16 +195,29 @@ def _pictures(trained: Trained, predicted: dict[int, NDArray[np.float32]], corpu
 
 
 def model_rows(document: Document, name: str, variant: str, where: str) -> Scores | None:
-    """Sums of one model, (clips, sums) by measure; if `where` ends with *, folds are concatenated."""
+    """Sums of one model, (clips, sums) by measure; if `where` ends with *, folds are concatenated.
+
+    The sums of several seeds are added, so that a statistic of them is that of all their predictions.
+    """
+    found = seeded_rows(document, name, variant, where)
+    return found and {measure: rows.sum(axis=1) for measure, rows in found.items()}
+
+
+def seeded_rows(document: Document, name: str, variant: str, where: str) -> Scores | None:
+    """The same for each seed, (clips, seeds, sums) by measure."""
     scores = document["models"][name]["scores"].get(variant, {})
     fold, _, frames = where.partition("/")
     names = [key for key in scores if key.partition("/")[2] == frames and _matches(key, fold)]
     if not names:
         return None
     return {
-        measure: np.concatenate([np.array(scores[key][measure]) for key in names])
+        measure: np.concatenate([_by_seed(np.array(scores[key][measure])) for key in names])
         for measure in scores[names[0]]
     }
+
+
+def _by_seed(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    return rows if rows.ndim == 3 else rows[:, None]
 
 
 def _matches(key: str, fold: str) -> bool:

@@ -8,15 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.comparison.run import model_rows
+from phonanim.comparison.run import model_rows, seeded_rows
 from phonanim.comparison.scores import MEASURES, measure_value
 from phonanim.evaluation.statistics import (
+    Statistic,
     bootstrap_interval,
     holm,
     paired_test,
     pearson,
     pooled_sd_ratio,
     pooled_slope,
+    seeded_interval,
 )
 
 Table = list[list[str]]
@@ -53,7 +55,8 @@ def _column(document: Document, names: list[str], variant: str, where: str, meas
     for name in names:
         rows = _rows(document, name, variant, where, measure)
         found.append(measure_value(measure, rows))
-        texts.append(interval_text(document, rows, measure))
+        by_seed = (seeded_rows(document, name, variant, where) or {})[measure]
+        texts.append(interval_text(document, by_seed, measure))
     # A gap may be negative for pressed lips; the value nearest to zero is best.
     away = np.abs(found) if MEASURES[measure].better == "less" else -np.array(found)
     best = int(np.nanargmin(away)) if np.isfinite(away).any() else -1
@@ -61,10 +64,18 @@ def _column(document: Document, names: list[str], variant: str, where: str, meas
 
 
 def interval_text(document: Document, rows: Sums, measure: str) -> str:
-    """A value with its 95 % interval over sentences, (clips, sums)."""
+    """A value with its 95 % interval over sentences, (clips, sums), or (clips, seeds, sums) over both."""
+    low, high = interval(document, rows, MEASURES[measure].statistic)
+    alone = rows.sum(axis=1) if rows.ndim == 3 else rows
+    return f"{_number(measure_value(measure, alone))} [{_number(low)}, {_number(high)}]"
+
+
+def interval(document: Document, rows: Sums, statistic: Statistic) -> tuple[float, float]:
+    """The 95 % interval of a statistic over sentences, and over seeds where there are several."""
     rng = np.random.default_rng(document["seed"])
-    low, high = bootstrap_interval(rows, rng, MEASURES[measure].statistic)
-    return f"{_number(measure_value(measure, rows))} [{_number(low)}, {_number(high)}]"
+    if rows.ndim == 3 and rows.shape[1] > 1:
+        return seeded_interval(rows, rng, statistic)
+    return bootstrap_interval(rows[:, 0] if rows.ndim == 3 else rows, rng, statistic)
 
 
 def size_table(document: Document, variant: str, where: str) -> Table:
@@ -73,15 +84,15 @@ def size_table(document: Document, variant: str, where: str) -> Table:
         ["model", *[f"{curve} {part}" for curve in ("aperture", "width") for part in ("slope", "sd ratio")]]
     ]
     for name in document["models"]:
-        rows = model_rows(document, name, variant, where)
+        rows = seeded_rows(document, name, variant, where)
         if rows is None:
             continue
         cells = []
         for measure in ("aperture_r", "width_r"):
             for statistic in (pooled_slope, pooled_sd_ratio):
-                rng = np.random.default_rng(document["seed"])
-                low, high = bootstrap_interval(rows[measure], rng, statistic)
-                cells.append(f"{float(statistic(rows[measure].sum(axis=0))):.2f} [{low:.2f}, {high:.2f}]")
+                low, high = interval(document, rows[measure], statistic)
+                value = float(statistic(rows[measure].sum(axis=(0, 1))))
+                cells.append(f"{value:.2f} [{low:.2f}, {high:.2f}]")
         table.append([name, *cells])
     return table
 

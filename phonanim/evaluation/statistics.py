@@ -95,6 +95,38 @@ def bootstrap_interval(
     return float(low), float(high)
 
 
+def seeded_interval(
+    rows: Array,
+    rng: np.random.Generator,
+    statistic: Statistic = ratio,
+    level: float = 0.95,
+    resamples: int = RESAMPLES,
+) -> tuple[float, float]:
+    """Percentile interval when sentences and seeds are resampled, (sentences, seeds, sums) -> (low, high).
+
+    Both are drawn with replacement, each on its own, since every sentence is predicted by every seed (Owen
+    2007, "The pigeonhole bootstrap"). Few seeds tell little of other seeds: three give a rough idea.
+    Raises ValueError when there are no sentences.
+    """
+    if len(rows) == 0:
+        raise ValueError("no sentences to draw from")
+    values = []
+    for begin in range(0, resamples, CHUNK):
+        count = min(CHUNK, resamples - begin)
+        sentences, seeds = (
+            rng.multinomial(size, np.full(size, 1 / size), count).astype(np.float64)
+            for size in rows.shape[:2]
+        )
+        over = np.einsum("rn,nks->rks", sentences, rows)
+        values.append(statistic(np.einsum("rk,rks->rs", seeds, over)))
+    found = np.concatenate(values)
+    if np.isnan(found).all():
+        return float("nan"), float("nan")
+    tail = 100 * (1 - level) / 2
+    low, high = np.nanpercentile(found, [tail, 100 - tail])
+    return float(low), float(high)
+
+
 def mean_rows(values: NDArray[np.floating]) -> Array:
     """Values (n,) as rows (n, 2) whose `ratio` is their mean."""
     return np.column_stack([values, np.ones(len(values))]).astype(np.float64)
