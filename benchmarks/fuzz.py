@@ -54,7 +54,7 @@ ODD = [
 
 # Small files that grow when they are read: entities of XML, nesting, long numbers, anchors of YAML.
 LAUGHS = "".join(f'<!ENTITY e{n} "{f"&e{n - 1};" * 10 if n else "ha" * 10}">' for n in range(10))
-ROOTS = (b"ANNOTATION_DOCUMENT", b"rhubarbResult", b"Document", b"timing")
+ROOTS = (b"ANNOTATION_DOCUMENT", b"rhubarbResult", b"Document", b"timing", b"tt")
 BOMBS = [
     *(
         b"<?xml version='1.0'?><!DOCTYPE x ["

@@ -46,7 +46,6 @@ def find_reader(source: AlignmentFile) -> Reader:
     for reader in map(load_reader, chain([COMMONEST], READERS.search())):
         if reader.recognizes(source):
             return reader
-    names = sorted(reader_names(), key=lambda name: name != COMMONEST)
-    formats = ", ".join(load_reader(name).FORMAT for name in names)
     kind = "not an alignment in a known format" if source.text else "a binary file of an unknown format"
-    raise source.error(f"is {kind}; readable formats: {formats}")
+    known = f"{load_reader(COMMONEST).FORMAT} and {len(reader_names()) - 1} others, listed by `phonanim info`"
+    raise source.error(f"is {kind}; readable formats: {known}")

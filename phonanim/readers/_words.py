@@ -11,6 +11,7 @@ from typing import Any
 from phonanim.speech.alignment import Interval, Recording, Tier
 
 UNTIMED = math.nan
+UNNAMED = "unnamed"  # the speaker of words that name none, in a file where others do
 _WORD = re.compile(r"[\[(][^\])]*[\])]|\S+")
 SPREAD = "the words of a line of text share its time by their letters"
 
@@ -38,6 +39,8 @@ def word_recording(
         if word.text.strip():
             track = tracks.setdefault(word.speaker, [])
             track.append(Interval(word.text.strip(), word.start, word.end))
+    if len(tracks) > 1 and "" in tracks:
+        tracks = {speaker or UNNAMED: track for speaker, track in tracks.items()}
     tiers = [Tier("words", tuple(track), n, speaker) for n, (speaker, track) in enumerate(tracks.items(), 1)]
     ends = [one.end for track in tracks.values() for one in track if math.isfinite(one.end)]
     return Recording(tuple(tiers), 0.0, max([end, *ends]), notes, unit=unit, spoken=spoken)

@@ -1,58 +1,102 @@
-"""Subtitles, SRT and WebVTT: lines of text with clock times; WebVTT may time single words."""
+"""Subtitles, SRT, WebVTT and SBV: lines of text with clock times; WebVTT may time single words."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
 
+from phonanim.readers._cues import Cue, cue_recording
 from phonanim.readers._times import clock_seconds
-from phonanim.readers._words import SPREAD, TimedWord, spread_text, word_recording
 from phonanim.speech.alignment import Recording
 from phonanim.speech.alignment_file import AlignmentFile
 
-FORMAT = "subtitles (SRT, WebVTT)"
+FORMAT = "subtitles (SRT, WebVTT, SBV)"
+REPEATED = "a line that a cue repeats from the one before it is read once"
 
 _TIME = r"(?:\d{1,4}:)?\d{1,2}:\d{1,2}[.,]\d{1,6}"
-_CUE = re.compile(rf"^[ \t]*({_TIME})[ \t]+-->[ \t]+({_TIME}).*$", re.MULTILINE)
+_CUE = re.compile(rf"^[ \t]*({_TIME})(?:[ \t]+-->[ \t]+|,)({_TIME}).*$", re.MULTILINE)
 _INNER = re.compile(rf"<({_TIME})>")
 _VOICE = re.compile(r"<v(?:\.[^ >]*)? ([^>]*)>")
+_LANGUAGE = re.compile(r"WEBVTT[^\n]*(?:\n[^\n]+)*?\nLanguage:\s*(\S+)")
 _TAG = re.compile(r"<[^>]*>|\{\\?[^}]*\}")
 _ENTITIES = {"&amp;": "&", "&lt;": "<", "&gt;": ">", "&nbsp;": " ", "&lrm;": "", "&rlm;": ""}
 
 
+@dataclass(frozen=True, slots=True)
+class _Shown:
+    """The lines of a cue as the file has them."""
+
+    start: float
+    end: float
+    lines: tuple[str, ...]
+
+
 def recognizes(source: AlignmentFile) -> bool:
-    """Whether there is a line of two clock times with an arrow between them near the beginning."""
+    """Whether there is a line of two clock times near the beginning."""
     return bool(_CUE.search(source.text[:4000]))
 
 
 def read(source: AlignmentFile) -> Recording:
     """The words; those of a line share its time by their letters, but where they have times of their own."""
-    words: list[TimedWord] = []
-    spread = False
-    end = 0.0
-    for start, last, text in _cues(source):
-        voice = found[1].strip() if (found := _VOICE.search(text)) else ""
-        pieces = _INNER.split(text)
-        times = [start, *map(clock_seconds, pieces[1::2]), last]
-        for piece, begin, stop in zip(pieces[::2], times, times[1:], strict=False):
-            spoken = spread_text(_plain(piece), begin, stop, voice)
-            spread = spread or len(spoken) > 1
-            words += spoken
-        end = max(end, last)
-    return word_recording(words, end, (SPREAD,) if spread else ())
+    shown = list(_shown(source))
+    rolls = _rolls(shown)
+    cues = [_cue(one) for one in (_once(shown) if rolls else shown)]
+    found = _LANGUAGE.match(source.text[:400])
+    return cue_recording(cues, found[1] if found else "", (REPEATED,) if rolls else ())
 
 
-def _cues(source: AlignmentFile) -> Iterator[tuple[float, float, str]]:
-    """Start, end and text of each cue; its text ends at an empty line."""
+def _shown(source: AlignmentFile) -> Iterator[_Shown]:
+    """Start, end and lines of each cue; its text ends at an empty line."""
     found = list(_CUE.finditer(source.text))
     for match, following in zip(found, [*found[1:], None], strict=True):
         text = source.text[match.end() : following.start() if following else None]
-        yield clock_seconds(match[1]), clock_seconds(match[2]), text.strip("\n").split("\n\n")[0]
+        lines = text.strip("\n").split("\n\n")[0].split("\n")
+        spoken = tuple(line for line in lines if _plain(line).strip())
+        yield _Shown(clock_seconds(match[1]), clock_seconds(match[2]), spoken)
+
+
+def _rolls(shown: list[_Shown]) -> bool:
+    """Whether lines roll up, as in captions made live: most cues begin with what the one before it shows."""
+    pairs = [(a, b) for a, b in pairwise(one for one in shown if one.lines) if _new_lines(a, b) != b.lines]
+    return 2 * len(pairs) >= len(shown) - 1 and any(_new_lines(a, b) for a, b in pairs)
+
+
+def _once(shown: list[_Shown]) -> Iterator[_Shown]:
+    """The cues with the lines that the one before does not show."""
+    last: _Shown | None = None
+    for one in shown:
+        if not one.lines:
+            continue
+        new = _new_lines(last, one) if last else one.lines
+        last = one
+        if new:
+            yield _Shown(one.start, one.end, new)
+
+
+def _new_lines(before: _Shown, after: _Shown) -> tuple[str, ...]:
+    """The lines of a cue without those at its beginning with which the cue before it ends."""
+    old = [_plain(line).split() for line in before.lines]
+    new = [_plain(line).split() for line in after.lines]
+    for count in range(min(len(old), len(new)), 0, -1):
+        if old[-count:] == new[:count]:
+            return after.lines[count:]
+    return after.lines
+
+
+def _cue(shown: _Shown) -> Cue:
+    text = "\n".join(shown.lines)
+    voice = found[1].strip() if (found := _VOICE.search(text)) else ""
+    pieces = _INNER.split(text)
+    times = [shown.start, *map(clock_seconds, pieces[1::2])]
+    timed = zip(times, map(_plain, pieces[::2]), strict=True)
+    return Cue(shown.start, shown.end, tuple(timed), voice)
 
 
 def _plain(text: str) -> str:
     """The text without its marks, and without the dash of a new speaker."""
-    text = re.sub(r"^\s*-\s*", "", _TAG.sub("", text), flags=re.MULTILINE)
+    text = re.sub(r"^\s*-\s+|^-(?=\w)", "", _TAG.sub("", text), flags=re.MULTILINE)
     for entity, character in _ENTITIES.items():
         text = text.replace(entity, character)
     return text

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from phonanim.readers._services import find_layouts
 from phonanim.readers._words import (
     SPREAD,
     UNTIMED,
@@ -25,6 +26,7 @@ FORMAT = "word times of WhisperX, Whisper, OpenAI, Vosk, Kokoro and others (JSON
 WORD = ("word", "punctuated_word", "text")
 START = ("start", "start_time", "start_ts")
 END = ("end", "end_time", "end_ts")
+LENGTH = ("duration", "dur")
 LISTS = ("word_segments", "words", "result", "timestamps", "tokens")
 OTHERS = (
     "phonemes",
@@ -40,7 +42,8 @@ OTHERS = (
 def recognizes(source: AlignmentFile) -> bool:
     """Whether it is JSON with words or lines of text that have times in seconds, or null."""
     items = list(_items(source.json_lines))
-    return bool(items) and not any(_is_of_another(item) for item in items)
+    others = any(_is_of_another(item) for item in items) or find_layouts(source.json_lines)
+    return bool(items) and not others
 
 
 def read(source: AlignmentFile) -> Recording:
@@ -75,7 +78,10 @@ def _word(item: dict[str, Any]) -> TimedWord:
     if isinstance(text, (dict, list)):
         raise TypeError("a word is a table")
     times = (UNTIMED, UNTIMED) if start is None else (seconds(start), seconds(end))
-    return TimedWord(str(text).strip(), *times, str(first_value(item, ("speaker", "speaker_id")) or ""))
+    if end is None and start is not None and (length := first_value(item, LENGTH)) is not None:
+        times = (times[0], times[0] + seconds(length))
+    speaker = first_value(item, ("speaker", "speaker_id"))
+    return TimedWord(str(text).strip(), *times, "" if speaker is None else str(speaker))
 
 
 def _items(lines: list[Any]) -> Iterator[dict[str, Any]]:

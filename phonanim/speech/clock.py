@@ -24,6 +24,7 @@ SHORT_ONES = 0.3
 LATE_LABEL = (
     0.3  # seconds of silence before the first label, from which a file without a header may be a part
 )
+FAR = 10.0  # seconds before the first phone, without a recording, that are worth a note
 FEWEST = 3  # phones that tell an average
 SURE, BEYOND = 5, 3.0  # phones, or seconds of a phone, from which long phones are no accident
 LEAST, MOST = 0.02, 1.2  # seconds on average in the unit that times are likely in: speech, or slow song
@@ -85,7 +86,7 @@ def settle_unit(
         return parse_unit(clock.unit) / recording.unit, ()
     mean = _mean([one for one in phones.intervals if not is_silent(one.label)])
     if mean is None:
-        return 1.0, ()
+        return 1.0, _guessed_rate(recording, clock, source)
     sensible = _is_sensible(phones.intervals)
     end = phones.intervals[-1].end
     length = clock.audio
@@ -102,7 +103,15 @@ def settle_unit(
             return factor, (f"times were read as {name}, as the recording tells: {told}",)
     if not sensible:
         raise source.error(_refusal(mean, recording.unit, source.name))
-    return 1.0, ()
+    return 1.0, _guessed_rate(recording, clock, source)
+
+
+def _guessed_rate(recording: Recording, clock: Clock, source: AlignmentFile) -> tuple[str, ...]:
+    """A note where times are counted in samples at the rate of TIMIT though nothing names that corpus."""
+    timit = abs(recording.unit * 16_000 - 1) < 1e-9
+    if not timit or clock.audio is not None or source.name.lower().endswith((".phn", ".wrd")):
+        return ()
+    return ("times were read as samples at 16000 Hz, as in TIMIT; --unit samples@RATE sets another rate",)
 
 
 def settle_offset(recording: Recording, phones: Tier, clock: Clock) -> tuple[float, tuple[str, ...]]:
@@ -119,6 +128,10 @@ def settle_offset(recording: Recording, phones: Tier, clock: Clock) -> tuple[flo
             return begin, (f"times are counted from {begin:g} s, where the file starts: {told}",)
     if start >= LATE_START:
         return start, (f"times are counted from {start:g} s, where the file starts",)
+    said = next((one.start for one in phones.intervals if not is_silent(one.label)), 0.0)
+    if audio is None and said >= FAR:
+        shown = f"nothing is said before {said:.2f} s"
+        return 0.0, (f"{shown}; where the recording was cut out there, give --offset {math.floor(said):g}",)
     return 0.0, ()
 
 

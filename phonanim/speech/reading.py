@@ -20,7 +20,8 @@ By = Literal["labels", "option", "format", "fallback"]
 class ReadingLanguage:
     """The language of an alignment, and what decided it.
 
-    `certainty` is the probability that the labels are read as they should be, 1 unless the labels decided.
+    `certainty` is the probability that the labels are read as they should be, 1 unless the labels decided;
+    `probability` is that of the language alone, since others may read the labels alike.
     `runner_up` is the most probable language that reads them otherwise, with its probability. `asked` is the
     language that was named but does not exist, where `fallback` decided. `candidates` are the languages that
     the labels may be in, with their probabilities.
@@ -29,6 +30,7 @@ class ReadingLanguage:
     language: Language
     by: By = "option"
     certainty: float = 1.0
+    probability: float = 1.0
     runner_up: str = ""
     runner_up_probability: float = 0.0
     asked: str = ""
@@ -54,6 +56,8 @@ class ReadingLanguage:
             "by": self.by,
             "certainty": round(self.certainty, 3),
         }
+        if self.by == "labels":
+            found["probability"] = round(self.probability, 3)
         if self.runner_up:
             found |= {
                 "runner_up": self.runner_up,
@@ -81,6 +85,7 @@ def find_reading_language(
             language=chosen.language,
             by="labels",
             certainty=chosen.certainty,
+            probability=chosen.probability,
             runner_up=chosen.runner_up,
             runner_up_probability=chosen.runner_up_probability,
             candidates=chosen.candidates,
@@ -101,7 +106,10 @@ def describe_language(facts: Mapping[str, Any]) -> str:
     if by == "labels":
         other = facts.get("runner_up")
         rest = f"; otherwise {other} ({_percent(facts['runner_up_probability'])})" if other else ""
-        return f"language {name}, by its labels, {_percent(facts['certainty'])} sure{rest}"
+        alone = facts.get("probability", 1.0)
+        alike = f" of the phones (of the language {_percent(alone)}: others read them alike)"
+        shown = alike if alone < SURE <= facts["certainty"] else ""
+        return f"language {name}, by its labels, {_percent(facts['certainty'])} sure{shown}{rest}"
     if by == "fallback":
         return f'language {name}, as there is no language "{quote_label(facts["asked"])}"'
     return f"language {name}, " + ("by the format" if by == "format" else "as named")

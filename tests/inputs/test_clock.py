@@ -146,3 +146,22 @@ def test_offsets_that_are_none(text: str) -> None:
     with pytest.raises(OptionError, match="offset = .*; give seconds from 0 to 86400"):
         parse_offset(text)
     assert parse_offset("1.5") == 1.5
+
+
+def test_speech_far_from_the_start_is_told(tmp_path: Path) -> None:
+    rows = [(5000.1, 5000.2, "m"), (5000.2, 5000.4, "aɪ"), (5000.4, 5000.5, "p")]
+    path = tmp_path / "x.txt"
+    path.write_text("".join(f"{a}\t{b}\t{c}\n" for a, b, c in rows))
+    (note,) = read_alignment(path).notes
+    assert note.startswith("nothing is said before 5000.10 s; where the recording was cut out there, give ")
+    assert note.endswith("--offset 5000")
+
+
+def test_a_rate_of_samples_that_is_guessed_is_told(tmp_path: Path) -> None:
+    rows = "0 2646 sil\n2646 5292 m\n5292 7938 a\n7938 10584 p\n"
+    (tmp_path / "x.lab").write_text(rows)
+    (tmp_path / "x.phn").write_text(rows)
+    assert read_alignment(tmp_path / "x.lab").notes == (
+        "times were read as samples at 16000 Hz, as in TIMIT; --unit samples@RATE sets another rate",
+    )
+    assert read_alignment(tmp_path / "x.phn").notes == ()

@@ -185,10 +185,10 @@ def test_words_without_numbers() -> None:
         (b" \n\n", r"is empty; align the recording again"),
         (
             bytes(range(256)) * 4,
-            r"is a binary file of an unknown format; readable formats: Praat TextGrid, .*EMU",
+            r"is a binary file of an unknown format; readable formats: Praat TextGrid and",
         ),
         (b"RIFF\x00\x00", r"is a binary file"),
-        (b"dear diary", r"is not an alignment in a known format; readable formats: Praat TextGrid"),
+        (b"dear diary", r"is not an alignment in a known format; readable formats: Praat TextGrid and"),
         (b"{", r"is not an alignment in a known format"),
         (b"[" * 100_000, r"is not an alignment in a known format"),
     ],
@@ -255,11 +255,12 @@ def test_no_bytes_cause_a_traceback(tmp_path: Path, data: st.DataObject) -> None
     assert line.isprintable()
 
 
-def test_find_reader_names_the_formats_once() -> None:
+def test_an_unknown_format_is_told_in_a_short_line() -> None:
     with pytest.raises(AlignmentError) as error:
         find_reader(source(b"?"))
-    for name in reader_names():
-        assert load_reader(name).FORMAT in str(error.value)
+    others = len(reader_names()) - 1
+    assert f"Praat TextGrid and {others} others, listed by `phonanim info`" in str(error.value)
+    assert len(str(error.value)) < 160
 
 
 def test_a_large_elan_file_takes_time_in_step_with_its_size() -> None:

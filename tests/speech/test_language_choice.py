@@ -131,3 +131,9 @@ def test_a_language_that_lists_every_label_goes_before_one_that_lacks_some() -> 
     found = rank_languages(sung.split(" "))
     assert found.language.name == "mandarin"
     assert sum(share for _, share in found.candidates) <= 1.0 + 1e-9
+
+
+def test_languages_that_read_the_labels_alike_are_told() -> None:
+    facts = read_phones(line("~ m a p u ~")).language.facts()
+    assert facts["probability"] < 0.95 < facts["certainty"]
+    assert "% sure of the phones (of the language " in describe_language(facts)

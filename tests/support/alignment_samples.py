@@ -250,6 +250,7 @@ SAMPLES: dict[str, list[Sample]] = {
                 ("b", 0.2375, 0.3),
                 *labelled("", "", "iy", "m", "h#")[2:],
             ),
+            name="x.PHN",
         )
     ],
     "seconds": [

@@ -223,6 +223,20 @@ voice_parts:
 """
 SUNG: Spans = (("b", 0.2, 0.2 + 0.4 / 3), ("iy", 0.2 + 0.4 / 3, 0.6 - 0.4 / 3), ("m", 0.6 - 0.4 / 3, 0.6))
 
+HUME = [
+    {"type": "timestamp", "timestamp": {"type": kind, "text": label, "time": {"begin": start, "end": end}}}
+    for kind, label, start, end in (
+        ("word", "beam", 200, 600),
+        *(("phoneme", label, round(1000 * start), round(1000 * end)) for label, start, end in IPA),
+    )
+]
+RESEMBLE = {
+    "audio_timestamps": {
+        "phon_chars": ["b", "ˈiː", "m", "."],
+        "phon_times": [[0.2, 0.3], [0.3, 0.5], [0.5, 0.6], [0.6, 0.7]],
+    }
+}
+
 NEW: dict[str, list[Sample]] = {
     "azure_speech": [dumped(AZURE, labelled("", "b", "iy", "m", "")[1:4], WORD)],
     "azure_visemes": [
@@ -272,6 +286,7 @@ NEW: dict[str, list[Sample]] = {
         dumped(PG2, (*labelled("", "B", "IY", "M", "")[1:4], ("rest", 0.6, 0.625)), WORD),
     ],
     "diffsinger": [dumped(DS, labelled("", "b", "iy", "m", "")[1:4])],
+    "services": [dumped(HUME, IPA, WORD), dumped(RESEMBLE, IPA)],
 }
 """By reader; `openutau` needs a package: see USTX."""
 
@@ -339,7 +354,106 @@ DEEPGRAM = {
 NEMO = "x 1 0.00 0.20 <b>\nx 1 0.20 0.04 ▁be\nx 1 0.24 0.20 <b>\nx 1 0.44 0.04 am\nx 1 0.48 0.12 <b>\n"
 TIMES = "<s> 0.000 0.200 1.0\nbeam 0.200 0.600 0.98\n</s> 0.600 1.000 1.0\n"
 
+ASSEMBLYAI = {
+    "language_code": "en_us",
+    "words": [{"text": "beam", "start": 200, "end": 600, "confidence": 0.9, "speaker": "A"}],
+}
+_PIECES = (("[_BEG_]", 0, 0), (" be", 200, 400), ("am", 400, 600), ("[_TT_30]", 600, 600))
+WHISPER_CPP = {
+    "result": {"language": "en"},
+    "transcription": [
+        {
+            "offsets": {"from": 200, "to": 600},
+            "text": " beam",
+            "tokens": [{"text": a, "offsets": {"from": b, "to": c}} for a, b, c in _PIECES],
+        }
+    ],
+}
+WHISPER_CPP_LINES = {"transcription": [{"offsets": {"from": 200, "to": 600}, "text": " beam"}]}
+CARTESIA = [
+    {"type": "chunk", "data": ""},
+    {"type": "timestamps", "word_timestamps": {"words": ["beam"], "start": [0.2], "end": [0.6]}},
+    {"type": "done"},
+]
+SPEECHMATICS = {
+    "results": [
+        {"alternatives": [{"content": "beam"}], "start_time": 0.2, "end_time": 0.6, "type": "word"},
+        {"alternatives": [{"content": "."}], "start_time": 0.6, "end_time": 0.6, "type": "punctuation"},
+    ]
+}
+TRANSCRIBE = {
+    "results": {
+        "language_code": "en-US",
+        "items": [
+            {
+                **{"start_time": "0.2", "end_time": "0.6", "type": "pronunciation"},
+                "alternatives": [{"confidence": "0.9", "content": "beam"}],
+            },
+            {"alternatives": [{"confidence": "0.0", "content": "."}], "type": "punctuation"},
+        ],
+    }
+}
+REV = {
+    "monologues": [
+        {
+            "speaker": 0,
+            "elements": [
+                {"type": "text", "value": "beam", "ts": 0.2, "end_ts": 0.6},
+                {"type": "punct", "value": "."},
+            ],
+        }
+    ]
+}
+WATSON = {"results": [{"alternatives": [{"timestamps": [["beam", 0.2, 0.6]]}]}]}
+LMNT = {
+    "durations": [{"text": "", "start": 0, "duration": 0.2}, {"text": "beam", "start": 0.2, "duration": 0.4}]
+}
+YOUTUBE = {
+    "events": [
+        {"tStartMs": 100, "segs": [{"utf8": "beam", "tOffsetMs": 100}]},
+        {"tStartMs": 600, "aAppend": 1, "segs": [{"utf8": "\n"}]},
+        {"tStartMs": 600, "segs": [{"utf8": "me"}]},
+    ]
+}
+AZURE_FAST = {
+    "phrases": [{"words": [{"text": "beam", "offsetMilliseconds": 200, "durationMilliseconds": 400}]}]
+}
+AZURE_BATCH = {
+    "recognizedPhrases": [
+        {"nBest": [{"words": [{"word": "beam", "offsetInTicks": 2e6, "durationInTicks": 4e6}]}]}
+    ]
+}
+RIVA = {"results": [{"alternatives": [{"words": [{"startTime": 200, "endTime": 600, "word": "beam"}]}]}]}
+NEMO_TIMES = {"timestamp": {"word": [{"word": "beam", "start_offset": 2, "start": 0.2, "end": 0.6}]}}
+SCRIBE = {
+    "words": [
+        {"text": "beam", "start": 0.2, "end": 0.6, "type": "word"},
+        {"text": " ", "start": 0.6, "end": 0.7, "type": "spacing"},
+    ]
+}
+ASS = (
+    "[Script Info]\nScriptType: v4.00+\n\n[Events]\n"
+    "Format: Layer, Start, End, Style, Name, MarginL, MarginR, MarginV, Effect, Text\n"
+    "Comment: 0,0:00:00.00,0:00:05.00,Default,,0,0,0,template,x\n"
+    "Dialogue: 0,0:00:00.10,0:00:00.60,Default,,0,0,0,,{\\k10}{\\kf20}be{\\k20}am\n"
+)
+LRC = "[ti:Beam]\n[offset:0]\n[00:00.20]<00:00.20>beam<00:00.60>\n"
+TTML = (
+    '<?xml version="1.0"?><tt xmlns="http://www.w3.org/ns/ttml" xml:lang="en"><body begin="0.1s">'
+    '<div><p begin="00:00:00.100" dur="400ms">beam</p></div></body></tt>'
+)
+SBV = "0:00:00.200,0:00:00.600\nBeam\n"
+
 WORDS_ALONE: dict[str, list[Sample]] = {
+    "services": [
+        *(dumped(content, (), WORD) for content in (ASSEMBLYAI, WHISPER_CPP, WHISPER_CPP_LINES, CARTESIA)),
+        *(dumped(content, (), WORD) for content in (SPEECHMATICS, TRANSCRIBE, REV, WATSON, LMNT)),
+        *(dumped(content, (), WORD) for content in (AZURE_FAST, AZURE_BATCH, RIVA, NEMO_TIMES, SCRIBE)),
+        dumped(YOUTUBE, (), (*WORD, ("me", 0.6, 1.2))),
+    ],
+    "substation": [text(ASS, (), WORD)],
+    "lyrics": [text(LRC, (), WORD)],
+    "ttml": [text(TTML, (), WORD)],
     "characters": [
         dumped(ELEVENLABS, (), (*WORD, ("me", 0.65, 0.8))),
         lines(*STREAMED, phones=(), words=WORD),
@@ -347,7 +461,7 @@ WORDS_ALONE: dict[str, list[Sample]] = {
     ],
     "google_words": [dumped(GOOGLE, (), WORD), dumped(GOOGLE_PROTO, (), WORD)],
     "aeneas": [dumped(AENEAS, (), WORD)],
-    "subtitles": [text(SRT, (), (("Beam", 0.2, 0.6),)), text(VTT, (), (("Beam", 0.2, 0.6),))],
+    "subtitles": [text(content, (), (("Beam", 0.2, 0.6),)) for content in (SRT, VTT, SBV)],
     "words_json": [
         *WORD_LISTS,
         *(dumped(content, (), WORD) for content in (TIMESTAMPED, OPENAI, SEGMENTS, CAPTIONS, CHUNKS)),
