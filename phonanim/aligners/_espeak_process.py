@@ -17,6 +17,7 @@ from typing import Any
 SYNCHRONOUS, PHONEME_EVENTS, IPA, DO_NOT_EXIT = 2, 1, 2, 0x8000
 LAST = 0
 CHARACTERS, UTF8 = 1, 1
+SPEED = 1
 DEFAULT = "en-us"  # the voice of "english", which many voices are named
 
 
@@ -46,7 +47,7 @@ _Callback = ctypes.CFUNCTYPE(
 )
 
 
-def speak(text: str, voice: str) -> dict[str, Any]:
+def speak(text: str, voice: str, words_per_minute: int | None = None) -> dict[str, Any]:
     """The rate, the samples (16 bit, base64) and the events of a text, or an error.
 
     An event is its type, its sample, its position and length in the text, and the phone.
@@ -65,6 +66,8 @@ def speak(text: str, voice: str) -> dict[str, Any]:
         near = get_close_matches(voice.lower(), files, n=1)
         hint = f"did you mean {near[0]!r}?" if near else "voices are language codes, such as de or pt-br"
         return {"error": f"eSpeak NG has no voice {voice!r}; {hint}"}
+    if words_per_minute is not None:
+        library.espeak_SetParameter(SPEED, words_per_minute, 0)
     sound, events = _synthesize(library, text)
     return {"rate": rate, "samples": base64.b64encode(sound).decode(), "events": events}
 

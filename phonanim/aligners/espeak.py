@@ -14,6 +14,8 @@ import subprocess
 import sys
 import wave
 from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from unicodedata import category
 
@@ -21,12 +23,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.core.files import atomic_path
+from phonanim.core.lexicon import LEXICON
 from phonanim.errors import MissingExtraError, OptionError
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.labels import load_language
 from phonanim.speech.language import to_phones
+from phonanim.speech.language_names import find_language
 
 VOICE = "en-us"
+IPA = "IPA"
+STRESS = "ˈˌ"
 MARGIN = 0.25  # seconds of silence before and after, so that a mouth can open and rest
 
 WORD, PHONEME = 1, 7  # types of events in speak_lib.h
@@ -52,6 +59,14 @@ def can_speak() -> bool:
     return importlib.util.find_spec("espeakng_loader") is not None
 
 
+def speaker_version() -> str:
+    """The version of the package that carries eSpeak NG, "" without it."""
+    try:
+        return version("espeakng-loader")
+    except PackageNotFoundError:
+        return ""
+
+
 def pronounce(word: str, voice: str = VOICE) -> tuple[str, ...]:
     """A word, a number or a name as phones of the inventory in upper case (ARPAbet without stress).
 
@@ -62,8 +77,8 @@ def pronounce(word: str, voice: str = VOICE) -> tuple[str, ...]:
     return tuple(INVENTORY.phones[code].upper() for code in track.codes if code)
 
 
-def speak(text: str, voice: str = VOICE) -> SpokenText:
-    """Speak a text.
+def speak(text: str, voice: str = VOICE, words_per_minute: int | None = None) -> SpokenText:
+    """Speak a text, at eSpeak NG's own rate (175 words a minute) unless another is given.
 
     `voice` is a language code (`de`, `en-us`, `cmn`) or a name (`german`) that eSpeak NG has. Raises
     OptionError for an unknown voice, suggesting the nearest, and for a text without anything to say;
@@ -73,7 +88,7 @@ def speak(text: str, voice: str = VOICE) -> SpokenText:
         raise MissingExtraError("speech from text needs eSpeak NG: pip install 'phonanim[espeak]'")
     done = subprocess.run(
         [sys.executable, "-m", "phonanim.aligners._espeak_process"],
-        input=json.dumps({"text": text, "voice": voice}),
+        input=json.dumps({"text": text, "voice": voice, "words_per_minute": words_per_minute}),
         capture_output=True,
         text=True,
         encoding="utf-8",
@@ -92,6 +107,26 @@ def speak(text: str, voice: str = VOICE) -> SpokenText:
     return spoken
 
 
+def reading_language(voice: str) -> str:
+    """The language that the phones of a voice are read as: that of the voice, or IPA where there is none."""
+    stem = find_language(voice)
+    if stem is None or IPA not in load_language(stem).alphabets:
+        return "ipa"
+    return load_language(stem).written_in_ipa().full_name
+
+
+def plain_ipa(label: str) -> str:
+    """A phone of eSpeak NG in IPA. Some of its sounds have names of its own (lexicon/espeak_labels.tsv)."""
+    stress = label[: len(label) - len(label.lstrip(STRESS))]
+    return stress + _own_labels().get(label.lstrip(STRESS), label.lstrip(STRESS))
+
+
+@cache
+def _own_labels() -> dict[str, str]:
+    rows = (LEXICON / "espeak_labels.tsv").read_text("utf-8").splitlines()[1:]
+    return dict(row.split("\t")[:2] for row in rows)
+
+
 def write_speech(path: Path, spoken: SpokenText) -> None:
     """Write the sound as a 16-bit WAV file, atomically."""
     with atomic_path(path) as partial, wave.open(str(partial), "wb") as stream:
@@ -106,19 +141,29 @@ def _timed(
 ) -> SpokenText:
     """Events -> intervals, with MARGIN of silence around all. A phone lasts until the next event begins."""
     margin = np.zeros(round(MARGIN * rate), np.int16)
-    marks = [(MARGIN + sample / rate, label) for kind, sample, _, _, label in events if kind == PHONEME]
+    marks = [
+        (MARGIN + sample / rate, plain_ipa(label)) for kind, sample, _, _, label in events if kind == PHONEME
+    ]
     ends = [*(start for start, _ in marks[1:]), MARGIN + len(samples) / rate]
-    phones = tuple(
-        Interval(label, start, end)
-        for (start, label), end in zip(marks, ends, strict=True)
-        if label and end > start
-    )
+    phones: list[Interval] = []
+    for (start, label), end in zip(marks, ends, strict=True):
+        if not label or end <= start:
+            continue
+        if phones and all(category(sign) in ("Lm", "Mn") for sign in label):  # a mark of the phone before it
+            phones[-1] = Interval(phones[-1].label + label, phones[-1].start, end)
+        else:
+            phones += _shared(label.split(), start, end)
     words = _words([event for event in events if event[0] == WORD], text, phones, rate)
-    return SpokenText(np.concatenate([margin, samples, margin]), rate, words, phones)
+    return SpokenText(np.concatenate([margin, samples, margin]), rate, words, tuple(phones))
+
+
+def _shared(labels: list[str], start: float, end: float) -> list[Interval]:
+    bounds = np.linspace(start, end, len(labels) + 1).tolist()
+    return [Interval(label, a, b) for label, a, b in zip(labels, bounds, bounds[1:], strict=False)]
 
 
 def _words(
-    events: list[tuple[int, int, int, int, str]], text: str, phones: tuple[Interval, ...], rate: int
+    events: list[tuple[int, int, int, int, str]], text: str, phones: list[Interval], rate: int
 ) -> tuple[Interval, ...]:
     """The words that are heard. Words that are spoken as one stay together, and so does a number."""
     begins: list[tuple[float, int, int]] = []  # seconds, first and last + 1 character

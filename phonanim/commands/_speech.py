@@ -41,12 +41,12 @@ def align_speech(recording: Path, text: str, voice: str | None) -> tuple[SpeechA
 
     English is aligned by pocketsphinx, and by speech of eSpeak NG where pocketsphinx does not find the text.
     """
-    from phonanim.aligners.espeak import VOICE, can_speak
+    from phonanim.aligners.espeak import VOICE, can_speak, reading_language
     from phonanim.aligners.pocketsphinx import align
     from phonanim.aligners.warping import align_by_speech
 
     if voice is not None:
-        return align_by_speech(recording, text, voice), "ipa"
+        return align_by_speech(recording, text, voice), reading_language(voice)
     try:
         return align(recording, text), "english"
     except AlignmentError as error:
@@ -54,7 +54,7 @@ def align_speech(recording: Path, text: str, voice: str | None) -> tuple[SpeechA
             raise
         found = align_by_speech(recording, text, VOICE)
         note = f"{error}; aligned with speech of eSpeak NG instead"
-        return replace(found, notes=(note, *found.notes)), "ipa"
+        return replace(found, notes=(note, *found.notes)), reading_language(VOICE)
 
 
 def understand(recording: Path, voice: str | None, console: Console) -> str:

@@ -200,7 +200,7 @@ def make_alignment(
     and text alone is spoken, with the voice, or with the voice of the language. Made speech and its alignment
     are written beside the first output. Raises click.UsageError when there is neither a recording nor text.
     """
-    from phonanim.aligners.espeak import VOICE
+    from phonanim.aligners.espeak import VOICE, reading_language
     from phonanim.commands._speech import align_recording, speak_text
     from phonanim.speech.labels import load_language
     from phonanim.speech.language_names import is_auto
@@ -212,7 +212,8 @@ def make_alignment(
         return path, replace(options, language=language), recording
     if text is None:
         raise click.UsageError("give an ALIGNMENT, a recording, or --text")
-    return speak_text(text, named or VOICE, beside), replace(options, language="ipa"), None
+    voice = named or VOICE
+    return speak_text(text, voice, beside), replace(options, language=reading_language(voice)), None
 
 
 def show(animation: Animation, outputs: Sequence[Path], console: Console) -> None:

@@ -80,12 +80,14 @@ def command(
 ) -> int:
     """Animate many lines: a folder, a pattern in quotes, or a table.
 
-    A table (.csv .tsv .jsonl) has a column `alignment`, or `audio` and `text`, and may have id, output,
-    character, edits, timecode and style, and the options rig, model, language, tier, speaker, lexicon, fps,
-    unknown, unit, offset, intensity, jaw, lips, rounding, quickness, reduction, hold, loudness, level, pitch,
-    gain, smooth and overlay. Paths may be URLs (s3://...). A line whose inputs did not change is kept. A line
-    that fails does not stop the others, but makes the exit code 1. The output folder also gets report.html,
-    report.json, summary.txt and ledger.jsonl. With --json every line prints an event on stdout.
+    A table (.csv .tsv .jsonl) has a column `alignment`, or `audio` and `text`, or `text` alone, which is
+    spoken by eSpeak NG with the `voice` or the `language` of the row (phonanim[espeak]). It may have id,
+    output, character, edits, timecode and style, and the options rig, model, language, tier, speaker,
+    lexicon, fps, unknown, unit, offset, intensity, jaw, lips, rounding, quickness, reduction, hold,
+    loudness, level, pitch, gain, smooth and overlay. Paths may be URLs (s3://...). A line whose inputs
+    did not change is kept. A line that fails does not stop the others, but makes the exit code 1. The
+    output folder also gets report.html, report.json, summary.txt and ledger.jsonl. With --json every line
+    prints an event on stdout.
 
     \b
     Examples:

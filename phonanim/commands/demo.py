@@ -54,11 +54,12 @@ def command(text: str | None, voice: str, output: Path, view: bool, console: Con
 
 def make_line(text: str | None, voice: str, folder: Path) -> tuple[Path, str]:
     """The alignment of the text, with its sound beside it, in a folder; and the language of its labels."""
+    from phonanim.aligners.espeak import reading_language
     from phonanim.commands._speech import speak_text
     from phonanim.core.lexicon import LEXICON
 
     if text is not None:
-        return speak_text(text, voice, folder / "demo"), "ipa"
+        return speak_text(text, voice, folder / "demo"), reading_language(voice)
     for suffix in (".TextGrid", ".wav"):
         shutil.copy(LEXICON / "demo" / f"line{suffix}", folder / f"demo{suffix}")
     return folder / "demo.TextGrid", "english"

@@ -114,7 +114,13 @@ def command(
     stage = Stage(engine.rig.name, engine.rig.controls, options.fps, origins)
     sinks = [open_named(place, stage) for place in places]
     named = [sink.where for sink in sinks]
-    player = Player(engine, sinks, options.fps, lambda text: print_problem(console, text))
+    player = Player(
+        engine,
+        sinks,
+        options.fps,
+        say=lambda text: print_problem(console, text),
+        tell=lambda text: print_news(console, text),
+    )
     console.print(f"{engine.rig.name} by {options.model}, {options.fps:g} fps, to {', '.join(named)}")
     try:
         run_stream(player, events, realtime, ahead, delay)
@@ -216,6 +222,12 @@ def print_problem(console: Console, text: str) -> None:
         console.print_event("problem", text=text)
     else:
         click.echo(text, err=True)
+
+
+def print_news(console: Console, text: str) -> None:
+    """Print what was decided, such as the language."""
+    console.print(text)
+    console.print_event("note", text=text)
 
 
 def stream_facts(player: Player) -> dict[str, object]:

@@ -1,12 +1,12 @@
-"""Align the lines that are given as a recording and its text."""
+"""Lines that have no alignment yet: recordings with their text are aligned, text alone is spoken."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
-from phonanim.aligners.espeak import can_speak
+from phonanim.aligners.espeak import VOICE, can_speak, reading_language, speak, write_speech
 from phonanim.aligners.pocketsphinx import align
 from phonanim.aligners.warping import align_by_speech
 from phonanim.dubbing.line import Line
@@ -18,25 +18,89 @@ from phonanim.speech.language_names import is_auto
 from phonanim.speech.textgrid import write_textgrid
 
 SUFFIX = ".aligned.TextGrid"
+SOUND = ".wav"
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """What a line is animated from, how to read it, notes, and the files that were made for it."""
+
+    alignment: Path
+    audio: Path | None
+    options: Options
+    notes: tuple[str, ...] = ()
+    made: tuple[Path, ...] = ()
+
+
+def made_suffixes(line: Line) -> tuple[str, ...]:
+    """The suffixes of the files that are made for a line besides its outputs."""
+    if line.text is None:
+        return ()
+    return (SUFFIX, SOUND) if line.is_spoken else (SUFFIX,)
 
 
 def alignment_place(line: Line, folder: Place) -> Place:
     """The place of the alignment of a line, now or once it is made in `folder`."""
-    return line.alignment if line.text is None else folder / f"{line.output}{SUFFIX}"
+    if line.text is None and line.alignment is not None:
+        return line.alignment
+    return folder / f"{line.output}{SUFFIX}"
+
+
+def sound_place(line: Line, folder: Place) -> Place | None:
+    """The place of the recording of a line, now or once its text is spoken in `folder`."""
+    return folder / f"{line.output}{SOUND}" if line.is_spoken else line.audio
+
+
+def prepare_line(line: Line, folder: Path) -> Prepared:
+    """Align or speak a line in `folder`, if it needs that. Raises PhonanimError."""
+    target, audio = (
+        cast("Path", alignment_place(line, folder)),
+        cast("Path | None", sound_place(line, folder)),
+    )
+    if line.text is None:
+        return Prepared(target, audio, line.options)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    if line.is_spoken:
+        options, notes = speak_line(line, target, cast("Path", audio))
+        return Prepared(target, audio, options, notes, (target, cast("Path", audio)))
+    options, notes = align_line(line, target)
+    return Prepared(target, audio, options, notes, (target,))
+
+
+def voice_of(line: Line) -> str:
+    """The voice of a line that is spoken: its own, or that of its language, or English."""
+    if line.voice:
+        return line.voice
+    language = line.options.language
+    named = language.partition(":")[2] if is_auto(language) else language
+    code = load_language(named).code if named else ""
+    return VOICE if not code or code.startswith("en") else code
+
+
+def speak_line(line: Line, target: Path, sound: Path) -> tuple[Options, tuple[str, ...]]:
+    """Speak the text of a line into a TextGrid and its sound: how to read the TextGrid, and notes."""
+    voice = voice_of(line)
+    spoken = speak(str(line.text), voice)
+    write_speech(sound, spoken)
+    write_textgrid(target, {"words": spoken.words, "phones": spoken.phones}, spoken.duration)
+    note = f"there is no recording: spoken by eSpeak NG with the voice {voice}"
+    return replace(line.options, language=reading_language(voice)), (note,)
 
 
 def align_line(line: Line, target: Path) -> tuple[Options, tuple[str, ...]]:
     """Align the recording of a line with its text: the options with which to read the alignment, and notes.
 
-    English is aligned by pocketsphinx. Other languages are aligned by speech of eSpeak NG, and their phones
-    are IPA. Raises OptionError for another language without the extra `espeak`, and for one without a voice.
+    English is aligned by pocketsphinx. Other languages are aligned by speech of eSpeak NG. Raises OptionError
+    for another language without the extra `espeak`, and for one without a voice.
     """
     recording, text, options = cast("Path", line.alignment), str(line.text), line.options
     code = "en" if is_auto(options.language) else load_language(options.language).code
+    code = line.voice or code
     if code.startswith("en"):
         found = align(recording, text)
     elif can_speak():
-        found, options = align_by_speech(recording, text, code), replace(options, language="ipa")
+        found = align_by_speech(recording, text, code)
+        options = replace(options, language=reading_language(code))
     else:
         raise OptionError(
             f"{recording}: text in {options.language!r} is aligned by the extra espeak; pip install "

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from phonanim.core.threads import use_one_thread
-from phonanim.dubbing.align_lines import alignment_place
+from phonanim.dubbing.align_lines import alignment_place, sound_place
 from phonanim.dubbing.ledger import read_ledger
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.lines import Lines, files_below, path_below
 from phonanim.dubbing.motion import measure_motion, motion_problems
 from phonanim.dubbing.outcome import Outcome
-from phonanim.dubbing.provenance import input_entry, keeps_stamps, output_hash, rig_hash
+from phonanim.dubbing.provenance import input_entry, keeps_stamps, output_hash, rig_hash, speaker_of
 from phonanim.dubbing.reserve import OWN
 from phonanim.dubbing.row import CORRECTIONS, EDITS
 from phonanim.dubbing.staging import Copies
@@ -139,7 +139,7 @@ def _findings(question: Question) -> list[Finding]:
         if known is not None and known.done and not changed and _remembers(known, question):
             problems = [(problem, f"{path}: {text}") for problem, text in motion_problems(known.motion)]
         else:
-            problems = _looked_at(line, path, alignment_place(line, question.folder))
+            problems = _looked_at(line, path, *_places(line, question.folder))
         found += [Finding(problem, line.id, language, text) for problem, text in problems]
     return found
 
@@ -182,6 +182,7 @@ def _now(line: Line, known: Outcome, given: Outcome | None) -> Mapping[str, obje
     return {
         "alignment": input_entry(line, "alignment", given),
         "text": line.text,
+        **speaker_of(line),
         "audio": input_entry(line, "audio", given),
         "model": model_hash(options["model"]),
         "rig": rig_hash(options["rig"]),
@@ -198,11 +199,15 @@ def _now(line: Line, known: Outcome, given: Outcome | None) -> Mapping[str, obje
     }
 
 
-def _looked_at(line: Line, path: Place, alignment: Place) -> list[tuple[str, str]]:
+def _places(line: Line, folder: Place) -> tuple[Place, Place | None]:
+    return alignment_place(line, folder), sound_place(line, folder)
+
+
+def _looked_at(line: Line, path: Place, alignment: Place, sound: Place | None) -> list[tuple[str, str]]:
     """Problems of one file, which may be on shared storage."""
     with tempfile.TemporaryDirectory(prefix="phonanim-") as scratch:
         near = Copies(Path(scratch))
-        audio = near.fetch(line.audio) if line.audio else None
+        audio = near.fetch(sound) if sound else None
         faults = list(_faults(line, near.fetch(path), near.fetch(alignment), audio))
         return [(problem, near.restore_urls(text)) for problem, text in faults]
 

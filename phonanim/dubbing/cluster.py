@@ -50,4 +50,4 @@ def _collect(finished: Iterable[Any], left: dict[Any, Job]) -> Iterator[Result]:
 
 def _failed(job: Job, why: str) -> Result:
     line = job.line
-    return Result(Outcome(line.id, line.place, error=f"{line.alignment}: {why}"), made=True)
+    return Result(Outcome(line.id, line.place, error=f"{line.source}: {why}"), made=True)

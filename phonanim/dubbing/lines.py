@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
@@ -69,6 +70,7 @@ def _useless(source: str, path: Place) -> OptionError:
     return OptionError(f"{source}: does not exist; name a folder, a pattern in quotes, or a table")
 
 
+WORDS_OF_ID = 6  # of its text, in the name of a line without an id
 Walked = tuple[Sequence[Place], list[Fault], list[str]]
 
 
@@ -143,11 +145,13 @@ def _checked(
     faults: list[Fault] = [*known]
     ids: dict[str, str] = {}
     names: dict[str, str] = {}
+    rows = list(rows)
+    speaks = not any({"alignment", "audio"} & row.cells.keys() for row in rows)
     for row in rows:
-        id = row.cells.get("id", stem_of(row.cells.get("alignment", row.cells.get("audio", ""))))
+        id = row.cells.get("id") or _named(row.cells)
         try:
             _check_text(row)
-            line = parse_row(id, row, root, common)
+            line = parse_row(id, row, root, common, speaks)
             _first(ids, line.id, row.place, f"the id {line.id!r}")
             _first(names, collision_key(line.output), row.place, f"the output {str(line.output)!r}")
             lines.append(line)
@@ -158,6 +162,14 @@ def _checked(
     if not lines and not faults:
         raise OptionError(empty)
     return Lines(tuple(lines), tuple(faults))
+
+
+def _named(cells: Mapping[str, str]) -> str:
+    """The id of a row without one: the stem of its file, else the first words of its text."""
+    file = cells.get("alignment") or cells.get("audio") or cells.get("voice", "")
+    if "text" not in cells or "." in file:
+        return stem_of(file)
+    return "_".join(re.findall(r"\w+", cells["text"])[:WORDS_OF_ID])
 
 
 def _check_text(row: Row) -> None:

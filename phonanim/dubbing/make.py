@@ -10,7 +10,7 @@ from typing import cast
 from phonanim.core.files import content_hash
 from phonanim.core.plugins import find_culprit
 from phonanim.correcting import animate_corrected
-from phonanim.dubbing.align_lines import align_line, alignment_place
+from phonanim.dubbing.align_lines import Prepared, prepare_line
 from phonanim.dubbing.checks import line_facts
 from phonanim.dubbing.format_rigs import rig_of_format, rigs_of_formats
 from phonanim.dubbing.job import Job, Result
@@ -23,7 +23,6 @@ from phonanim.dubbing.stamps import OUTPUTS, stamp_inputs, stamp_outputs
 from phonanim.dubbing.storage import forget_listings
 from phonanim.errors import OptionError, PhonanimError
 from phonanim.exporters import assign_options, save
-from phonanim.options import Options
 from phonanim.pipeline import (
     AnimationResult,
     load_cached_model,
@@ -43,13 +42,13 @@ def make_line(job: Job) -> Result:
         except PhonanimError as error:
             why = near.restore_urls(str(error))
         except MemoryError:
-            why = f"{line.alignment}: there is not enough memory for it; use fewer --workers, or cut the line"
+            why = f"{line.source}: there is not enough memory for it; use fewer --workers, or cut the line"
         except OSError as error:
-            why = near.restore_urls(f"{error.filename or line.alignment}: {error.strerror or error}")
+            why = near.restore_urls(f"{error.filename or line.source}: {error.strerror or error}")
         except Exception as error:  # a bug costs one line, not the whole run
             plugin = find_culprit(error.__traceback__)
             what = f"{plugin} failed" if plugin else "an error in phonanim, please report it"
-            why = f"{line.alignment}: {what}: {type(error).__name__}: {error}"
+            why = f"{line.source}: {what}: {type(error).__name__}: {error}"
     return Result(Outcome(line.id, line.place, error=why), made=True)
 
 
@@ -80,9 +79,8 @@ def _made(job: Job, near: Copies) -> Result:
         stamped = {**stamps, OUTPUTS: stamp_outputs(job.known.outputs, job.folder)}
         return Result(replace(job.known, place=job.line.place, stamps=stamped), made=False)
     folder = cast("Path", here.folder)
-    performance, outputs = _written(here.line, folder, job.formats)
+    performance, outputs, audio = _written(here.line, folder, job.formats)
     upload_outputs(list(outputs), folder, job.folder)
-    audio = cast("Path | None", here.line.audio)
     facts, motion = line_facts(performance, audio), line_motion(performance, audio)
     stamped = {**stamps, OUTPUTS: stamp_outputs(outputs, job.folder)}
     return Result(
@@ -90,34 +88,35 @@ def _made(job: Job, near: Copies) -> Result:
     )
 
 
-def _written(line: Line, folder: Path, formats: tuple[str, ...]) -> tuple[AnimationResult, dict[str, str]]:
-    """The animation of a line, and the content hashes of the outputs that were written."""
-    alignment = cast("Path", alignment_place(line, folder))
-    made = [] if line.text is None else [alignment]
-    options, notes = (line.options, ()) if line.text is None else align_line(line, alignment)
+Written = tuple[AnimationResult, dict[str, str], Path | None]
+
+
+def _written(line: Line, folder: Path, formats: tuple[str, ...]) -> Written:
+    """The animation of a line, the content hashes of the outputs that were written, and its recording."""
+    given = prepare_line(line, folder)
     rigs = rigs_of_formats(line, formats)
     paths = [folder / f"{line.output}.{suffix}" for suffix in formats]
     exports, idle = assign_options(line.exports, paths)
     if idle:
         names = ", ".join(path.relative_to(folder).as_posix() for path in paths)
-        raise OptionError(f"{line.alignment}: {idle[0]} has no effect on {names}; leave it out")
+        raise OptionError(f"{line.source}: {idle[0]} has no effect on {names}; leave it out")
     found = {
-        rig: _performed(line, alignment, replace(options, rig=rig), notes)
+        rig: _performed(line, replace(given, options=replace(given.options, rig=rig)))
         for rig in dict.fromkeys([line.options.rig, *rigs.values()])
         if rig in rigs.values()
     }
-    for path, given, rig in zip(paths, exports, rigs.values(), strict=True):
+    for path, chosen, rig in zip(paths, exports, rigs.values(), strict=True):
         make_folder_within(path.parent, folder)
-        save(found[rig].animation, path, **given)
-    hashes = {path.relative_to(folder).as_posix(): content_hash(path) for path in (*made, *paths)}
-    return next(iter(found.values())), hashes
+        save(found[rig].animation, path, **chosen)
+    hashes = {path.relative_to(folder).as_posix(): content_hash(path) for path in (*given.made, *paths)}
+    return next(iter(found.values())), hashes, given.audio
 
 
-def _performed(line: Line, alignment: Path, options: Options, notes: tuple[str, ...]) -> AnimationResult:
+def _performed(line: Line, given: Prepared) -> AnimationResult:
     """The animation of a line on one rig, with its edits and corrections."""
     files = cast("list[Path]", [file for file in (line.edits, line.corrections) if file is not None])
-    performance = animate_corrected(alignment, options, cast("Path | None", line.audio), files)
-    return replace(performance, notes=(*notes, *performance.notes))
+    performance = animate_corrected(given.alignment, given.options, given.audio, files)
+    return replace(performance, notes=(*given.notes, *performance.notes))
 
 
 def make_folder_within(place: Path, folder: Path) -> None:

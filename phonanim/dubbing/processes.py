@@ -82,7 +82,7 @@ def _bury(worker: Worker, team: list[Worker], waiting: Iterator[Job]) -> Iterato
     line = worker.job.line
     died = f"{TRIES} workers died on this line, the last with exit code {worker.process.exitcode}"
     mend = "free some memory, or check the line"
-    yield Result(Outcome(line.id, line.place, error=f"{line.alignment}: {died}; {mend}"), made=True)
+    yield Result(Outcome(line.id, line.place, error=f"{line.source}: {died}; {mend}"), made=True)
     job = next(waiting, None)
     if job is not None:
         team.append(_start(job, worker.task))

@@ -9,6 +9,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
+from phonanim.aligners.espeak import speaker_version
 from phonanim.animation.overlay import find_overlay
 from phonanim.core.files import content_hash
 from phonanim.core.lexicon import LEXICON, find_tables
@@ -44,7 +45,7 @@ def origin_of(line: Line, formats: tuple[str, ...], known: Outcome | None = None
         "version": __version__,
         "outputs": [f"{line.output}.{suffix}" for suffix in formats],
     }
-    origin |= find_extensions() | _other_rigs(line, formats)
+    origin |= find_extensions() | _other_rigs(line, formats) | speaker_of(line)
     return dict(json.loads(json.dumps(origin)))  # as it will be read back from the ledger
 
 
@@ -52,6 +53,12 @@ def _other_rigs(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
     """The hashes of rigs that formats need besides that of the line, where there are any."""
     others = sorted(set(rigs_of_formats(line, formats).values()) - {line.options.rig})
     return {"rigs": {name: rig_hash(name) for name in others}} if others else {}
+
+
+def speaker_of(line: Line) -> dict[str, Any]:
+    """The voice of a line that is given as text, and the version of what speaks, where there is none else."""
+    named = {"voice": line.voice} if line.voice else {}
+    return named | ({"speaker": speaker_version()} if line.is_spoken else {})
 
 
 @cache

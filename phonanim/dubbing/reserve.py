@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import PurePosixPath
 
 from phonanim.dubbing import ledger, ledger_parts
-from phonanim.dubbing.align_lines import SUFFIX
+from phonanim.dubbing.align_lines import made_suffixes
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.lines import Fault, Lines
 from phonanim.dubbing.output_names import collision_key
@@ -26,6 +26,7 @@ def reserve_outputs(lines: Lines, folder: Place, formats: Sequence[str]) -> Line
         str(place)
         for line in lines.lines
         for place in (line.alignment, line.audio, line.edits, line.corrections)
+        if place
     }
     target = folder.absolute()
     kept: list[Line] = []
@@ -45,7 +46,7 @@ def reserve_outputs(lines: Lines, folder: Place, formats: Sequence[str]) -> Line
 
 def output_files(line: Line, formats: Sequence[str]) -> list[PurePosixPath]:
     """The output files of a line, relative to the output folder."""
-    suffixes = [f".{suffix}" for suffix in formats] + ([] if line.text is None else [SUFFIX])
+    suffixes = [f".{suffix}" for suffix in formats] + list(made_suffixes(line))
     return [PurePosixPath(f"{line.output}{suffix}") for suffix in suffixes]
 
 

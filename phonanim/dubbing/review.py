@@ -10,6 +10,7 @@ from typing import Any
 
 from phonanim.animation.other_rig import move_to_rig
 from phonanim.core.pages import fill_page, script_data
+from phonanim.dubbing.align_lines import SOUND, SUFFIX, sound_place
 from phonanim.dubbing.ledger import read_ledger
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.lines import Lines
@@ -71,7 +72,8 @@ def line_page(review: Review, number: int) -> str:
             raise OutputError(f"{path}: its rig {animation.rig} cannot be shown on the shipped head")
         animation = moved[0]
     line = review.lines.get(outcome.id)
-    sound = line.audio if line is not None and isinstance(line.audio, Path) else animation.audio
+    given = sound_place(line, review.folder) if line is not None else None
+    sound = given if isinstance(given, Path) else animation.audio
     animation = replace(animation, audio=sound if sound is not None and sound.is_file() else None)
     if line is not None and not animation.phones and line.text is None and isinstance(line.alignment, Path):
         options = line.options
@@ -88,7 +90,7 @@ def _shown_output(folder: Path, outcome: Outcome) -> Path:
     """The output of a line that holds the most of what can be shown. Raises OutputError."""
     if not outcome.done:
         raise OutputError(f"{outcome.id}: failed: {outcome.error}")
-    paths = [folder / name for name in outcome.outputs if not name.endswith(".TextGrid")]
+    paths = [folder / name for name in outcome.outputs if not name.endswith((SUFFIX, SOUND))]
     paths = [path for path in paths if hasattr(find_exporter(path), "read")]
     if not paths:
         raise OutputError(f"{outcome.id}: no output can be read back; add --format npz to the batch")

@@ -73,22 +73,23 @@ class Common:
     characters: Characters = field(default_factory=Characters)
 
 
-def parse_row(id: str, row: Row, root: Place, common: Common) -> Line:
-    """The line of a row, whose paths are relative to `root`.
+def parse_row(id: str, row: Row, root: Place, common: Common, speaks: bool = True) -> Line:
+    """The line of a row, whose paths are relative to `root`; `speaks` is whether text alone is spoken.
 
     Raises OptionError for invalid cells, RigError for a rig that is not there.
     """
-    cells = common.characters.fill(row.cells)
+    cells = _with_recording(common.characters.fill(row.cells))
     spoken = "alignment" not in cells
-    if spoken and not {"audio", "text"} <= cells.keys():
+    if spoken and ("text" not in cells or not (speaks or "audio" in cells)):
         raise OptionError("the row names no alignment; fill its cell, or those of audio and text")
     output = safe_name(cells.get("output", id))
-    alignment = _found(cells["audio" if spoken else "alignment"], root)
+    source = cells.get("audio" if spoken else "alignment")
+    alignment = None if source is None else _found(source, root)
     return Line(
         id=id,
         place=row.place,
         alignment=alignment,
-        audio=_found(cells["audio"], root) if "audio" in cells else _beside(alignment),
+        audio=_found(cells["audio"], root) if "audio" in cells else alignment and _beside(alignment),
         options=_options(cells, root, common),
         output=output,
         text=cells["text"] if spoken else None,
@@ -97,7 +98,17 @@ def parse_row(id: str, row: Row, root: Place, common: Common) -> Line:
         else _sidecar(common.edits, f"{output}{EDITS}"),
         corrections=_sidecar(common.corrections, f"{output}{CORRECTIONS}"),
         exports={**common.exports, **_exports(cells, root)},
+        voice=cells.get("voice", ""),
     )
+
+
+def _with_recording(cells: dict[str, str]) -> dict[str, str]:
+    """The cells; a voice that names a recording is one."""
+    if not cells.get("voice", "").lower().endswith(RECORDINGS):
+        return cells
+    if "audio" in cells:
+        raise OptionError(f"audio = {cells['audio']!r} and voice = {cells['voice']!r} both name a recording")
+    return {**{name: cell for name, cell in cells.items() if name != "voice"}, "audio": cells["voice"]}
 
 
 def _options(cells: Mapping[str, str], root: Place, common: Common) -> Options:

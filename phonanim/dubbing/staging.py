@@ -60,7 +60,7 @@ def stage_inputs(job: Job, near: Copies) -> Job:
     line = job.line
     local = replace(
         line,
-        alignment=near.fetch(line.alignment),
+        alignment=near.fetch(line.alignment) if line.alignment else None,
         audio=near.fetch(line.audio) if line.audio else None,
         edits=near.fetch(line.edits) if line.edits else None,
         corrections=near.fetch(line.corrections) if line.corrections else None,

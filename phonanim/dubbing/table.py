@@ -21,8 +21,9 @@ SUFFIXES = (".csv", ".tsv", ".jsonl", ".ndjson")
 COLUMNS: dict[str, tuple[str, ...]] = {
     "id": ("line", "lineid", "key", "name", "utterance", "utteranceid", "uttid", "stringid", "vo", "voiceid"),
     "alignment": ("textgrid", "grid", "alignmentfile", "alignmentpath", "phones", "labels", "align"),
-    "audio": ("wav", "sound", "recording", "audiofile", "audiopath", "voice", "voicefile", "media"),
+    "audio": ("wav", "sound", "recording", "audiofile", "audiopath", "voicefile", "media"),
     "text": ("transcript", "transcription", "sentence", "said"),
+    "voice": ("espeakvoice", "ttsvoice", "spokenby"),
     "language": ("lang", "locale", "alphabet"),
     "fallback": ("fallbacklanguage", "languagefallback"),
     "rig": ("rigname", "face", "head"),
@@ -172,7 +173,7 @@ def _canonical(header: str) -> str | None:
 
 def _check(path: Place, columns: dict[str, str | None]) -> None:
     known = [column for column in columns.values() if column]
-    if "alignment" not in known and not {"audio", "text"} <= set(known):
+    if not {"alignment", "text"} & set(known):
         near = get_close_matches("alignment", list(columns), n=1, cutoff=0.5)
         hint = f"; is it {near[0]!r}?" if near else ""
         raise OptionError(f"{path}: has no column 'alignment', only {', '.join(map(repr, columns))}{hint}")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, lru_cache
 from typing import Any, Literal
 from unicodedata import normalize
@@ -20,6 +20,10 @@ from phonanim.speech.segments import SILENT
 Kind = Literal["phone", "closure", "silence", "noise"]
 ALPHABETS = ("IPA", "SAMPA")
 BRACKETS = "<>[]{}()*"
+IPA = "ipa"
+IPA_BLOCKS = (("\u0250", "\u02ff"), ("\ua700", "\ua71f"))
+"""Unicode's IPA letters, marks of length, tone and articulation, and further marks of tone."""
+
 POSITIONS = ("_B", "_I", "_E", "_S")  # Kaldi's marks for the position of a phone in its word
 
 
@@ -52,7 +56,8 @@ class Language:
     that may follow. Labels in none of them are parsed in the `alphabets` (IPA, SAMPA); where `labels` are
     listed, a capital that is none of them is its small letter before it is SAMPA. `fold` makes labels
     case-insensitive, `ignore` lists characters without a visible effect. `labels` lists what aligners of the
-    language write, by aligner.
+    language write, by aligner. `in_ipa` maps letters that romanizations use for another sound to that of IPA,
+    for alignments in IPA: see `for_labels`. `notation` is "ipa" in the language for those.
     """
 
     name: str
@@ -63,8 +68,26 @@ class Language:
     ipa: Mapping[str, str] = field(default_factory=dict)
     closures: Mapping[str, str] = field(default_factory=dict)
     labels: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    in_ipa: Mapping[str, str] = field(default_factory=dict)
     ignore: str = ""
     fold: bool = False
+    notation: str = ""
+
+    @property
+    def full_name(self) -> str:
+        """The name by which `load_language` gives this language in its notation."""
+        return f"{self.name}:{self.notation}" if self.notation else self.name
+
+    def for_labels(self, labels: Iterable[str]) -> Language:
+        """The language for an alignment with these labels: in IPA, some letters have the sound of IPA.
+
+        Japanese j is an affricate in romanized labels, and a glide beside ɕ or ɯ.
+        """
+        return self.written_in_ipa() if any(map(_is_ipa, labels)) else self
+
+    def written_in_ipa(self) -> Language:
+        """The language for alignments in IPA."""
+        return self if not self.in_ipa or self.notation else load_language(f"{self.name}:{IPA}")
 
     @lru_cache(maxsize=4096)  # noqa: B019 - the few languages live as long as the program
     def resolve(self, label: str) -> Sound | None:
@@ -157,6 +180,9 @@ def load_language(name: str) -> Language:
 
     Raises LabelError, which suggests the nearest names, when there is no such language.
     """
+    bare, _, notation = name.rpartition(":")
+    if bare and notation == IPA:
+        return _written_in_ipa(load_language(bare))
     stem = find_language(name) or _coded(name)
     if stem is not None:
         return _read_language(stem)
@@ -165,6 +191,17 @@ def load_language(name: str) -> Language:
     near = ", ".join(get_close_matches(name.lower(), language_names(), cutoff=0.0))
     mend = f"nearest: {near}, or auto, or --fallback-language ipa where the labels are IPA"
     raise LabelError(f'there is no language "{quote_label(name)}"; {mend}')
+
+
+def _written_in_ipa(language: Language) -> Language:
+    kept = {label: sound for label, sound in language.ipa.items() if label not in language.in_ipa}
+    return replace(language, ipa=kept | dict(language.in_ipa), notation=IPA)
+
+
+@lru_cache(maxsize=4096)
+def _is_ipa(label: str) -> bool:
+    """Whether a label has a letter or mark that only IPA has."""
+    return any(first <= letter <= last for letter in normalize("NFC", label) for first, last in IPA_BLOCKS)
 
 
 def _coded(name: str) -> str | None:
@@ -217,7 +254,7 @@ def _check_sounds(language: Language) -> None:
         for phone in phones.split():
             if phone not in INVENTORY.phones:
                 raise ValueError(f"{phone!r} is not one of the phones {' '.join(INVENTORY.phones)}")
-    for sounds in language.ipa.values():
+    for sounds in (*language.ipa.values(), *language.in_ipa.values()):
         _codes_of_ipa(sounds)
     for alphabet in language.alphabets:
         if alphabet not in ALPHABETS:
@@ -239,6 +276,7 @@ def _build_language(name: str, table: dict[str, Any]) -> Language:
         phones=entries("phones"),
         ipa=entries("ipa"),
         closures=entries("closures"),
+        in_ipa=entries("in_ipa"),
         labels={aligner: tuple(text.split()) for aligner, text in table.get("labels", {}).items()},
         ignore=table.get("ignore", ""),
         fold=fold,

@@ -239,5 +239,5 @@ def _prior(name: str, expected: str) -> float:
 
 def _reading(name: str, labels: tuple[str, ...]) -> tuple[object, ...]:
     """What a language makes of labels."""
-    language = load_language(name)
+    language = load_language(name).for_labels(labels)
     return tuple(sound and (sound.kind, sound.codes) for sound in map(language.resolve, labels))

@@ -43,11 +43,7 @@ class ReadingLanguage:
 
     def doubt(self) -> tuple[str, ...]:
         """A note where the choice is unsure."""
-        if self.sure:
-            return ()
-        other = f" or {self.runner_up} ({_percent(self.runner_up_probability)})" if self.runner_up else ""
-        name = f"{self.language.name} ({_percent(self.certainty)})"
-        return (f"the language is unsure: {name}{other}, which differ in phones; name it with --language",)
+        return doubt_of(self.language.name, self.certainty, self.runner_up, self.runner_up_probability)
 
     def facts(self) -> dict[str, Any]:
         """The same as JSON values."""
@@ -68,6 +64,15 @@ class ReadingLanguage:
         return found | ({"asked": self.asked} if self.asked else {})
 
 
+def doubt_of(name: str, certainty: float, runner_up: str, probability: float) -> tuple[str, ...]:
+    """A note where a choice of a language is unsure."""
+    if certainty >= SURE:
+        return ()
+    other = f" or {runner_up} ({share_of(probability)})" if runner_up else ""
+    shown = f"{name} ({share_of(certainty)}){other}"
+    return (f"the language is unsure: {shown}, which differ in phones; name it with --language",)
+
+
 def find_reading_language(
     alignment: Alignment, name: str = AUTO, fallback: str | None = None
 ) -> ReadingLanguage:
@@ -75,14 +80,12 @@ def find_reading_language(
 
     Raises LabelError for a language that does not exist, unless `fallback` names another.
     """
+    labels = tuple(interval.label for interval in alignment.intervals)
     if is_auto(name) and not alignment.language:
         expected = name.partition(":")[2]
-        chosen = rank_languages(
-            (interval.label for interval in alignment.intervals),
-            load_language(expected).name if expected else "",
-        )
+        chosen = rank_languages(labels, load_language(expected).name if expected else "")
         return ReadingLanguage(
-            language=chosen.language,
+            language=chosen.language.for_labels(labels),
             by="labels",
             certainty=chosen.certainty,
             probability=chosen.probability,
@@ -93,11 +96,11 @@ def find_reading_language(
     by: By = "format" if is_auto(name) else "option"
     name = alignment.language if is_auto(name) else name
     try:
-        return ReadingLanguage(load_language(name), by)
+        return ReadingLanguage(load_language(name).for_labels(labels), by)
     except LabelError:
         if fallback is None:
             raise
-    return ReadingLanguage(load_language(fallback), "fallback", asked=name)
+    return ReadingLanguage(load_language(fallback).for_labels(labels), "fallback", asked=name)
 
 
 def describe_language(facts: Mapping[str, Any]) -> str:
@@ -105,16 +108,16 @@ def describe_language(facts: Mapping[str, Any]) -> str:
     name, by = facts["name"], facts["by"]
     if by == "labels":
         other = facts.get("runner_up")
-        rest = f"; otherwise {other} ({_percent(facts['runner_up_probability'])})" if other else ""
+        rest = f"; otherwise {other} ({share_of(facts['runner_up_probability'])})" if other else ""
         alone = facts.get("probability", 1.0)
-        alike = f" of the phones (of the language {_percent(alone)}: others read them alike)"
+        alike = f" of the phones (of the language {share_of(alone)}: others read them alike)"
         shown = alike if alone < SURE <= facts["certainty"] else ""
-        return f"language {name}, by its labels, {_percent(facts['certainty'])} sure{shown}{rest}"
+        return f"language {name}, by its labels, {share_of(facts['certainty'])} sure{shown}{rest}"
     if by == "fallback":
         return f'language {name}, as there is no language "{quote_label(facts["asked"])}"'
     return f"language {name}, " + ("by the format" if by == "format" else "as named")
 
 
-def _percent(share: float) -> str:
+def share_of(share: float) -> str:
     """A certainty that never claims more than it has: 99.9 % is not 100 %."""
     return f"{min(int(share * 100), 99)} %"

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.errors import OptionError, StreamError
+from phonanim.errors import LabelError, OptionError, StreamError
 from phonanim.features.context import EDGES
 from phonanim.life import AHEAD, life_of
 from phonanim.options import Options
@@ -18,11 +18,11 @@ from phonanim.regressors import NEEDS
 from phonanim.speech.alignment import ROUNDING, Alignment, Interval
 from phonanim.speech.labels import is_silent
 from phonanim.speech.language import to_phones
-from phonanim.speech.language_names import is_auto
 from phonanim.speech.loudness import Loudness
 from phonanim.speech.phones import PhoneTrack
 from phonanim.speech.prosody import Prosody
 from phonanim.stream.events import Event, Phone, Samples, Tick
+from phonanim.stream.language import StreamedLanguage
 from phonanim.stream.life import HeardPhones, HeardVoice, StreamedLife
 from phonanim.stream.loudness import StreamedLoudness
 
@@ -30,7 +30,6 @@ REACH = float(EDGES[-1])  # seconds to either side that the features use
 BEYOND = 3  # segments after the current one that their timing uses, including a closure's release
 ABREAST = 1e-6  # frames: an instant that is ahead by less counts as reached
 LONGEST = 600.0  # seconds that may pass at once; more is a wrong unit
-AUTO = "english"  # the default language of labels, because a few phones do not identify it
 EMPTY = Interval("", 0.0, 0.0)
 
 
@@ -59,8 +58,8 @@ class PhoneStream:
     patience: ClassVar[float] = 0.0  # seconds that a due frame waits for a phone
 
     def __post_init__(self) -> None:
-        if is_auto(self.options.language):
-            self.options = replace(self.options, language=AUTO)
+        self.language = StreamedLanguage(self.options.language)
+        self.options = replace(self.options, language=self.language.name)
         reject_whole_line_layers(self.options)
         self.model = load_model(self.options.model)
         self.rig = load_cached_rig(self.options.rig)
@@ -92,12 +91,17 @@ class PhoneStream:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """A note when no phone was received; other problems are reported when phones arrive."""
-        return ("no phone was received",) * (self.known_until == 0)
+        """A note when no phone was received, and on the language if that is unsure."""
+        return (*("no phone was received",) * (self.known_until == 0), *self.language.doubt())
+
+    def news(self) -> str:
+        """The language, as soon as it is settled by the labels; "" before that and afterwards."""
+        return self.language.news()
 
     def warm_up(self) -> None:
         """Make a frame and discard it, so that the first real one is as fast as the others."""
         other = PhoneStream(self.options, 0.0)
+        StreamedLanguage("auto").hear("m")  # reads the tables of labels
         other.pass_time(0.1)
         other.frames()
 
@@ -130,11 +134,23 @@ class PhoneStream:
                 f'phone "{label}" at {start:g} s arrives after its frames were due; raise the look-ahead'
             )
         self._refuse_leap(end, f'phone "{label}" at {start:g} s')
-        one = Alignment((Interval(label, 0.0, end - start),), end - start, "stream", "the stream")
-        to_phones(replace(one, offset=start), self.options.language, self.options.unknown)
+        self._check_label(label, start, end)
         self.known.append(Interval(label, max(start, last.end), end))
         if self.life is not None:
             self.felt.intervals.append(self.known[-1])
+
+    def _check_label(self, label: str, start: float, end: float) -> None:
+        """Raise LabelError for a label that is unknown in the language, which it may help to find."""
+        named = self.language.hear(label)
+        one = Alignment((Interval(label, 0.0, end - start),), end - start, "stream", "the stream")
+        try:
+            to_phones(replace(one, offset=start), named, self.options.unknown)
+        except LabelError:
+            self.language.forget(label)
+            raise
+        if named != self.options.language:
+            self.options = replace(self.options, language=named)
+            self.felt.options = self.options
 
     def tick(self, now: float) -> None:
         """Set the source's clock. Raises StreamError, without setting it, for a step back or far ahead."""

@@ -62,7 +62,7 @@ def alignment_file(path: Path, options: Options) -> tuple[str, tuple[Interval, .
     Raises AlignmentError.
     """
     alignment = read_with_options(path, options)
-    language = find_reading_language(alignment, options.language, options.fallback).language.name
+    language = find_reading_language(alignment, options.language, options.fallback).language.full_name
 
     def events() -> Iterator[Event]:
         for interval in alignment.intervals:

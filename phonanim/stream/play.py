@@ -52,6 +52,9 @@ class Engine(Protocol):
     def warm_up(self) -> None:
         """Make a frame and discard it."""
 
+    def news(self) -> str:
+        """What people should know now, once; "" for nothing."""
+
     def take(self, event: Event) -> None:
         """Process an event. Raises StreamError or LabelError when it is invalid."""
 
@@ -87,7 +90,7 @@ class StreamStatistics:
 
 @dataclass
 class Player:
-    """An engine, the sinks of its frames, and `say`, which reports problems to people."""
+    """An engine, the sinks of its frames, `say` for problems that people should know, and `tell` for news."""
 
     engine: Engine
     sinks: list[Sink]
@@ -95,6 +98,7 @@ class Player:
     say: Callable[[str], None]
     tally: StreamStatistics = field(default_factory=StreamStatistics)
     silent: set[str] = field(default_factory=set)  # sinks whose problem was reported
+    tell: Callable[[str], None] | None = None
 
     def run(self, events: Iterator[Event]) -> None:
         """Send every frame as soon as it is decided."""
@@ -142,6 +146,8 @@ class Player:
             except (StreamError, LabelError) as error:
                 self.report_problem(str(error))
             self.tally.work += time.thread_time() - began
+            if news := self.engine.news():
+                (self.tell or self.say)(news)
 
     def give(self, most: int | None = None, due: float | None = None) -> int:
         """Make the frames that may be released and send them, not before `due`; returns their number."""

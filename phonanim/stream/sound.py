@@ -98,6 +98,10 @@ class SoundStream:
         other.pass_time(0.5)
         other.frames()
 
+    def news(self) -> str:
+        """Nothing: audio has no language."""
+        return ""
+
     def take(self, event: Event) -> None:
         """Add audio. Raises StreamError for samples that are not finite, which count as silence."""
         if not isinstance(event, Samples):

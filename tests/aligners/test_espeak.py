@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("espeakng_loader", reason="needs the extra espeak")
 
-from phonanim.aligners.espeak import MARGIN, speak, write_speech
+from phonanim.aligners.espeak import MARGIN, reading_language, speak, write_speech
 from phonanim.errors import OptionError
 from phonanim.speech.ipa import parse_ipa
 
@@ -44,6 +44,21 @@ def test_languages(voice: str, text: str, has: str) -> None:
     labels = [phone.label for phone in speak(text, voice).phones]
     assert any(has in label for label in labels)
     assert all(parse_ipa(label) for label in labels)
+
+
+def test_names_of_its_own_are_ipa() -> None:
+    assert [phone.label for phone in speak("中", "cmn").phones] == ["ʈʂ", "ˈʊ", "ŋ"]
+    assert "ɧ" in [phone.label for phone in speak("sju", "sv").phones]
+    assert speak("faci", "ro").phones[-1].label == "tʃʲ"
+    assert reading_language("ja") == "japanese:ipa"
+    assert (reading_language("pt-br"), reading_language("ca")) == ("portuguese", "ipa")
+
+
+def test_the_rate_of_speech() -> None:
+    assert (
+        speak("One two three four.", words_per_minute=120).duration
+        > 1.2 * speak("One two three four.").duration
+    )
 
 
 def test_the_same_text_gives_the_same_bytes(tmp_path: Path) -> None:

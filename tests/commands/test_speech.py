@@ -34,6 +34,19 @@ def test_the_language_chooses_the_voice(tmp_path: Path, monkeypatch: pytest.Monk
     assert '"y' in Path("a.TextGrid").read_text().replace("ˈ", "")
 
 
+@pytest.mark.parametrize(
+    ("voice", "text", "language"),
+    [("cmn", "你好，中国人吃饭", "mandarin"), ("ro", "ce mai faci", "romanian"), ("ca", "Bon dia", "ipa")],
+)
+def test_made_speech_is_read_in_its_language(
+    voice: str, text: str, language: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    facts = run("--text", text, "--voice", voice, "-o", "a.npz")
+    assert facts["language"]["name"] == language
+    assert facts["notes"] == []
+
+
 def test_other_speech_is_not_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("line.wav").write_bytes(b"mine")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from phonanim.__main__ import run
-from phonanim.dubbing.align_lines import align_line
+from phonanim.dubbing.align_lines import align_line, voice_of
 from phonanim.dubbing.lines import read_lines
 from phonanim.dubbing.row import Common
 from phonanim.errors import OptionError
@@ -100,3 +100,42 @@ def test_a_table_of_recordings_and_texts_alone(folder: Path) -> None:
         folder / "a.wav",
         folder / "a.wav",
     )
+
+
+def test_text_alone_is_spoken_beside_its_output_and_kept(folder: Path) -> None:
+    pytest.importorskip("espeakng_loader", reason="needs the extra espeak")
+    (folder / "t.csv").write_text("id,text,voice\na/hi,Guten Morgen,de\nb,My mother moved.,\n")
+    assert batch("t.csv") == 0
+    made = sorted(path.relative_to(folder / "out").as_posix() for path in (folder / "out").rglob("*.*"))
+    assert {"a/hi.csv", "a/hi.wav", "a/hi.aligned.TextGrid", "b.csv", "b.wav"} <= set(made)
+    first = {name: (folder / "out" / name).read_bytes() for name in made if name[0] in "ab"}
+    facts = [json.loads(line) for line in (folder / "out/ledger.jsonl").read_text().splitlines()]
+    assert [entry["facts"]["language"]["name"] for entry in facts] == ["german", "english"]
+    assert "spoken by eSpeak NG with the voice de" in (folder / "out/report.json").read_text()
+    times = (folder / "out/b.wav").stat().st_mtime_ns
+    assert batch("t.csv") == 0
+    assert (folder / "out/b.wav").stat().st_mtime_ns == times
+    assert run(["audit", "t.csv", "--outputs", "out"]) == 0
+    (folder / "out/b.wav").unlink()
+    (folder / "t.csv").write_text("id,text,voice\na/hi,Guten Abend,de\nb,My mother moved.,\n")
+    assert batch("t.csv") == 0
+    assert (folder / "out/b.wav").read_bytes() == first["b.wav"]
+    assert (folder / "out/a/hi.wav").read_bytes() != first["a/hi.wav"]
+
+
+def test_text_alone_is_named_by_its_words_and_takes_the_language(folder: Path) -> None:
+    (folder / "t.tsv").write_text("text\tlanguage\nUn, deux et trois!\tfr\n")
+    (line,) = read_lines("t.tsv", Common()).lines
+    assert (line.id, line.alignment, line.audio, voice_of(line)) == ("Un_deux_et_trois", None, None, "fr")
+
+
+def test_a_line_that_has_no_recording_yet_is_not_spoken_among_recorded_ones(folder: Path) -> None:
+    lines = read_lines(table(folder, ("x", "", "a.wav", TEXT, ""), ("y", "", "", TEXT, "")), Common())
+    assert [line.id for line in lines.lines] == ["x"]
+    assert "the row names no alignment; fill its cell, or those of audio and text" in lines.faults[0].message
+
+
+def test_a_voice_that_is_a_recording(folder: Path) -> None:
+    (folder / "t.csv").write_text("voice,text\na.wav,hello\n")
+    (line,) = read_lines("t.csv", Common()).lines
+    assert (line.id, line.audio, line.voice) == ("a", folder / "a.wav", "")

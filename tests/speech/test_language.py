@@ -15,7 +15,7 @@ from phonanim.errors import LabelError
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.labels import Language
-from phonanim.speech.language import choose_language, language_names, load_language, to_phones
+from phonanim.speech.language import choose_language, language_names, load_language, read_phones, to_phones
 
 STEP = 0.125
 
@@ -244,3 +244,22 @@ def test_a_mistyped_label_does_not_turn_arpabet_into_sampa() -> None:
     labels = ["M", "AY", "F", "AA", "DH", "ER", "QQQ", "T", "B", "IY"]
     assert choose_language(labels).name == "english"
     assert choose_language([label for label in labels if label != "ER"]).name == "english"
+
+
+@pytest.mark.parametrize(
+    ("language", "labels", "phones"),
+    [
+        ("ja", "k oː j a ɴ", "k ow y aa ng"),
+        ("ja", "j u y u", "d z uh y uh"),
+        ("zh", "n i˨˩˦ x au̯˨˩˦", "n iy k aw"),
+        ("zh", "x i3 j v5", "s iy t s uw"),
+        ("zh", "n y˥˩", "n uw"),
+    ],
+)
+def test_letters_of_romanizations_have_the_sound_of_ipa_in_ipa(
+    language: str, labels: str, phones: str
+) -> None:
+    reading = read_phones(alignment(labels), language)
+    assert [INVENTORY.phones[code] for code in reading.track.codes] == phones.split()
+    assert load_language(reading.language.language.full_name) is reading.language.language
+    assert reading.language.facts()["name"] in ("japanese", "mandarin")
