@@ -162,10 +162,11 @@ def answer(browser: Browser, use: Callable[[str], None], prefer: str, careless: 
     browser.wait("!document.getElementById('choose-left').disabled")
     trial, swapped = browser.value("Object.values(state.order[state.answers.length])")
     choice, stars = decide(browser.value(f"study.trials[{trial}]"), swapped, prefer, careless)
-    use(choice)
-    if browser.value("study.rating"):
-        use(f"star-{stars}")
-    use("next")
+    for number in range(browser.value("study.questions.length")):
+        use(choice)
+        if browser.value("study.rating") and number == 0:
+            use(f"star-{stars}")
+        use("next")
     browser.wait(f"state.answers.length === {done + 1}")
 
 

@@ -58,7 +58,11 @@ def command() -> None:
 )
 @click.option("--title", default="Which animation fits the speech?", help="Heading of the page.")
 @click.option(
-    "--question", default="In which take does the face fit the speech better?", help="The question."
+    "--question",
+    "questions",
+    multiple=True,
+    default=["In which take does the face fit the speech better?"],
+    help="A question about each pair. Repeatable; stars and controls belong to the first.",
 )
 @click.option("--thanks", default="Thank you. That was all.", help="Text shown at the end.")
 @click.option("--post", metavar="URL", default="", help="Address that receives the answers.")
@@ -74,7 +78,7 @@ def make(
     controls: int,
     trials: int,
     title: str,
-    question: str,
+    questions: tuple[str, ...],
     thanks: str,
     post: str,
     seed: int,
@@ -88,6 +92,7 @@ def make(
     \b
     Examples:
       phonanim study make ours/ lstm/ tree/ --ours ours -o study.html
+      phonanim study make ours/ other/ -o study.html --question "Whose lips fit?" --question "Who is real?"
       phonanim study make takes.csv --choices none --post https://example.org/answers -o study.html
     """
     import numpy as np
@@ -98,7 +103,7 @@ def make(
 
     lines = read_takes(takes)
     planned = plan_trials(lines, np.random.default_rng(seed), choices, ours, practice, controls)
-    words = Wording(title, question, thanks, choices, rating, trials, post)
+    words = Wording(title, questions, thanks, choices, rating, trials, post)
     size = write_page(output, planned, words)
     counts = {kind: sum(trial.kind == kind for trial in planned) for kind in ("practice", "test", "control")}
     shown = min(counts["test"], trials or counts["test"]) + counts["practice"] + counts["control"]
@@ -109,6 +114,45 @@ def make(
     console.print_result(
         {"page": str(output), "bytes": size, "trials": counts, "trials_a_participant": shown}
     )
+
+
+@command.command()
+@click.argument(
+    "lines", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path)
+)
+@click.option(
+    "-o", "--output", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder."
+)
+@click.option("--format", "kind", default="mp4", help="Format of the takes.")
+@console_options
+def tongues(lines: tuple[Path, ...], output: Path, kind: str, console: Console) -> None:
+    """Write takes that differ in the tongue alone, for `phonanim study make`.
+
+    LINES are animations with a tongue (--rig arkit_tongue), each with its recording beside it. OUTPUT gets
+    three folders: tongue (as it is), mismatch (the tongue of the next line), null (a still tongue).
+
+    \b
+    Example:
+      phonanim batch lines/ -o work/lines --rig arkit_tongue --format npz
+      phonanim study tongues work/lines/*.npz -o takes
+      phonanim study make takes/tongue takes/mismatch takes/null -o study.html
+    """
+    from dataclasses import replace
+
+    from phonanim.exporters import find_exporter, load
+    from phonanim.media.audio import find_audio
+    from phonanim.study.tongues import SYSTEMS, partners, tongue_takes
+
+    others = partners(len(lines))
+    find_exporter(output / f"x.{kind}")
+    read = [replace(load(path), audio=find_audio(path) or load(path).audio) for path in lines]
+    for path, animation, other in zip(lines, read, others, strict=True):
+        for system, take in tongue_takes(animation, read[other]).items():
+            (output / system).mkdir(parents=True, exist_ok=True)
+            take.save(output / system / f"{path.stem}.{kind}")
+    folders = [str(output / system) for system in SYSTEMS]
+    console.print(f"wrote {len(lines)} takes each into {', '.join(folders)}")
+    console.print_result({"takes": len(lines), "folders": folders})
 
 
 @command.command()

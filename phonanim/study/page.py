@@ -23,6 +23,7 @@ FORMAT = "phonanim study 1"
 PARTS = Path(__file__).parent / "page"
 SCRIPTS = ("chance.js", "player.js", "study.js")
 ADDRESS = re.compile(r"https?://[A-Za-z0-9.:_\[\]-]+(/[^\s;,\"']*)?")
+QUESTION = "In which take does the face fit the speech better?"
 MAX_MEGABYTES = 300
 """Largest size of the videos in a page: browsers refuse texts of about 500 MB, and base64 adds a third."""
 
@@ -31,12 +32,13 @@ MAX_MEGABYTES = 300
 class Wording:
     """The texts and settings of a study.
 
+    Each of `questions` is asked about every pair, in this order; stars and controls belong to the first.
     `limit` is the number of test trials per participant, drawn at random; 0 for all. `post` is the address
     that receives the answers; without it, or when it cannot be reached, participants download them.
     """
 
     title: str = "Which animation fits the speech?"
-    question: str = "In which take does the face fit the speech better?"
+    questions: tuple[str, ...] = (QUESTION,)
     thanks: str = "Thank you. That was all."
     choices: str = "forced"
     rating: bool = True
@@ -47,9 +49,11 @@ class Wording:
 def write_page(path: Path, trials: Sequence[Trial], wording: Wording) -> int:
     """Write the page and return its size in bytes.
 
-    Raises StudyError when the videos are too large or `post` is not a web address, OutputError when the
-    destination cannot be written.
+    Raises StudyError when the videos are too large, two questions are the same, or `post` is not a web
+    address, OutputError when the destination cannot be written.
     """
+    if len({*wording.questions}) < len(wording.questions) or not all(map(str.strip, wording.questions)):
+        raise StudyError("--question: each must be another text; change or leave out the one given twice")
     if wording.post and not ADDRESS.fullmatch(wording.post):
         raise StudyError(f"--post {wording.post}: is not a web address; begin it with https://")
     fields = {

@@ -17,7 +17,10 @@ SIDES = ("left", "right")
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """One trial: the systems by side, the choice ("left", "right", "none" or "equal"), 1 to 5 stars."""
+    """One trial: the systems by side, the choice ("left", "right", "none" or "equal"), 1 to 5 stars.
+
+    `choices` are those of all questions about the pair, of which `choice` is the first.
+    """
 
     item: str
     kind: str
@@ -26,6 +29,7 @@ class Answer:
     choice: str
     rating: int | None
     expected: str | None
+    choices: tuple[str, ...] = ()
 
     @property
     def attentive(self) -> bool:
@@ -36,12 +40,16 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class Participant:
-    """The answers of one participant; `ended` is empty when some trials are missing."""
+    """The answers of one participant; `ended` is empty when some trials are missing.
+
+    `questions` are those that were asked about every pair; none where the study had one.
+    """
 
     name: str
     study: str
     ended: str
     answers: tuple[Answer, ...]
+    questions: tuple[str, ...] = ()
 
     @property
     def failed(self) -> int:
@@ -110,21 +118,27 @@ def _read(path: Path) -> Participant:
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise StudyError(f"{path}: has no answers of a study; its format is not {FORMAT!r}")
     try:
-        answers = tuple(_answers(document))
+        asked = tuple(decode_text(text, "question") for text in document.get("questions", ()))
+        questions = asked if len(asked) > 1 else ()
+        answers = tuple(_answers(document, len(questions) or 1))
         name, study = (decode_text(document[key], key) for key in ("participant", "study"))
-        return Participant(name, study, decode_text(document["ended"] or "", "ended"), answers)
+        return Participant(name, study, decode_text(document["ended"] or "", "ended"), answers, questions)
     except DAMAGE as error:
         raise StudyError(f"{path}: is damaged ({error!r}); ask for it again") from error
 
 
-def _answers(document: dict[str, Any]) -> Iterator[Answer]:
+def _answers(document: dict[str, Any], questions: int) -> Iterator[Answer]:
     for number, answer in enumerate(document["answers"], start=1):
         names = ("item", "kind", "left", "right", "choice", "rating", "expected")
-        found = Answer(**{name: answer[name] for name in names})
+        choices = tuple(answer.get("choices", [answer["choice"]]))
+        found = Answer(**{name: answer[name] for name in names}, choices=choices)
         for name in ("item", "kind", "left", "right"):
             decode_text(answer[name], f"{name} of answer {number}")
-        if found.choice not in (*SIDES, document["choices"]):
-            raise ValueError(f"answer {number} chooses {found.choice!r}")
+        for choice in (found.choice, *choices):
+            if choice not in (*SIDES, document["choices"]):
+                raise ValueError(f"answer {number} chooses {choice!r}")
+        if len(choices) != questions or choices[0] != found.choice:
+            raise ValueError(f"answer {number} has {len(choices)} choices for {questions} questions")
         if found.rating not in (None, 1, 2, 3, 4, 5):
             raise ValueError(f"answer {number} gives {found.rating!r} stars")
         yield found

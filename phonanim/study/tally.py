@@ -32,17 +32,21 @@ class Tally:
 def count_answers(participants: Sequence[Participant], ours: str | None = None) -> tuple[Tally, ...]:
     """The test answers, counted by pair and line. `ours`, else the first by name, is the first of each pair.
 
+    If several questions were asked about a pair, the answers to each are a group of their own.
+
     Raises StudyError when `ours` was in no test.
     """
-    votes: dict[tuple[str, str, str], Counter[str]] = defaultdict(Counter)
+    questions = (participants[0].questions if participants else ()) or ("",)
+    votes: dict[tuple[int, str, str, str], Counter[str]] = defaultdict(Counter)
     for answer in test_answers(participants):
         first, second = order_systems(answer, ours)
-        votes[first, second, answer.item][chosen_system(answer)] += 1
+        for number, choice in enumerate(answer.choices or (answer.choice,)):
+            votes[number, first, second, answer.item][chosen_system(answer, choice)] += 1
     if ours and not any(ours in pair for pair in votes):
         raise StudyError(f"there is no system {ours!r}; there are {', '.join(_systems(votes))}")
     return tuple(
-        Tally("", first, second, item, found[first], found[second], found[""])
-        for (first, second, item), found in sorted(votes.items())
+        Tally(questions[number], first, second, item, found[first], found[second], found[""])
+        for (number, first, second, item), found in sorted(votes.items())
     )
 
 
@@ -51,9 +55,10 @@ def test_answers(participants: Iterable[Participant]) -> list[Answer]:
     return [answer for one in participants for answer in one.answers if answer.kind == "test"]
 
 
-def chosen_system(answer: Answer) -> str:
-    """The chosen system; empty for neither."""
-    return {"left": answer.left, "right": answer.right}[answer.choice] if answer.choice in SIDES else ""
+def chosen_system(answer: Answer, choice: str = "") -> str:
+    """The system of a choice, or of the answer to the first question; empty for neither."""
+    choice = choice or answer.choice
+    return {"left": answer.left, "right": answer.right}[choice] if choice in SIDES else ""
 
 
 def order_systems(answer: Answer, ours: str | None) -> tuple[str, str]:
@@ -93,5 +98,5 @@ def _tally(path: Path, number: int, row: Mapping[str, str]) -> Tally:
     return Tally(row["group"], row["ours"], row["other"], row["item"], wins, losses)
 
 
-def _systems(pairs: Iterable[tuple[str, str, str]]) -> list[str]:
-    return sorted({system for first, second, _ in pairs for system in (first, second)})
+def _systems(pairs: Iterable[tuple[int, str, str, str]]) -> list[str]:
+    return sorted({system for _, first, second, _ in pairs for system in (first, second)})

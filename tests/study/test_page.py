@@ -83,3 +83,15 @@ def test_answers_are_posted(tmp_path, root):
         server.shutdown()
     assert received == [downloaded]
     assert len(downloaded["answers"]) == 4
+
+
+@pytest.mark.slow
+def test_several_questions_about_a_pair(tmp_path, root):
+    few = ["--practice", "0", "--controls", "0", "--trials", "3"]
+    asked = ["--question", "Whose lips fit?", "--question", "Who is real?"]
+    page = make(tmp_path, *few, *asked)
+    take_part(root, page, "--participant", "p", "--prefer", "ours")
+    (one,) = read_results([tmp_path / "results"])
+    assert one.questions == ("Whose lips fit?", "Who is real?")
+    assert all(len(answer.choices) == 2 and answer.rating == 4 for answer in one.answers)
+    assert {tally.group for tally in count_answers([one], "ours")} == set(one.questions)

@@ -10,6 +10,7 @@ const KEYS = {
 const player = new Player({ left: $("left"), right: $("right") }, study.films, refresh, filmFailed);
 let state = load();
 let answer = {};
+let asked = 0; // which of the questions is asked about the pair
 let shownAt = 0;
 let broken = false;
 
@@ -69,7 +70,8 @@ function step() {
   const { trial, swapped } = state.order[state.answers.length];
   const [left, right] = swapped ? study.trials[trial].takes.toReversed() : study.trials[trial].takes;
   player.show({ left, right });
-  answer = { choice: null, rating: null };
+  answer = { choice: null, rating: null, choices: [] };
+  asked = 0;
   broken = false;
   shownAt = performance.now();
   const done = state.answers.length;
@@ -85,17 +87,25 @@ function seen() {
   return player.plays.left > 0 && player.plays.right > 0;
 }
 
+// Stars are given once for a pair, with its first question.
+function rated() {
+  return !study.rating || asked > 0;
+}
+
 function complete() {
-  return seen() && answer.choice && (answer.rating || !study.rating);
+  return seen() && answer.choice && (answer.rating || rated());
 }
 
 function refresh() {
+  const { questions } = study;
+  const number = questions.length > 1 ? `${asked + 1}/${questions.length}: ` : "";
+  $("question").textContent = number + questions[asked];
   for (const choice of ["left", "right", "third"]) {
     const button = $(`choose-${choice}`);
     button.disabled = !seen();
     button.setAttribute("aria-pressed", String(answer.choice === (choice === "third" ? study.choices : choice)));
   }
-  $("rating").hidden = !study.rating;
+  $("rating").hidden = rated();
   const one = answer.choice === "left" || answer.choice === "right";
   $("rating-asked").textContent = one ? "How well does the film that you chose match the speech?"
     : "How well do the face and the speech match?";
@@ -129,13 +139,20 @@ function rate(stars) {
 
 function next() {
   if (!complete()) return;
+  answer.choices.push(answer.choice);
+  if (answer.choices.length < study.questions.length) {
+    asked += 1;
+    answer.choice = null;
+    refresh();
+    return $("both").focus();
+  }
   player.stop();
   const { trial, swapped } = state.order[state.answers.length];
   const { item, kind, takes, expected } = study.trials[trial];
   const [left, right] = (swapped ? takes.toReversed() : takes).map((take) => take.system);
   const side = (take) => ((take === 0) !== swapped ? "left" : "right");
   state.answers.push({
-    item, kind, left, right, ...answer,
+    item, kind, left, right, ...answer, choice: answer.choices[0],
     expected: typeof expected === "number" ? side(expected) : expected,
     plays: { ...player.plays },
     seconds: Math.round((performance.now() - shownAt) / 100) / 10,
@@ -147,6 +164,7 @@ function result() {
   return {
     format: "phonanim study result 1",
     study: study.id, title: study.title, choices: study.choices, rating: study.rating,
+    questions: study.questions,
     participant: state.participant, seed: state.seed, started: state.started, ended: state.ended,
     answers: state.answers,
   };
@@ -192,7 +210,6 @@ function build() {
     button.addEventListener("click", () => rate(star));
     $("stars").append(button);
   }
-  $("question").textContent = study.question;
   $("choose-third").hidden = !THIRD;
   document.querySelector("#choose-third span").textContent = THIRD || "";
   const clicks = {
