@@ -242,8 +242,9 @@ def draw(found: dict[str, NDArray[np.float64]], encoder: str, output: Path) -> N
         axes.bar(numbers, seeds.mean(axis=0), color="0.8")
         axes.plot(numbers, seeds.T, "o", color="C0", markersize=4)
         axes.axhline(1 / len(numbers), color="0.4", linewidth=1, linestyle="--")
-        axes.set(title=name, xticks=numbers, xlabel=f"layer of {encoder}")
-    panels[0].set_ylabel("share; dashed: equal")
+        axes.set(xticks=numbers, xlabel=f"layer of {encoder}")
+        axes.set_title(name, fontsize="small")
+    panels[0].set_ylabel("share of the layer (dot: a seed; dashed: equal)", fontsize="small")
     output.parent.mkdir(parents=True, exist_ok=True)
     with atomic_path(output) as unfinished:
         figure.savefig(unfinished, dpi=110, metadata={"Software": None})

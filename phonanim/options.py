@@ -53,7 +53,8 @@ class Options:
     `unit` is the unit of the file's times (s, ms, 100ns, samples@RATE) where it is not that of its format.
     `offset` is the time of the file, in seconds, that is 0 of the animation.
     `fallback` is the language to use where `language` does not exist.
-    `intensity`, `jaw`, `lips`, `rounding`, `quickness`, `reduction` and `hold` are dials; a style sets them.
+    `intensity`, `jaw`, `lips`, `rounding`, `quickness`, `reduction` and `hold` scale motion; a style sets
+    them.
     `loudness` scales how much the mouth follows the level of a recording. `level` is the usual level of the
     speech in dB of full scale; the level of the line itself when it is None. `pitch` finds the pitch of a
     recording: our own estimate, or Praat's with the extra `pitch`.

@@ -88,7 +88,7 @@ def animate(
         options: How to animate; the defaults of `Options` when it is None.
         audio: The recording; the one beside the alignment by default, with the same stem.
         settings: Single options by name, such as `rig="arkit"` or `fps=30`; they override `options`.
-            `style` sets the dials of a style, such as "clear"; a number is a style of a model that samples.
+            `style` sets the options of a style, such as "clear"; a number is a style of a model that samples.
 
     Raises:
         PhonanimError: The error of the step that fails: OptionError for an unknown option, AlignmentError

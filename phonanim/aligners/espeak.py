@@ -103,7 +103,7 @@ def speak(text: str, voice: str = VOICE, words_per_minute: int | None = None) ->
     samples = np.frombuffer(base64.b64decode(answer["samples"]), "<i2")
     spoken = _timed(samples, answer["rate"], answer["events"], text)
     if not spoken.phones:
-        raise OptionError(f"{text[:40]!r}: the voice {voice} finds nothing to say in it; give another text")
+        raise OptionError(f"{text[:40]!r}: the voice {voice} cannot speak any of it; give another text")
     return spoken
 
 

@@ -69,7 +69,7 @@ def _doubts(share: float) -> tuple[str, ...]:
     if share <= DOUBTFUL:
         return ()
     also = f"its words in reverse order fit {1 / share:.0%} as well"
-    return (f"the recording hardly sounds like the text in this voice: {also}",)
+    return (f"the recording hardly matches the text in this voice: {also}",)
 
 
 def warp(sound: Sound, spoken: SpokenText) -> tuple[NDArray[np.int64], float]:

@@ -177,7 +177,7 @@ def _misfit(edit: Edit, phones: tuple[Interval, ...], anchors: Anchors, animatio
         and not is_silent(phone.label)
     ]
     if gone:
-        return f"{' '.join(gone)} is no longer said there"
+        return f"{' '.join(gone)} is no longer spoken there"
     start, end = anchors.moved((edit.start, edit.end))
     line_start, line_end = animation.times[[0, -1]]
     if end < line_start - ROUNDING or start > line_end + ROUNDING:

@@ -42,10 +42,12 @@ def find_style(name: str, styles: Styles) -> Mapping[str, float]:
 
 def _gains(name: str, table: object, path: Path) -> dict[str, float]:
     if not isinstance(table, dict):
-        raise OptionError(f"{path}: {name!r} is not a style; write [{name}] and its dials below")
+        raise OptionError(f"{path}: {name!r} is not a style; write [{name}] and its settings below")
     for dial, gain in table.items():
         if dial not in DIALS:
-            raise OptionError(f"{path}: style {name!r}: {dial!r} is not a dial; there are {', '.join(DIALS)}")
+            raise OptionError(
+                f"{path}: style {name!r}: {dial!r} is not a setting; there are {', '.join(DIALS)}"
+            )
         if isinstance(gain, bool) or not isinstance(gain, int | float):
             raise OptionError(f"{path}: style {name!r}: {dial} = {gain!r}; give {_range(dial)}")
         check_dial(dial, gain, f"{path}: style {name!r}: ")

@@ -31,7 +31,7 @@ def write_rig_template(folder: Path, controls: tuple[str, ...], face: FaceModel)
     """
     sheet = folder / f"{folder.name}.toml"
     if sheet.exists():
-        raise RigError(f"{sheet}: is there already; choose another name, or go on with `phonanim rig check`")
+        raise RigError(f"{sheet}: already exists; choose another name, or continue with `phonanim rig check`")
     folder.mkdir(parents=True, exist_ok=True)
     write_text(sheet, rig_template(folder.name, controls, face.id))
     rig, head = load_rig("arkit"), load_head()
@@ -49,7 +49,7 @@ def rig_template(name: str, controls: tuple[str, ...], face: str) -> str:
     """The TOML to fill in: the controls with default limits, and every pose as a comment to complete."""
     lines = [
         "# A character's rig. Write its controls below, then, for each pose in poses.png, the values with",
-        f"# which the character looks like it. `phonanim rig check {name}.toml` says what is missing.",
+        f"# which the character matches it. `phonanim rig check {name}.toml` reports what is missing.",
         f'name = "{name}"',
         f'face = "{face}"',
         "",

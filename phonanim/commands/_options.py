@@ -199,8 +199,8 @@ OPTIONS = (
     click.option(
         "--style",
         metavar="STYLE",
-        help="mumbled, casual, neutral, clear, shouted, whispered, sung, quiet: settings of the dials; or "
-        "the number of a style that a sampling model has learned.",
+        help="mumbled, casual, neutral, clear, shouted, whispered, sung, quiet: named settings of "
+        "the scaling options; or the number of a style that a sampling model has learned.",
         show_default=False,
     ),
     click.option(
@@ -266,13 +266,15 @@ OPTIONS = (
         help="Hold the lips closed, or keep them apart, for a span of seconds. Repeatable.",
     ),
     click.option(
-        "--seed", type=click.IntRange(0), help="Seed of a model that samples: another is another take."
+        "--seed",
+        type=click.IntRange(0),
+        help="Random seed of a sampling model; each seed gives another take.",
     ),
-    click.option("--steps", type=click.IntRange(1), help="Sampling steps of a model that samples."),
+    click.option("--steps", type=click.IntRange(1), help="Sampling steps of a sampling model."),
     click.option(
         "--guidance",
         type=Gain(0, LARGEST),
-        help="Weight of the audio in a model that samples; 1 uses the prediction with audio alone.",
+        help="Weight of the audio in a sampling model; 1 uses the prediction with audio alone.",
     ),
 )
 

@@ -28,7 +28,7 @@ def align_recording(
     """
     path = recording.with_suffix(".TextGrid")
     if path.exists():
-        raise OptionError(f"{path}: is there already; animate it, or remove it to have it made again")
+        raise OptionError(f"{path}: already exists; animate it, or remove it to make it again")
     found, language = align_speech(recording, text or understand(recording, voice, console), voice)
     for note in found.notes:
         console.print(f"note: {note}")
@@ -94,7 +94,7 @@ def speak_text(text: str, voice: str, beside: Path) -> Path:
             _write(fresh, spoken)
             if path.exists() and path.read_bytes() != fresh.read_bytes():
                 raise OptionError(
-                    f"{path}: is there already, with other speech; choose another -o, or remove it"
+                    f"{path}: already exists, with other speech; choose another -o, or remove it"
                 )
     _write(sound, spoken)
     _write(grid, spoken)

@@ -26,7 +26,7 @@ FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
     "--largest",
     type=click.FloatRange(0),
     default=5.0,
-    help="Pixels from what a view saw beyond which a point is left out.",
+    help="Distance in pixels from a view beyond which a point is left out.",
 )
 @console_options
 def reconstruct(

@@ -13,4 +13,4 @@ def open_page(path: Path, console: Console) -> None:
     if webbrowser.open(path.resolve().as_uri()):
         console.print(f"opened {path} in the browser")
     else:
-        console.print(f"there is no browser here: open {path} in one")
+        console.print(f"no browser was found: open {path} in one")

@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("audio", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("--text", help="What is said; recognized from the audio by default.")
+@click.option("--text", help="The spoken text; recognized from the audio by default.")
 @click.option(
     "--text-file",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="A UTF-8 file with what is said.",
+    help="A UTF-8 file with the spoken text.",
 )
 @click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="TextGrid to write.")
 @click.option(
@@ -62,7 +62,7 @@ def command(
     from phonanim.speech.textgrid import write_textgrid
 
     if text is not None and text_file is not None:
-        raise OptionError("--text and --text-file both say what is said; give one")
+        raise OptionError("--text and --text-file both give the spoken text; use one")
     if text_file is not None:
         text = read_text(text_file)
     if aligner != "mfa" and (mfa_model or mfa_dictionary):

@@ -32,7 +32,7 @@ SPOKEN = Path("speech.glb")  # default output of --text alone
 @animation_options
 @click.option(
     "--text",
-    help="What is said in the recording ALIGNMENT (phonanim[align]); without ALIGNMENT, what to speak "
+    help="The spoken text of the recording ALIGNMENT (phonanim[align]); without ALIGNMENT, what to speak "
     "(phonanim[espeak]).",
 )
 @click.option(
@@ -48,7 +48,7 @@ SPOKEN = Path("speech.glb")  # default output of --text alone
     "--takes",
     type=click.IntRange(1),
     default=1,
-    help="Takes of a model that samples, one for each seed from --seed on.",
+    help="Takes of a sampling model, one for each seed from --seed on.",
 )
 @click.option(
     "--edits",

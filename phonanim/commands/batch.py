@@ -58,7 +58,7 @@ SOME_FAILED = 1
 @click.option("--scheduler", help="Address of the dask scheduler, such as tcp://10.0.0.1:8786.")
 @click.option("--verify", is_flag=True, help="Read every file again, also those of the same size and time.")
 @click.option("--dry-run", is_flag=True, help="Report what would be made, and write nothing.")
-@click.option("--verbose", "-v", is_flag=True, help="Print every line, not only what is wrong.")
+@click.option("--verbose", "-v", is_flag=True, help="Print every line, not only lines with problems.")
 @console_options
 def command(
     source: str,

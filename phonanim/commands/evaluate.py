@@ -30,7 +30,7 @@ RESAMPLES = 2000  # enough for two digits of an interval, for each of some forty
 @click.option("--alignment", type=PATH, help="Alignment file, or a folder of them matched by stem.")
 @click.option("--language", default="auto", help="Label set of the alignment.")
 @click.option("--template", type=PATH, help="The mesh at rest, or a folder or .pkl of one per subject.")
-@click.option("--reference-template", type=PATH, help="The same of the reference, where it is another face.")
+@click.option("--reference-template", type=PATH, help="Mesh at rest of the reference, if it is another face.")
 @click.option("--sound", type=PATH, help="Sound of the line, or a folder matched by stem: adds SLCC.")
 @click.option("--lips", help="Four vertices of the mesh: upper lip, lower lip, right and left corner.")
 @click.option(
@@ -41,7 +41,9 @@ RESAMPLES = 2000  # enough for two digits of an interval, for each of some forty
 @click.option("--fps", metavar="RATE", help="Rate of a .npy of predictions (default 30).")
 @click.option("--reference-fps", metavar="RATE", help="Rate of a .npy of references (default --fps).")
 @click.option("--lips-read", type=FILE, metavar="NETWORK", help="Read words from the lips (TorchScript).")
-@click.option("--words", type=FILE, metavar="LIST", help="The words that the network knows, one a line.")
+@click.option(
+    "--words", type=FILE, metavar="LIST", help="The words that the network can recognize, one per line."
+)
 @console_options
 def command(
     predictions: Path,
@@ -77,8 +79,8 @@ def command(
     """
     if lips_read:
         if not words:
-            raise click.UsageError("--lips-read needs the words that the network knows: --words LIST")
-        check_unused("--lips-read, which looks at pictures", masks, template, lips, unit, sound)
+            raise click.UsageError("--lips-read needs the words that the network can recognize: --words LIST")
+        check_unused("--lips-read, which reads pictures", masks, template, lips, unit, sound)
         console.print_result(*read_lips(predictions, reference, alignment, lips_read, words))
         return
     if not reference:

@@ -136,7 +136,7 @@ def phones_command(
     """Measure the mouth that rigs show at each phone of natural speech, on their own heads.
 
     ALIGNMENTS is a folder of TextGrids, searched within, or one file. Millimetres are those of the reference
-    face. A rig without a head that goes through another is shown on the other's; of drawn mouths it counts
+    face. A rig without a head that goes through another is shown on the other's; for stepped rigs it counts
     how many phones show theirs.
 
     \b
@@ -215,7 +215,7 @@ def fit_command(
     if sheet:
         draw(target, sheet, model)
     for odd in orientation_warnings(character):
-        console.print(f"{head}: {odd}; its curves are right all the same")
+        console.print(f"{head}: {odd}; its curves are correct nevertheless")
     console.print(
         f"{len(rig.speech)} of {len(rig.controls)} controls speak; beside the shipped head, on speech:"
     )

@@ -220,5 +220,5 @@ def screen_participants(
     kept, excluded = screen_answers(read_results(results), allow)
     if not kept:
         reasons = "; ".join(f"{one.name} {one.reason}" for one in excluded)
-        raise StudyError(f"nobody's answers count: {reasons}")
+        raise StudyError(f"no answers count: {reasons}")
     return kept, excluded

@@ -186,7 +186,7 @@ def _decode_clip(clip: Mapping[str, Any], folder: Path, fps: float) -> MotionCli
     aligned = "codes" in clip
     audio = clip["audio"]
     if audio is not None and not isinstance(audio, str):
-        raise DecodeError("its audio is no path")
+        raise DecodeError("its audio is not a path")
     return MotionClip(
         decode_text(clip["clip"], "clip"),
         decode_text(clip["subject"], "subject"),

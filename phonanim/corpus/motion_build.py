@@ -97,7 +97,7 @@ def read_imported(folder: Path) -> tuple[dict[str, Any], list[dict[str, str]]]:
                 raise ValueError(f"recordings.csv row {number} needs a name, a number of frames and a split")
     except (OSError, csv.Error, *DAMAGE) as error:
         raise CorpusError(
-            f"{folder}: is no imported data set ({error}); use phonanim corpus import"
+            f"{folder}: is not an imported data set ({error}); use phonanim corpus import"
         ) from error
     return {**facts, "fps": fps, "names": names, "unit": facts.get("unit", "")}, rows
 

@@ -61,4 +61,4 @@ def _arrays(path: Path) -> dict[str, NDArray[Any]]:
     try:
         return read_arrays(path)
     except (OSError, *DAMAGE) as error:
-        raise CorpusError(f"{path}: is no archive of arrays ({error}); fetch it again") from error
+        raise CorpusError(f"{path}: is not an archive of arrays ({error}); fetch it again") from error

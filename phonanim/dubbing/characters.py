@@ -61,7 +61,7 @@ def read_characters(path: Path | None, meshes: bool = True) -> Characters:
     for name, entry in _entries(path):
         place = f"{path}: {name}"
         if name.casefold() in found:
-            raise OptionError(f"{place}: is there twice; give every character one entry")
+            raise OptionError(f"{place}: appears twice; give every character one entry")
         cells = {KEYS[key]: _cell(place, key, value, path.parent) for key, value in entry.items()}
         if not meshes:
             cells.pop("character", None)
@@ -78,7 +78,7 @@ def _entries(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
             if key not in KEYS:
                 near = get_close_matches(key, list(KEYS), n=1)
                 hint = f"did you mean {near[0]!r}?" if near else f"it may have {', '.join(KEYS)}"
-                raise OptionError(f"{path}: {name}: has no place for {key!r}; {hint}")
+                raise OptionError(f"{path}: {name}: has an unknown key {key!r}; {hint}")
         yield name, entry
 
 

@@ -41,7 +41,7 @@ def measure_motion(animation: Animation, phones: Iterable[Interval], seconds: fl
 def motion_problems(motion: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """The problems of a motion: (problem, text)."""
     if motion["still"]:
-        yield "still", "nothing moves, but the line speaks"
+        yield "still", "nothing moves during speech"
     end, seconds = motion["end"], motion["seconds"]
     if abs(end - seconds) > TOLERANCE:
         yield "mistimed", f"ends at {end:.2f} s, the line at {seconds:.2f} s"

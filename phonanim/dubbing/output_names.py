@@ -24,7 +24,7 @@ def safe_name(id: str) -> PurePosixPath:
     if not id.strip():
         raise OptionError("the id is empty; give every line an id")
     if ".." in parts or not parts[0] or re.match(r"[A-Za-z]:", parts[0]):
-        raise OptionError(f"the id {id!r} leads out of the output folder; use a relative path")
+        raise OptionError(f"the id {id!r} is outside the output folder; use a relative path")
     kept = [_safe_part(part) for part in parts if part not in ("", ".")]
     if not kept:
         raise OptionError(f"the id {id!r} is not a file name; give every line an id")

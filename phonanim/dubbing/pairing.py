@@ -43,7 +43,7 @@ def split_files(files: Sequence[Place]) -> tuple[list[Place], dict[Place, str], 
                 spoken[recording] = text
             else:
                 alignments.append(file)
-    remark = f"{passed} transcripts ({TRANSCRIPT}) lie beside the alignments of their lines, and are no lines"
+    remark = f"{passed} transcripts ({TRANSCRIPT}) beside alignments are not lines of their own"
     return sorted(alignments, key=str), spoken, [remark] if passed else []
 
 

@@ -62,10 +62,23 @@ class Articulation:
 
 
 @cache
-def _standard_names() -> dict[str, str]:
+def _rows() -> list[dict[str, str]]:
     with (LEXICON / "sensors.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    return {alias.lower(): row["sensor"] for row in rows for alias in (row["sensor"], *row["also"].split())}
+        return list(csv.DictReader(file))
+
+
+@cache
+def _standard_names() -> dict[str, str]:
+    return {
+        alias.lower(): row["sensor"] for row in _rows() for alias in (row["sensor"], *row["also"].split())
+    }
+
+
+def sensor_label(name: str) -> str:
+    """The standard name of a sensor with its meaning, for a legend: "t_tip" -> "TT, tongue tip"."""
+    standard = standard_name(name)
+    meanings = {row["sensor"]: row["meaning"] for row in _rows()}
+    return f"{standard}, {meanings[standard]}" if standard in meanings else standard
 
 
 def standard_name(name: str) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from phonanim.core.files import atomic_path
-from phonanim.ema.articulation import standard_name
+from phonanim.ema.articulation import sensor_label
 from phonanim.ema.examples import MIDSAGITTAL, phone_stretches
 from phonanim.ema.measures import VIEWS
 from phonanim.ema.report import Report
@@ -18,6 +18,8 @@ from phonanim.errors import MissingExtraError
 DOTS = 100  # per inch
 MOST = 30  # bars in a chart
 DRAWN = 4000  # points in a scatter plot, so that a long recording does not make a large picture
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito 2008
+STROKES = ("-", "--")
 AXES = ("forward, mm", "left, mm", "up, mm")
 
 
@@ -59,11 +61,12 @@ def _draw(draw: Callable[[Any, Report], None], report: Report, path: Path) -> No
 
 def _recording(figure: Any, report: Report) -> None:
     """Heights of the sensors over the first recording, with its phones."""
+    figure.set_size_inches(10.5, 4.2)
     axes, articulation = figure.subplots(), report.first.articulation
     for place, name in enumerate(articulation.names):
-        axes.plot(
-            articulation.times, articulation.positions[:, place, 2], linewidth=1, label=standard_name(name)
-        )
+        style = {"color": COLOURS[place % len(COLOURS)], "linestyle": STROKES[place // len(COLOURS) % 2]}
+        height = articulation.positions[:, place, 2]
+        axes.plot(articulation.times, height, linewidth=1.2, label=sensor_label(name), **style)
     spoken = phone_stretches(report.first.track)
     for phone in spoken:
         axes.axvline(phone.start, color="lightgrey", linewidth=0.5, zorder=0)
@@ -71,8 +74,8 @@ def _recording(figure: Any, report: Report) -> None:
         axes.text(middle, 1.01, phone.name, ha="center", fontsize=6, transform=axes.get_xaxis_transform())
     if spoken:
         axes.set_xlim(spoken[0].start - 0.1, spoken[-1].end + 0.1)
-    axes.set(xlabel="seconds", ylabel=AXES[2])
-    axes.set_title(report.first.name, fontsize="small", pad=12)
+    axes.set(xlabel="time, s", ylabel="height of the sensor, mm")
+    axes.set_title(report.first.name, fontsize="small", pad=14)
     axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
 
 

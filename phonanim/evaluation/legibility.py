@@ -210,7 +210,7 @@ def fit_reader(sights: Iterable[Sight], lips: tuple[str, ...] = LIPS, ridge: flo
     seen = list(sights)
     values, said = (np.concatenate([getattr(one, name) for one in seen]) for name in ("values", "said"))
     if absent := [name for number, name in enumerate(VISEMES) if not (said == number).any()]:
-        raise EvaluationError(f"nobody says a phone that is {absent[0]!r}; add recordings")
+        raise EvaluationError(f"the recordings contain no phone that is {absent[0]!r}; add recordings")
     means = np.array([values[said == number].mean(axis=0) for number in range(len(VISEMES))])
     within = np.cov((values - means[said]).T, bias=True)
     within += np.diag(np.mean([one.blur**2 for one in seen for _ in one.said], axis=0))

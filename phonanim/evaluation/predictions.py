@@ -116,7 +116,7 @@ def read_templates(path: Path) -> dict[str, Array]:
 
         tree = read_pickle(path)
         if not isinstance(tree, dict) or not tree:
-            raise EvaluationError(f"{path}: is no set of templates; give a .pkl of arrays by subject")
+            raise EvaluationError(f"{path}: is not a set of templates; give a .pkl of arrays by subject")
         return {
             str(name): _mesh_at_rest(np.asarray(points), f"{path}, {name}") for name, points in tree.items()
         }
@@ -141,7 +141,7 @@ def template_of(templates: dict[str, Array], line: Path) -> Array:
     ]
     if not fits:
         raise EvaluationError(
-            f"{line}: begins with no subject that has a template ({', '.join(sorted(templates)[:4])}, ...); "
+            f"{line}: has no subject with a template ({', '.join(sorted(templates)[:4])}, ...); "
             "name templates after subjects and files SUBJECT_LINE"
         )
     return templates[max(fits, key=len)]

@@ -166,7 +166,7 @@ def _turns(rows: NDArray[Any], grid: NDArray[np.float64]) -> NDArray[np.float32]
     """Degrees of the head at instants, (times, 3)."""
     clock = rows["frame"].astype(float) / FPS
     if not (np.abs(rows["rotation"]) <= UNIT).all():
-        raise DecodeError(f"a rotation of {HEAD} is no unit quaternion")
+        raise DecodeError(f"a rotation of {HEAD} is not a unit quaternion")
     rotations = sample_curves(grid, [(clock, part) for part in rows["rotation"].astype(float).T])
     lengths = np.linalg.norm(rotations, axis=1, keepdims=True)
     return angles(rotations / np.where(lengths > 0, lengths, 1) * MIRRORED).astype(np.float32)

@@ -83,7 +83,7 @@ class Glb:
         if rows.dtype.kind not in "iu" or rows.shape[1] != 1 or len(rows) % 3:
             raise RigError(f"{self.source}: holds a mesh without whole triangles; export it again")
         if len(rows) and not 0 <= int(rows.min()) <= int(rows.max()) < count:
-            raise RigError(f"{self.source}: has a triangle whose corner is not there; export it again")
+            raise RigError(f"{self.source}: has a triangle with a missing corner; export it again")
         return rows.reshape(-1, 3).astype(np.int64)
 
     def refuse_compressed(self, also: Iterable[str] = ()) -> None:

@@ -15,6 +15,6 @@ def parse_xml(source: AlignmentFile) -> ElementTree.Element:
     """The root of a document. Raises ParseError, and ValueError for one that declares entities."""
     text = source.text.strip()
     if re.search(r"<!\s*(ENTITY|DOCTYPE)", text, re.IGNORECASE):
-        raise ValueError("it declares entities, which no alignment needs")
+        raise ValueError("it declares entities, which an alignment does not need")
     # The text is decoded already, so what the document says of its encoding does not hold.
     return ElementTree.fromstring(re.sub(r"^<\?xml[^>]*\?>", "", text))

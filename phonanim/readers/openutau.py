@@ -63,7 +63,7 @@ def _load(source: AlignmentFile) -> dict[str, Any]:
     if re.search(r"(?m)(^|[\s\[{,:-])[&*][A-Za-z]", source.text[:64]) or re.search(
         r":\s+[&*]\w+", source.text
     ):
-        raise source.error("has anchors, which no project needs; save it again")
+        raise source.error("has anchors, which a project does not need; save it again")
     try:
         content = yaml.load(source.text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
     except (yaml.YAMLError, RecursionError, ValueError) as error:

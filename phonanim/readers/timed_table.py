@@ -52,7 +52,7 @@ def read(source: AlignmentFile) -> Recording:
         try:
             begin, end = (float(row[place].replace(",", ".")) * unit for place in (start, last))
             if not math.isfinite(begin + end):
-                raise ValueError("a time is no number")
+                raise ValueError("a time is not a number")
             end = begin + end if LASTS[header[last]] else end
             found.append(Interval(row[label].strip(), begin, end))
         except DAMAGE as error:

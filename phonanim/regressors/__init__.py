@@ -345,7 +345,7 @@ def _load_card(folder: Path) -> dict[str, Any]:
         raise ModelError(f"{path}: was made for another phone inventory; train it again with this version")
     for key, kind in (("kind", str), ("config", dict)):
         if not isinstance(card.get(key), kind):
-            raise ModelError(f"{path}: lacks {key!r}, or it is no {kind.__name__}; fetch the model again")
+            raise ModelError(f"{path}: lacks {key!r}, or it is not a {kind.__name__}; fetch the model again")
     return card
 
 

@@ -34,7 +34,7 @@ def check_class(part: Any, kind: str) -> None:
     config = getattr(found, "config_class", None)
     parameters = getattr(config, "__dataclass_params__", None)
     if not isinstance(config, type) or not getattr(parameters, "frozen", False):
-        raise ModelError(f"{where}: config_class is no frozen dataclass; {MEND}")
+        raise ModelError(f"{where}: config_class is not a frozen dataclass; {MEND}")
 
 
 def check_required(config: Any, values: dict[str, Any], where: str) -> None:
@@ -59,7 +59,9 @@ def check_fitted(regressor: Any, kind: str, track: Any, times: NDArray[np.float6
     first = _predicted(regressor, where, track, times, modes)
     tensors = regressor.tensors()
     if not isinstance(tensors, dict) or not all(isinstance(t, np.ndarray) for t in tensors.values()):
-        raise ModelError(f"{where}: tensors() is no dict of NumPy arrays by name; return one, {{}} at least")
+        raise ModelError(
+            f"{where}: tensors() is not a dict of NumPy arrays by name; return one, {{}} at least"
+        )
     try:
         again = type(regressor).from_tensors(regressor.config, tensors)
     except (KeyError, ValueError) as error:
@@ -81,5 +83,5 @@ def _predicted(regressor: Any, where: str, track: Any, times: NDArray[np.float64
             f"{where}: predict gives {told} at {len(times)} instants; give float32 of shape {wanted}"
         )
     if not np.isfinite(found).all():
-        raise ModelError(f"{where}: predict gives numbers that are not finite; mend it or its training")
+        raise ModelError(f"{where}: predict gives numbers that are not finite; correct it or its training")
     return found

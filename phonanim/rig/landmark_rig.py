@@ -65,7 +65,9 @@ def to_face_axes(head: Head, landmarks: MeshLandmarks, face: FaceModel) -> Head:
     centres, own = eye_centres(spots.of(vertices), face), eye_centres(face.mean, face)
     apart = float(np.linalg.norm(centres[1] - centres[0]))
     if apart == 0:
-        raise RigError("the landmarks of the two eyes (33, 133; 362, 263) coincide; mend the landmark table")
+        raise RigError(
+            "the landmarks of the two eyes (33, 133; 362, 263) coincide; correct the landmark table"
+        )
     scale = float(np.linalg.norm(own[1] - own[0])) / apart
     moved = (vertices - centres.mean(axis=0)) * scale
     return replace(head, vertices=moved, deltas=head.deltas @ turn * scale)

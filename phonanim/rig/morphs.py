@@ -96,7 +96,7 @@ def find_morphs(glb: Glb) -> list[Morphs]:
     for morphs in found:
         for name, pairs in morphs.binds.items():
             if any(target >= len(morphs.names) for target, _ in pairs):
-                raise RigError(f"{glb.source}: its expression {name!r} moves a target that is not there")
+                raise RigError(f"{glb.source}: its expression {name!r} moves a target that does not exist")
     return found
 
 

@@ -66,7 +66,7 @@ def read_names(paths: Iterable[Path]) -> dict[str, Shares]:
                 weight = math.nan
             if not shape or not control or not abs(weight) <= 1:
                 raise RigError(
-                    f"{path}:{number}: is no shape, control and weight from -1 to 1; correct the row"
+                    f"{path}:{number}: is not a shape, a control and a weight from -1 to 1; correct the row"
                 )
             found.setdefault(plain_name(shape), {})[plain_name(control)] = weight
     return {shape: tuple(shares.items()) for shape, shares in found.items()}

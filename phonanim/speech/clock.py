@@ -100,7 +100,7 @@ def settle_unit(
         if name and fitting[name] <= max(NEAR * length, 0.05):
             factor = CANDIDATES[name] / recording.unit
             told = f"it lasts {length:.2f} s, and the alignment then {end * factor:.2f} s"
-            return factor, (f"times were read as {name}, as the recording tells: {told}",)
+            return factor, (f"times were read as {name}, to match the recording: {told}",)
     if not sensible:
         raise source.error(_refusal(mean, recording.unit, source.name))
     return 1.0, _guessed_rate(recording, clock, source)
@@ -117,7 +117,7 @@ def _guessed_rate(recording: Recording, clock: Clock, source: AlignmentFile) -> 
 def settle_offset(recording: Recording, phones: Tier, clock: Clock) -> tuple[float, tuple[str, ...]]:
     """The time that is 0 of the animation, in seconds, and a note where it is not 0."""
     if clock.offset is not None:
-        return clock.offset, (f"times are counted from {clock.offset:g} s, as --offset says",)
+        return clock.offset, (f"times are counted from {clock.offset:g} s, as set by --offset",)
     start, audio = recording.start, clock.audio
     first = phones.intervals[0].start if phones.intervals else 0.0
     last = max([recording.end, *(one.end for one in phones.intervals[-1:])])
@@ -199,7 +199,7 @@ def _refusal(mean: float, unit: float, name: str) -> str:
         known: one for known, one in lengths.items() if abs(one / mean - 1) > NEAR and LEAST <= one <= MOST
     }
     if not others:
-        return f"{told}; give --unit s, ms, 100ns or samples@RATE, also where its unit is right"
+        return f"{told}; give --unit s, ms, 100ns or samples@RATE, even if its unit is correct"
     likely = min(others, key=lambda known: abs(math.log(others[known] / USUAL)))
     likely = TIMIT if name.lower().endswith((".phn", ".wrd")) and likely.startswith("samples") else likely
     rate = (

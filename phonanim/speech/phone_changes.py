@@ -53,7 +53,7 @@ def correct_phones(alignment: Alignment, changes: PhoneChanges) -> tuple[Alignme
         place = _place(anchors, first, last, len(changes.before), len(given))
         if place is None:
             said = " ".join(phone.label for phone in changes.before[first:last] if phone.label)
-            notes.append(f"the correction of the phones {said} was left out: they are no longer said there")
+            notes.append(f"the correction of the phones {said} was left out: they are no longer spoken there")
             continue
         own, wanted = changes.before[first:last], changes.after[low:high]
         stretch = _fitted(own, wanted, given[place[0] : place[1]], anchors)

@@ -43,7 +43,7 @@ def mend_times(tier: Tier) -> tuple[Tier, tuple[str, ...]]:
     split, overlaps = _split_overlaps(kept)
     notes = []
     if empty:
-        notes.append(f"passed over, because it has no length: {_places(empty)}")
+        notes.append(f"ignored, because it has zero length: {_places(empty)}")
     if overlaps:
         notes.append(f"overlaps the one before it, and the overlap is shared: {_places(overlaps)}")
     return replace(tier, intervals=tuple(split)), tuple(notes)

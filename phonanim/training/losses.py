@@ -44,6 +44,7 @@ def draw_curve(curve: Path, picture: Path) -> None:
     for axes, (title, values) in zip(figure.subplots(1, 2), panels.items(), strict=True):
         axes.plot(epochs, values, marker=".")
         axes.axvline(epochs[errors.argmin()], color="0.6", linewidth=1, linestyle="--")
-        axes.set(xlabel="epoch", title=title)
+        axes.set(xlabel="epoch (dashed: the weights that were kept)", ylabel=title)
+        axes.set_ylim(bottom=min(0.0, float(np.nanmin(values))))
     with atomic_path(picture) as unfinished:
         figure.savefig(unfinished, dpi=DOTS, metadata={"Software": None})

@@ -112,7 +112,9 @@ def check_inputs(kind: str, values: Any, corpus: MotionCorpus, learned: Examples
     if modality != "audio" and not all(clip.aligned for clip in corpus.clips if clip.split == "train"):
         raise ModelError(
             f"{config}: {kind} reads phones, and clips of the corpus have none; align them (phonanim align, "
-            "textgrid/ of the imported folder) or take a kind that hears, such as phisanet"
+            "textgrid/ of the imported folder) or use an audio-driven kind, such as phisanet"
         )
     if modality != "phones" and not learned.sounds:
-        raise ModelError(f"{config}: {kind} hears, and the clips have no sound; take a kind of phones")
+        raise ModelError(
+            f"{config}: {kind} is audio-driven, and the clips have no sound; use a phone-driven kind"
+        )

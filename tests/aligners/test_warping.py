@@ -56,7 +56,7 @@ def test_phones_are_in_order_and_in_the_recording(slow_speaker: tuple[Path, np.n
 
 def test_another_text_is_doubted(slow_speaker: tuple[Path, np.ndarray]) -> None:
     other = "Nobody knows where those seven green bottles on their shelf were going this evening."
-    assert "hardly sounds like the text" in align_by_speech(slow_speaker[0], other, "en-us").notes[0]
+    assert "hardly matches the text" in align_by_speech(slow_speaker[0], other, "en-us").notes[0]
 
 
 def test_what_cannot_be_aligned(tmp_path: Path, slow_speaker: tuple[Path, np.ndarray]) -> None:

@@ -137,7 +137,7 @@ def test_gone_words_are_told(rig, base):
     again, notes = apply_edits(other, diff_animations(base, bump(base, "jawOpen", 0.5, 0.2)), rig)
     (note,) = notes
     assert note.startswith("edit jawOpen 0.35-0.65 s was left out")
-    assert note.endswith("OW is no longer said there")
+    assert note.endswith("OW is no longer spoken there")
     np.testing.assert_array_equal(again.values, base.values)
 
 
@@ -250,4 +250,4 @@ def test_a_phone_under_a_fade_may_change(rig, base, label, span, fade):
         edit = replace(found.edits[0], start=span[0], end=span[1], times=np.array(span), fade=used)
         edit = replace(edit, values=np.full(2, 0.1))
         notes = apply_edits(other, replace(found, edits=(edit,)), rig)[1]
-        assert any(note.endswith(f"{label} is no longer said there") for note in notes) is told
+        assert any(note.endswith(f"{label} is no longer spoken there") for note in notes) is told

@@ -296,7 +296,7 @@ def test_from_speech_and_text(line, capsys):
     pytest.importorskip("pocketsphinx")
     text = "My father watched Bob move a cheap blue lamp from the wash room."
     assert run(["animate", "a.wav", "--text", text]) == 2
-    assert "a.TextGrid: is there already; animate it, or remove it" in complaint(capsys)
+    assert "a.TextGrid: already exists; animate it, or remove it" in complaint(capsys)
     (line / "a.TextGrid").unlink()
     assert run(["animate", "a.wav", "--text", text]) == 0
     assert files(line) == ["a.TextGrid", "a.glb", "a.wav"]

@@ -236,7 +236,7 @@ def test_new_writes_poses_and_a_file_to_fill_in(tmp_path: Path, capsys: pytest.C
     told = capsys.readouterr().out
     assert "[poses.mode1_plus] is missing: mouth wide open" in told
     assert run(["rig", "new", str(folder)]) == 2
-    assert "is there already; choose another name" in capsys.readouterr().err
+    assert "already exists; choose another name" in capsys.readouterr().err
 
 
 def test_new_from_a_head_names_its_controls(vrm_file: Path, tmp_path: Path) -> None:

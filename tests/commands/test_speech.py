@@ -50,7 +50,7 @@ def test_made_speech_is_read_in_its_language(
 def test_other_speech_is_not_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("line.wav").write_bytes(b"mine")
-    with pytest.raises(OptionError, match=r"line\.wav: is there already, with other speech"):
+    with pytest.raises(OptionError, match=r"line\.wav: already exists, with other speech"):
         run("--text", "My mother.", "-o", "line.csv")
     assert Path("line.wav").read_bytes() == b"mine"
     assert not Path("line.TextGrid").exists()

@@ -70,12 +70,12 @@ def test_a_cell_stands_before_its_character(show):
 @pytest.mark.parametrize(
     ("text", "error", "message"),
     [
-        ("[A]\nrigg = 'vrm'\n", OptionError, "A: has no place for 'rigg'; did you mean 'rig'?"),
+        ("[A]\nrigg = 'vrm'\n", OptionError, "A: has an unknown key 'rigg'; did you mean 'rig'?"),
         ("[A]\nrig = 'vmr'\n", RigError, "there is no rig 'vmr'; did you mean 'vrm'?"),
         ("[A]\nmesh = 'no.glb'\n", OptionError, "no.glb does not exist; correct the path"),
         ("[A]\nmesh = ['a']\n", OptionError, "is not a text or a number"),
         ("A = 1\n", OptionError, "'A' is not a character; write [A]"),
-        ("[A]\n[a]\n", OptionError, "a: is there twice"),
+        ("[A]\n[a]\n", OptionError, "a: appears twice"),
         ("", OptionError, "has no character"),
         ("[A", OptionError, "it is not TOML"),
     ],

@@ -162,7 +162,7 @@ def test_a_link_does_not_lead_out_of_the_output_folder(job, tmp_path):
     (tmp_path / "out").mkdir()
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "out/sub").symlink_to(tmp_path / "elsewhere")
-    assert "a link leads out of the output folder; remove the link" in make_line(job).outcome.error
+    assert "a link points outside the output folder; remove the link" in make_line(job).outcome.error
     assert not list((tmp_path / "elsewhere").iterdir())
 
 

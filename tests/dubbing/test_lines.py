@@ -91,7 +91,7 @@ def test_no_column_has_two_meanings():
         ("x,missing.TextGrid,", "missing.TextGrid: does not exist; correct the path"),
         ("a,b.TextGrid,", "the id 'a' is already used by table.csv row 2; give every line another"),
         ("A,b.TextGrid,", "the output 'A' is already used by table.csv row 2; give every line another"),
-        ("../x,b.TextGrid,", "the id '../x' leads out of the output folder"),
+        ("../x,b.TextGrid,", "the id '../x' is outside the output folder"),
         ("x,b.TextGrid,fast", "'fast' is not a frame rate"),
     ],
 )

@@ -28,7 +28,7 @@ def test_a_corpus_with_its_alignments_is_paired(tmp_path: Path) -> None:
         ("b/y", "y.WAV"),
     ]
     assert lines.faults == ()
-    assert lines.notes == ("2 transcripts (.lab) lie beside the alignments of their lines, and are no lines",)
+    assert lines.notes == ("2 transcripts (.lab) beside alignments are not lines of their own",)
 
 
 def test_recordings_with_transcripts_are_lines_of_text(tmp_path: Path) -> None:

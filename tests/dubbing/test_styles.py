@@ -60,8 +60,8 @@ def test_a_style_like_no_other(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("[loud", r"styles.toml: it is not TOML: .*; correct it"),
-        ("loud = 2", r"styles.toml: 'loud' is not a style; write \[loud\] and its dials below"),
-        ("[loud]\nchin = 2", r"style 'loud': 'chin' is not a dial; there are intensity, jaw, lips"),
+        ("loud = 2", r"styles.toml: 'loud' is not a style; write \[loud\] and its settings below"),
+        ("[loud]\nchin = 2", r"style 'loud': 'chin' is not a setting; there are intensity, jaw, lips"),
         ("[loud]\njaw = 5", r"style 'loud': jaw = 5; give a number from 0 to 4"),
         ("[loud]\njaw = nan", r"style 'loud': jaw = nan; give a number from 0 to 4"),
         ("[loud]\njaw = true", r"style 'loud': jaw = True; give a number from 0 to 4"),

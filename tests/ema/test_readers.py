@@ -13,7 +13,7 @@ import pytest
 
 from phonanim.core.mat import read_signals
 from phonanim.ema import Articulation, load_utterances
-from phonanim.ema.articulation import orient_axes, rename_sensors, standard_name
+from phonanim.ema.articulation import orient_axes, rename_sensors, sensor_label, standard_name
 from phonanim.ema.readers import read_articulation
 from phonanim.ema.readers.ssff import read_ssff
 from phonanim.ema.utterances import find_spoken
@@ -146,6 +146,7 @@ def test_files_of_no_format(tmp_path: Path) -> None:
 def test_sensors_go_by_their_own_name_or_the_standard_one() -> None:
     found = samples.still((1, 2, 3), (4, 5, 6), names="t_tip jaw")
     assert [standard_name(name) for name in ("t_tip", "JAW", "mine")] == ["TT", "LI", "mine"]
+    assert [sensor_label(name) for name in ("t_tip", "mine")] == ["TT, tongue tip", "mine"]
     assert found.has("TT", "LI", "jaw")
     assert not found.has("TT", "TB")
     np.testing.assert_array_equal(found.sensor("TT")[0], [1, 2, 3])

@@ -95,7 +95,7 @@ def test_a_reader_is_fitted_and_comes_back_from_its_table(line, tmp_path):
 def test_what_cannot_be_fitted_or_read_is_said(line, tmp_path):
     curves, times = lips_of(line)
     vowels = PhoneTrack(np.full_like(line.codes, INVENTORY.code("aa")), line.bounds, line.labels)
-    with pytest.raises(EvaluationError, match="nobody says a phone that is 'closed'"):
+    with pytest.raises(EvaluationError, match="the recordings contain no phone that is 'closed'"):
         fit_reader([see_lips(curves, times, vowels)])
     with pytest.raises(EvaluationError, match="no speech"):
         see_lips(curves, times + 1000, line)

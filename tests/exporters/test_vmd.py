@@ -84,7 +84,7 @@ def test_names_that_do_not_fit(tmp_path, name):
         (lambda data: data[:200], "it is truncated: 61 keys"),
         (lambda data: data[:50] + bytes(8), "it has no morphs"),
         (lambda data: data[:40], ""),
-        (lambda data: data[:TURN] + b"\xff\xff\x7f\x7f" + data[TURN + 4 :], "a rotation of 頭 is no unit"),
+        (lambda data: data[:TURN] + b"\xff\xff\x7f\x7f" + data[TURN + 4 :], "a rotation of 頭 is not a unit"),
         (lambda data: data[:LATE] + b"\xff\xff\xff\x7f" + data[LATE + 4 :], ""),
     ],
 )

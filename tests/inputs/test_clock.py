@@ -74,7 +74,7 @@ def test_the_recording_decides_the_unit_and_says_so(tmp_path: Path) -> None:
     found = read_alignment(saved(tmp_path, MILLISECONDS), audio=recording(tmp_path, 1.0))
     assert found.intervals[2].start == pytest.approx(0.3)
     assert found.notes == (
-        "times were read as ms, as the recording tells: it lasts 1.00 s, and the alignment then 1.00 s",
+        "times were read as ms, to match the recording: it lasts 1.00 s, and the alignment then 1.00 s",
     )
     with pytest.raises(AlignmentError, match="give --unit ms"):
         read_alignment(saved(tmp_path, MILLISECONDS), audio=recording(tmp_path, 3.0))
@@ -115,7 +115,7 @@ def test_lengths_that_do_not_fit_are_told(tmp_path: Path) -> None:
 def test_an_offset_given_by_hand(tmp_path: Path) -> None:
     found = read_alignment(saved(tmp_path, rows(1.0, points=True)), offset=0.25)
     assert (found.intervals[0].end, found.offset) == (pytest.approx(0.05), 0.25)
-    assert found.notes == ("times are counted from 0.25 s, as --offset says",)
+    assert found.notes == ("times are counted from 0.25 s, as set by --offset",)
 
 
 def test_the_sound_of_a_part(tmp_path: Path) -> None:

@@ -97,7 +97,7 @@ DAMAGED = [
     (
         ("extensions",),
         {"VRMC_vrm": {"expressions": {"preset": {"aa": {"morphTargetBinds": [{"node": 0, "index": 9}]}}}}},
-        "its expression 'aa' moves a target that is not there",
+        "its expression 'aa' moves a target that does not exist",
     ),
 ]
 
@@ -140,7 +140,7 @@ def test_positions_that_lie_nowhere(tmp_path, far):
 
 def test_corners_that_are_not_there(tmp_path):
     binary = BINARY[:36] + np.array([0, 1, 3], "<u2").tobytes() + BINARY[42:]
-    with pytest.raises(RigError, match="has a triangle whose corner is not there"):
+    with pytest.raises(RigError, match="has a triangle with a missing corner"):
         load_character(written(tmp_path / "a.glb", TREE, binary))
 
 

@@ -29,8 +29,8 @@ class Loose:
     [
         ({"predict": None, "tensors": None}, "has no predict and no tensors; docs/extending.md shows"),
         ({"input_modality": "text"}, "input_modality is 'text'; set phones, audio, both"),
-        ({"config_class": Loose}, "config_class is no frozen dataclass"),
-        ({"config_class": dict}, "config_class is no frozen dataclass"),
+        ({"config_class": Loose}, "config_class is not a frozen dataclass"),
+        ({"config_class": dict}, "config_class is not a frozen dataclass"),
     ],
 )
 def test_a_class_that_lacks_something(change: dict[str, Any], message: str) -> None:
@@ -61,8 +61,8 @@ def trained() -> PhoneMean:
         ({"predict": lambda *a: np.zeros((20, 2), np.float32)}, r"gives float32 of shape \(20, 2\) at 20"),
         ({"predict": lambda *a: np.zeros((20, 3))}, "gives float64 of shape"),
         ({"predict": lambda *a: None}, "gives NoneType at 20 instants; give float32 of shape"),
-        ({"predict": lambda *a: np.full((20, 3), np.nan, np.float32)}, "not finite; mend it"),
-        ({"tensors": lambda self: [1]}, r"tensors\(\) is no dict of NumPy arrays"),
+        ({"predict": lambda *a: np.full((20, 3), np.nan, np.float32)}, "not finite; correct it"),
+        ({"tensors": lambda self: [1]}, r"tensors\(\) is not a dict of NumPy arrays"),
         (
             {"tensors": lambda self: {}},
             r"from_tensors does not read what tensors\(\) gave: KeyError\('means'\)",

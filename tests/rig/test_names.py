@@ -75,7 +75,7 @@ def test_names_of_ones_own_win(tmp_path):
     ("text", "message"),
     [
         ("name,control\na,b\n", r"own\.csv: its first line is not shape,control,weight"),
-        ("shape,control,weight\na,jawOpen,2\n", r"own\.csv:2: is no shape, control and weight"),
+        ("shape,control,weight\na,jawOpen,2\n", r"own\.csv:2: is not a shape, a control and a weight"),
         ("shape,control,weight\na,jawOpen,nan\n", r"own\.csv:2"),
         ("shape,control\n,jawOpen\n", r"own\.csv:2"),
     ],

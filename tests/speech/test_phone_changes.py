@@ -65,7 +65,7 @@ def test_a_correction_of_phones_that_are_gone_is_left_out_and_told():
     take = tuple(replace(p, label="D") if p.label == "B" else p for p in READ)
     found, notes = correct_phones(aligned(take), MOVED)
     assert found.intervals == take
-    assert notes == ("the correction of the phones B AA was left out: they are no longer said there",)
+    assert notes == ("the correction of the phones B AA was left out: they are no longer spoken there",)
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ def test_entries_of_no_length_are_passed_over_with_a_note() -> None:
     entries = [("m", 0.0, 0.1), ("sp", 0.1, 0.1), ("a", 0.1, 0.2), ("", 0.2, 0.2)]
     assert mended(entries) == (
         [("m", 0.0, 0.1), ("a", 0.1, 0.2)],
-        ('passed over, because it has no length: "sp" at 0.10 s',),
+        ('ignored, because it has zero length: "sp" at 0.10 s',),
     )
 
 

@@ -154,7 +154,7 @@ def test_the_command_names_who_was_left_out(tmp_path, capsys):
     assert run(["study", "analyse", str(tmp_path), "--ours", "ours"]) == 0
     assert capsys.readouterr().out.endswith("1 participants; left out: 1\n- careless: failed 1 controls\n")
     assert run(["study", "analyse", str(tmp_path / "careless.json")]) == 2
-    assert "nobody's answers count: careless failed 1 controls" in capsys.readouterr().err
+    assert "no answers count: careless failed 1 controls" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -98,7 +98,7 @@ class Broadcast:
         if refusal := refuse_origin(request.headers, self.host, self.origins):
             return connection.respond(HTTPStatus.FORBIDDEN, f"{refusal}\n")
         if len(self.server.connections) > MOST_VISITORS:
-            return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "there are too many visitors\n")
+            return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "there are too many connections\n")
         if request.path in (PATH, TEXT_PATH):
             return None
         if request.path != "/":
