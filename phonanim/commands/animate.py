@@ -12,6 +12,7 @@ from click.core import ParameterSource
 
 from phonanim.commands import Console, console_options
 from phonanim.commands._export import NAMES, export_options, output_notes, save_outputs
+from phonanim.commands._mesh import check_mesh_options, moves_mesh, write_mesh
 from phonanim.commands._options import animation_options
 from phonanim.commands._renamed import renamed_option
 from phonanim.commands._takes import Sources, list_takes
@@ -50,6 +51,7 @@ SPOKEN = Path("speech.glb")  # default output of --text alone
     default=1,
     help="Takes of a sampling model, one for each seed from --seed on.",
 )
+@click.option("--template", type=FILE, help="A face at rest (.npy), for a model of vertices.")
 @click.option(
     "--edits",
     type=FILE,
@@ -71,6 +73,7 @@ def command(
     voice: str | None,
     audio: Path | None,
     takes: int,
+    template: Path | None,
     edits: tuple[Path, ...],
     sheet: Path | None,
     view: bool,
@@ -103,6 +106,10 @@ def command(
         beside = outputs[0] if outputs else SPOKEN
         alignment, options, recording = make_alignment(alignment, text, voice, beside, options, console)
         audio = audio or recording
+    if moves_mesh(options, template):
+        check_mesh_options(takes, edits, sheet, view, exports)
+        write_mesh(alignment, outputs, options, audio, template, console)
+        return
     if not outputs:
         outputs = (alignment.with_suffix(".glb"),)
         if click.get_current_context().get_parameter_source("rig") is ParameterSource.DEFAULT:

@@ -45,6 +45,11 @@ command.add_command(score)
     type=click.Path(exists=True, path_type=Path),
     help="Faces at rest of a data set of vertices: a folder or a .pkl of one per subject.",
 )
+@click.option(
+    "--mesh",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="The mesh of a data set of vertices, for its triangles (.obj .ply).",
+)
 @click.option("--language", default="auto", help="Label set of a data set's phones.")
 @click.option("--axes", default="forward,left,up", help="Directions of x, y and z of sensors in the files.")
 @click.option("--rate", type=click.FloatRange(10, 2000), help="Rate of sensors in the corpus, hertz (50).")
@@ -55,6 +60,7 @@ def build(
     dataset: str | None,
     every: int | None,
     template: Path | None,
+    mesh: Path | None,
     language: str,
     axes: str,
     rate: float | None,
@@ -76,9 +82,9 @@ def build(
     if holds_sensors(recordings, dataset):
         facts = build_sensors(recordings, output, axes, rate, language, console)
     elif dataset or (recordings / "dataset.json").is_file():
-        facts = build_motion(recordings, output, dataset, every, template, language, console)
-    elif template or every:
-        raise click.UsageError("--template and --every are for data sets; give --dataset, or leave them out")
+        facts = build_motion(recordings, output, dataset, every, (template, mesh), language, console)
+    elif template or every or mesh:
+        raise click.UsageError("--template, --mesh and --every are for data sets; leave them out")
     else:
         facts = build_landmarks(recordings, output, console)
     counted = ", ".join(f"{value} {name}" for name, value in facts.items() if isinstance(value, int))
@@ -137,22 +143,29 @@ def build_motion(
     output: Path,
     dataset: str | None,
     every: int | None,
-    template: Path | None,
+    faces: tuple[Path | None, Path | None],
     language: str,
     console: Console,
 ) -> dict[str, Any]:
-    """Build a corpus of controls, sensors or vertices, and return what it has."""
+    """Build a corpus of controls, sensors or vertices, and return what it has.
+
+    `faces` are the files of faces at rest and of the mesh.
+    """
     from phonanim.corpus.motion_build import build_from_dataset, build_motion_corpus
     from phonanim.evaluation.predictions import read_templates
+    from phonanim.rig.mesh_file import read_mesh
 
-    rests = read_templates(template) if template else None
+    rests = read_templates(faces[0]) if faces[0] else None
+    triangles = read_mesh(faces[1])[1] if faces[1] else None
     with console.progress(dataset or "corpus") as progress:
         if dataset:
-            corpus = build_from_dataset(dataset, recordings, output, every or 1, rests, language, progress)
+            corpus = build_from_dataset(
+                dataset, recordings, output, every or 1, rests, language, triangles, progress
+            )
         elif every:
             raise click.UsageError("--every is for --dataset; give it to phonanim corpus import")
         else:
-            corpus = build_motion_corpus(recordings, output, rests, language)
+            corpus = build_motion_corpus(recordings, output, rests, language, triangles)
     return describe_corpus(corpus, output)
 
 

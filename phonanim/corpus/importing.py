@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from phonanim.core.files import atomic_path, write_text
-from phonanim.datasets import Frames, Recording, load_dataset
+from phonanim.datasets import Dataset, Frames, Recording, load_dataset
 from phonanim.errors import CorpusError
 from phonanim.media.audio import Sound
 from phonanim.speech.textgrid import write_textgrid
@@ -58,6 +58,19 @@ def import_dataset(
     write_text(output / "recordings.csv", _table(rows))
     write_text(output / "dataset.json", json.dumps(facts, indent=1, ensure_ascii=False) + "\n")
     return rows
+
+
+def write_templates(dataset: Dataset, folder: Path, output: Path) -> None:
+    """Write the faces at rest of a data set that has some, templates/<subject>.npy (vertices, 3)."""
+    templates = getattr(dataset, "templates", None)
+    for subject, rest in (templates(folder) if templates else {}).items():
+        if Path(subject).name != subject:
+            raise CorpusError(
+                f"{folder}: the template {subject!r} has no valid name; the data set is damaged"
+            )
+        (output / "templates").mkdir(parents=True, exist_ok=True)
+        with atomic_path(output / "templates" / f"{subject}.npy") as partial, partial.open("wb") as file:
+            np.save(file, rest)
 
 
 def _thinned(frames: Frames, every: int) -> Frames:

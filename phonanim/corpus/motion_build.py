@@ -34,6 +34,7 @@ def build_from_dataset(
     every: int = 1,
     templates: Mapping[str, Array] | None = None,
     language: str = "auto",
+    triangles: NDArray[np.int64] | None = None,
     progress: Callable[[float], None] = lambda done: None,
 ) -> MotionCorpus:
     """Import a data set as its owners lay it out, into the folder of the corpus, and build the corpus.
@@ -41,7 +42,7 @@ def build_from_dataset(
     Raises what `import_dataset` and `build_motion_corpus` raise.
     """
     import_dataset(name, folder, destination, every, progress=lambda done: progress(0.9 * done))
-    corpus = build_motion_corpus(destination, destination, templates, language)
+    corpus = build_motion_corpus(destination, destination, templates, language, triangles)
     progress(1.0)
     return corpus
 
@@ -56,8 +57,9 @@ def build_motion_corpus(
     """Write the corpus of a folder that `phonanim corpus import` wrote; motion and sound stay there.
 
     Recordings without a split take no part, unless the data set has no split at all: then every tenth is a
-    test. `templates` are faces at rest by subject, in the unit of the vertices; without them those of the
-    data set, else the first frame of each subject. Raises CorpusError.
+    test. `templates` are faces at rest by subject, in the unit of the vertices, "" of all subjects; without
+    them those of the data set, else the first frame of each subject. `triangles` (n, 3) are those of the
+    mesh. Raises CorpusError.
     """
     facts, rows = read_imported(imported)
     if not any(row["split"] for row in rows):
@@ -75,6 +77,8 @@ def build_motion_corpus(
     corpus = MotionCorpus(str(facts["kind"]), fps, source, clips, {"source": imported.name, **card_of(facts)})
     if corpus.kind == "vertices":
         rests = dict(templates or imported_templates(imported) or first_frames(corpus))
+        if "" in rests:
+            rests = dict.fromkeys(sorted({clip.subject for clip in clips}), rests[""])
         source = Source(source.data, source.names, source.unit, rests, triangles)
         corpus = MotionCorpus(corpus.kind, fps, source, clips, corpus.provenance)
         check_templates(corpus)
@@ -152,3 +156,6 @@ def check_templates(corpus: MotionCorpus) -> None:
             )
         if rest.shape != shape:
             raise CorpusError(f"{clip.name}: has frames of {shape}, and the template is of {rest.shape}")
+    triangles = corpus.source.triangles
+    if triangles is not None and triangles.max() >= shape[0]:
+        raise CorpusError(f"the mesh has more vertices than the frames of {corpus.source.data} ({shape[0]})")

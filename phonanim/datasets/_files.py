@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.datasets import Frames, Recording
+from phonanim.datasets._pickles import read_pickle
 from phonanim.errors import CorpusError
 from phonanim.media.audio import Sound, read_sound
 
@@ -69,3 +70,18 @@ def frames_of(path: Path, fps: float, axes: int, names: tuple[str, ...] = (), un
         wanted = axes * len(names) if names else f"a multiple of {axes}"
         raise CorpusError(f"{path}: has the shape {values.shape}; frames need {wanted} numbers each")
     return Frames(flat.reshape(len(flat), -1, axes) if axes > 1 else flat, fps, names, unit)
+
+
+def read_templates(folder: Path, scale: float = 1.0) -> dict[str, NDArray[np.float32]]:
+    """Faces at rest by subject, (vertices, 3), of `templates.pkl`, if it is there. Raises CorpusError."""
+    path = folder / "templates.pkl"
+    if not path.is_file():
+        return {}
+    tree = read_pickle(path)
+    try:
+        return {
+            str(name): np.asarray(points, np.float32).reshape(-1, 3) * np.float32(scale)
+            for name, points in tree.items()
+        }
+    except (AttributeError, TypeError, ValueError) as error:
+        raise CorpusError(f"{path}: is no set of faces by subject ({error}); fetch it again") from error

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.datasets import Card, Frames, Recording, not_found
-from phonanim.datasets._files import faceformer_recordings, last_number, sound_loader
+from phonanim.datasets._files import faceformer_recordings, last_number, read_templates, sound_loader
 from phonanim.errors import CorpusError
 
 CARD = Card(
@@ -50,6 +50,11 @@ def recordings(folder: Path) -> Iterator[Recording]:
             partial(load, path),
             sound_loader(audio),
         )
+
+
+def templates(folder: Path) -> dict[str, NDArray[np.float32]]:
+    """Faces at rest by speaker, in the unit of the frames, of `templates.pkl`."""
+    return read_templates(folder)
 
 
 def split_of(speaker: str, sentence: str) -> str:

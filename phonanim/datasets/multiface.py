@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.datasets import Card, Frames, Recording, not_found
-from phonanim.datasets._files import last_number, sound_loader
+from phonanim.datasets._files import last_number, read_templates, sound_loader
 from phonanim.errors import CorpusError
 
 CARD = Card(
@@ -49,6 +49,11 @@ def recordings(folder: Path) -> Iterator[Recording]:
             sound_loader(path.parents[1] / "audio" / f"{sentence}.wav"),
             text=sentence.removeprefix("SEN_").replace("_", " "),
         )
+
+
+def templates(folder: Path) -> dict[str, NDArray[np.float32]]:
+    """Faces at rest by speaker, in the unit of the frames, of `templates.pkl`."""
+    return read_templates(folder)
 
 
 def split_of(speaker: int, sentence: str, sentences: Sequence[str]) -> str:

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from phonanim.datasets import Card, Frames, Recording, not_found
-from phonanim.datasets._files import faceformer_recordings
+from phonanim.datasets._files import faceformer_recordings, read_templates
 from phonanim.datasets._pickles import read_pickle
 from phonanim.errors import CorpusError
 from phonanim.media.audio import Sound
@@ -41,6 +42,12 @@ def recordings(folder: Path) -> Iterator[Recording]:
     if (folder / "vertices_npy").is_dir():
         return faceformer_recordings(folder, FPS, split_of, 3, "as distributed")
     raise not_found(folder, "VOCASET", "data_verts.npy and subj_seq_to_idx.pkl", "vertices_npy/*.npy")
+
+
+def templates(folder: Path) -> dict[str, NDArray[np.float32]]:
+    """Faces at rest by speaker, in the unit of the frames, of `templates.pkl`."""
+    raw = (folder / "data_verts.npy").is_file()
+    return read_templates(folder, METRES if raw else 1.0)
 
 
 def split_of(speaker: str, sentence: str) -> str:

@@ -131,7 +131,7 @@ def score_clip(
 
 
 def follow_controls(motion: Animation, captured: Animation) -> dict[str, float]:
-    """How well the LIVELY controls follow the captured ones: r and the ratio of deviations, and their means."""
+    """How the LIVELY controls follow the captured ones: r and the ratio of deviations, and their means."""
     lively = np.argsort(-captured.values.std(axis=0), kind="stable")[:LIVELY]
     lively = [int(row) for row in lively if captured.values[:, row].std() > 0]
     found = {}

@@ -1,0 +1,118 @@
+"""`phonanim animate` with a model of vertices: a mesh that moves, in place of curves of a rig."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from phonanim.commands import Console
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from phonanim.animation.mesh_motion import MeshMotion
+    from phonanim.options import Options
+    from phonanim.regressors import Model
+    from phonanim.targets.vertices import Vertices
+
+
+def moves_mesh(options: Options, template: Path | None) -> bool:
+    """Whether the model of the options moves vertices. Raises UsageError for a template of another model."""
+    from phonanim.pipeline import load_model
+
+    found = load_model(options.model).target.kind == "vertices"
+    if template and not found:
+        raise click.UsageError("--template is the face of a model of vertices, which this model is not")
+    return found
+
+
+def check_mesh_options(
+    takes: int, edits: Sequence[Path], sheet: Path | None, view: bool, exports: Mapping[str, object]
+) -> None:
+    """Raise UsageError for an option of curves, which a moving mesh is not."""
+    given = {"--takes": takes > 1, "--edits": bool(edits), "--contact-sheet": sheet, "--view": view}
+    named = [name for name, value in given.items() if value] + [f"--{name}" for name in exports]
+    if named:
+        raise click.UsageError(f"{', '.join(named)}: the model moves vertices, not curves; leave it out")
+
+
+def write_mesh(
+    path: Path,
+    outputs: Sequence[Path],
+    options: Options,
+    audio: Path | None,
+    template: Path | None,
+    console: Console,
+) -> None:
+    """Predict the mesh of a line, on a subject's face or on that of `template`, and write it."""
+    motion, notes = predict_mesh(path, options, audio, template)
+    for output in outputs or (path.with_suffix(".glb"),):
+        notes += motion.save(output)
+        console.print(f"wrote {output}: {len(motion.points)} frames of {len(motion.rest)} vertices")
+    for note in notes:
+        console.print(note)
+    console.print_result(
+        {
+            "alignment": str(path),
+            "model": options.model,
+            "frames": len(motion.points),
+            "fps": motion.fps,
+            "vertices": len(motion.rest),
+            "notes": list(notes),
+            "outputs": [str(output) for output in outputs],
+        }
+    )
+
+
+def predict_mesh(
+    path: Path, options: Options, audio: Path | None, template: Path | None
+) -> tuple[MeshMotion, tuple[str, ...]]:
+    """The motion of a line, and notes. Raises ModelError and EvaluationError for another mesh."""
+    from phonanim.animation.mesh_motion import MeshMotion
+    from phonanim.animation.own_motion import unused_own_options
+    from phonanim.animation.rates import frame_count
+    from phonanim.inputs.speech_input import read_speech_input
+    from phonanim.media.audio import find_audio
+    from phonanim.pipeline import model_with_settings
+    from phonanim.targets.vertices import Vertices as VerticesTarget
+
+    model = model_with_settings(options)
+    target = model.target
+    assert isinstance(target, VerticesTarget)
+    line = read_speech_input(path, options, audio or find_audio(path), model.regressor.input_modality)
+    rest = face_of(model, target, options, template)
+    frames = frame_count(line.track.duration, options.fps)
+    rows = model.predict(line.track, options.fps, frames, sound=line.sound)
+    motion = MeshMotion(target.decode(rows, rest), options.fps, rest, target.triangles, target.unit)
+    return motion, (*line.notes, *unused_own_options(options))
+
+
+def face_of(model: Model, target: Vertices, options: Options, template: Path | None) -> NDArray[np.float64]:
+    """The face at rest: the user's, that of the speaker whose style is asked for, or the mean of all."""
+    if template is not None:
+        return read_face(template, len(target.own_rest))
+    styles = model.card.get("styles", [])
+    if options.model_style is not None and options.model_style < len(styles):
+        subject = styles[options.model_style]
+        return target.templates.get(subject, target.own_rest)
+    return target.own_rest
+
+
+def read_face(path: Path, vertices: int) -> NDArray[np.float64]:
+    """A face at rest of a .npy, (vertices, 3). Raises ModelError for another shape."""
+    import numpy as np
+
+    from phonanim.core.decode import DAMAGE, read_array
+    from phonanim.errors import ModelError
+
+    try:
+        rest = read_array(path).astype(np.float64)
+    except (OSError, *DAMAGE) as error:
+        raise ModelError(f"{path}: is no .npy of a face at rest ({error})") from error
+    if rest.shape != (vertices, 3) or not np.isfinite(rest).all():
+        raise ModelError(f"{path}: is {rest.shape} of numbers, and the model has {vertices} vertices")
+    return rest
