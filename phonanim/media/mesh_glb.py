@@ -17,8 +17,8 @@ SKIN = [0.80, 0.62, 0.53, 1.0]
 def mesh_glb(
     rest: Array,
     triangles: NDArray[np.int64],
-    targets: NDArray[np.float32],
-    weights: NDArray[np.float32],
+    targets: NDArray[np.floating],
+    weights: NDArray[np.floating],
     fps: float,
     name: str,
 ) -> bytes:
