@@ -1,4 +1,4 @@
-"""Write the tables of docs/languages.md: what every IPA symbol and mark becomes and why, and the languages.
+"""Write the tables of docs/language_tables.md: the languages, and the phones of every IPA symbol and mark.
 
 python scripts/write_language_tables.py
 """
@@ -17,7 +17,7 @@ from phonanim.speech.ipa import Articulation, ipa_symbols  # noqa: E402
 from phonanim.speech.labels import language_names, load_language  # noqa: E402
 from phonanim.speech.visible_phones import constriction, lip_closure, lip_spread, to_visible_phones  # noqa: E402
 
-PAGE = ROOT / "docs" / "languages.md"
+PAGE = ROOT / "docs" / "language_tables.md"
 START = "<!-- tables: written by scripts/write_language_tables.py -->"
 
 COMBINED = (
@@ -79,7 +79,7 @@ def languages() -> str:
         own = len(language.phones) + len(language.ipa) + len(language.closures)
         alphabets = ", ".join(language.alphabets)
         rows.append([f"`{language.name}`", language.code, language.title, alphabets, str(own), listed])
-    return table(["language", "code", "what", "alphabets", "labels of its own", "known of aligners"], rows)
+    return table(["language", "code", "title", "alphabets", "own labels", "labels of aligners"], rows)
 
 
 def symbol_table() -> str:
@@ -88,12 +88,12 @@ def symbol_table() -> str:
         [symbol, sound.name, " ".join(to_visible_phones(symbol)), why(sound)]
         for symbol, sound in ipa_symbols().items()
     ]
-    return table(["IPA", "sound", "becomes", "because it is seen as"], rows)
+    return table(["IPA", "sound", "phones", "visible features"], rows)
 
 
 def combined() -> str:
     """One row an example."""
-    return table(["label", "becomes"], [[label, " ".join(to_visible_phones(label))] for label in COMBINED])
+    return table(["label", "phones"], [[label, " ".join(to_visible_phones(label))] for label in COMBINED])
 
 
 def marks() -> str:
@@ -109,7 +109,7 @@ def marks() -> str:
 def effect(name: str, value: str) -> str:
     """What a mark does, in words."""
     if name in ("none", "central"):
-        return {"none": "nothing is seen", "central": "backness towards the middle"}[name]
+        return {"none": "not visible", "central": "backness towards the middle"}[name]
     return f"then {value}" if name == "then" else f"{name} {value}"
 
 

@@ -218,7 +218,7 @@ def test_labels_listed_as_no_ipa_are_refused() -> None:
 
 def test_the_page_has_the_tables_of_today(root: Path) -> None:
     script = runpy.run_path(str(root / "scripts" / "write_language_tables.py"))
-    page = (root / "docs" / "languages.md").read_text("utf-8")
+    page = (root / "docs" / "language_tables.md").read_text("utf-8")
     assert page.endswith(script["tables"]()), "run scripts/write_language_tables.py"
     for heading in ("## Languages", "| ʘ | bilabial click | p | lips shut |", "| ɥ |"):
         assert heading in page
