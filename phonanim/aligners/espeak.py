@@ -10,6 +10,7 @@ from __future__ import annotations
 import base64
 import importlib.util
 import json
+import re
 import subprocess
 import sys
 import wave
@@ -17,7 +18,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from unicodedata import category
+from unicodedata import category, normalize
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,8 @@ from phonanim.speech.language_names import find_language
 VOICE = "en-us"
 IPA = "IPA"
 STRESS = "ˈˌ"
+# Voices that read Han characters.
+SINITIC = ("cmn", "yue", "hak", "zh", "chinese", "mandarin", "cantonese", "hakka")
 MARGIN = 0.25  # seconds of silence before and after, so that a mouth can open and rest
 
 WORD, PHONEME = 1, 7  # types of events in speak_lib.h
@@ -86,6 +89,8 @@ def speak(text: str, voice: str = VOICE, words_per_minute: int | None = None) ->
     """
     if not can_speak():
         raise MissingExtraError("speech from text needs eSpeak NG: pip install 'phonanim[espeak]'")
+    text = normalize("NFC", text)  # signs that are composed of two are spelled, one after the other
+    _refuse_kanji(text, voice)
     done = subprocess.run(
         [sys.executable, "-m", "phonanim.aligners._espeak_process"],
         input=json.dumps({"text": text, "voice": voice, "words_per_minute": words_per_minute}),
@@ -116,9 +121,17 @@ def reading_language(voice: str) -> str:
 
 
 def plain_ipa(label: str) -> str:
-    """A phone of eSpeak NG in IPA. Some of its sounds have names of its own (lexicon/espeak_labels.tsv)."""
-    stress = label[: len(label) - len(label.lstrip(STRESS))]
-    return stress + _own_labels().get(label.lstrip(STRESS), label.lstrip(STRESS))
+    """A phone of eSpeak NG in IPA, "" for the mark of a change of language, such as `(en)`.
+
+    Some of its sounds have names of its own (lexicon/espeak_labels.tsv), and `-` or `"` after a phone
+    distinguishes variants of it.
+    """
+    if label.startswith("(") and label.endswith(")"):
+        return ""
+    bare = label.lstrip(STRESS)
+    stress = label[: len(label) - len(bare)]
+    bare = bare.rstrip('-"')
+    return stress + _own_labels().get(bare, bare)
 
 
 @cache
@@ -134,6 +147,13 @@ def write_speech(path: Path, spoken: SpokenText) -> None:
         stream.setsampwidth(2)
         stream.setframerate(spoken.rate)
         stream.writeframes(spoken.samples.astype("<i2").tobytes())
+
+
+def _refuse_kanji(text: str, voice: str) -> None:
+    kanji = re.findall(r"[\u3400-\u9fff]+", text)
+    if kanji and not voice.lower().startswith(SINITIC):
+        found = ", ".join(dict.fromkeys(kanji[:3]))
+        raise OptionError(f"the voice {voice} cannot read {found}; write the text in kana, or in letters")
 
 
 def _timed(

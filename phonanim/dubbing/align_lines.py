@@ -19,6 +19,7 @@ from phonanim.speech.textgrid import write_textgrid
 
 SUFFIX = ".aligned.TextGrid"
 SOUND = ".wav"
+SPOKEN = "there is no recording: spoken by eSpeak NG"  # begins the note of such a line
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +84,7 @@ def speak_line(line: Line, target: Path, sound: Path) -> tuple[Options, tuple[st
     spoken = speak(str(line.text), voice)
     write_speech(sound, spoken)
     write_textgrid(target, {"words": spoken.words, "phones": spoken.phones}, spoken.duration)
-    note = f"there is no recording: spoken by eSpeak NG with the voice {voice}"
+    note = f"{SPOKEN} with the voice {voice}"
     return replace(line.options, language=reading_language(voice)), (note,)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.dubbing.align_lines import SPOKEN
 from phonanim.errors import AudioError, MissingExtraError
 from phonanim.face.model import lip_aperture
 from phonanim.media.audio import audio_duration, read_audio
@@ -55,7 +56,11 @@ def line_facts(result: AnimationResult, audio: Path | None) -> dict[str, Any]:
 def replaced_labels(result: AnimationResult, audio: Path | None) -> Flag | None:
     """Labels that were not used as written."""
     doubts = result.language.doubt() if result.language else ()
-    notes = [note for note in result.notes if note not in doubts and not _is_usual_noise(note, result)]
+    notes = [
+        note
+        for note in result.notes
+        if note not in doubts and not note.startswith(SPOKEN) and not _is_usual_noise(note, result)
+    ]
     return Flag("labels", _severity(len(notes), 5), "; ".join(notes)) if notes else None
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
 from phonanim.core.text import printable
+from phonanim.dubbing.align_lines import voice_of
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.output_names import collision_key
 from phonanim.dubbing.pairing import ALIGNMENTS, split_files, stem_of
@@ -61,7 +63,16 @@ def read_lines(source: str, common: Common) -> Lines:
         notes = [*found[2], *remarks]
     else:
         raise _useless(source, path)
-    return replace(lines, notes=(*notes, *_idle_edits(common.edits, lines.lines)))
+    return replace(lines, notes=(*notes, *_spoken(lines.lines), *_idle_edits(common.edits, lines.lines)))
+
+
+def _spoken(lines: Sequence[Line]) -> list[str]:
+    """A remark on the lines that are spoken, with their voices."""
+    voices = Counter(voice_of(line) for line in lines if line.is_spoken)
+    if not voices:
+        return []
+    each = ", ".join(f"{voice} {count}" for voice, count in sorted(voices.items()))
+    return [f"{voices.total()} of {len(lines)} lines have no recording: eSpeak NG speaks them ({each})"]
 
 
 def _useless(source: str, path: Place) -> OptionError:

@@ -126,9 +126,15 @@ def _records(path: Place) -> Records:
             continue
         if row is None:
             return
-        if header and any(cell.strip() for cell in row):
-            yield reader.line_num + skipped, dict(zip(header, row, strict=False))
-        header = header or [cell.strip() for cell in row if cell.strip()]
+        more = [cell for cell in row[len(header) :] if cell.strip()] if header else []
+        if more:
+            count = f"has {len(row)} cells for {len(header)} columns"
+            yield reader.line_num + skipped, f"{count}; put a cell that has a {delimiter!r} in quotes"
+        elif header and any(cell.strip() for cell in row):
+            cells = zip(header, row, strict=False)
+            yield reader.line_num + skipped, {name: cell for name, cell in cells if name}
+        elif not header and any(cell.strip() for cell in row):
+            header = [cell.strip() for cell in row]
 
 
 def _json_records(text: str) -> Records:

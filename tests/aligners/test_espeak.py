@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import wave
 from pathlib import Path
+from unicodedata import normalize
 
 import numpy as np
 import pytest
@@ -10,7 +11,9 @@ pytest.importorskip("espeakng_loader", reason="needs the extra espeak")
 
 from phonanim.aligners.espeak import MARGIN, reading_language, speak, write_speech
 from phonanim.errors import OptionError
+from phonanim.speech.alignment import Alignment
 from phonanim.speech.ipa import parse_ipa
+from phonanim.speech.language import to_phones
 
 
 def test_words_and_phones_have_their_times() -> None:
@@ -52,6 +55,26 @@ def test_names_of_its_own_are_ipa() -> None:
     assert speak("faci", "ro").phones[-1].label == "tʃʲ"
     assert reading_language("ja") == "japanese:ipa"
     assert (reading_language("pt-br"), reading_language("ca")) == ("portuguese", "ipa")
+
+
+@pytest.mark.parametrize(
+    ("text", "voice"),
+    [("I like it", "de"), ("tout le monde", "fr"), ("hun er ung", "da"), ("문이 있다", "ko")],
+)
+def test_the_phones_of_a_voice_are_those_of_its_language(text: str, voice: str) -> None:
+    spoken = speak(text, voice)
+    track, _ = to_phones(Alignment(spoken.phones, spoken.duration, "", text), reading_language(voice))
+    assert len(track.codes) >= len(text.split())
+
+
+def test_signs_of_two_parts_are_read_as_one() -> None:
+    whole, parted = (speak(normalize(form, "được tự do"), "vi").phones for form in ("NFC", "NFD"))
+    assert whole == parted
+
+
+def test_a_voice_that_cannot_read_the_script_says_so() -> None:
+    with pytest.raises(OptionError, match="the voice ja cannot read 人権; write the text in kana"):
+        speak("人権です", "ja")
 
 
 def test_the_rate_of_speech() -> None:

@@ -111,7 +111,7 @@ def test_text_alone_is_spoken_beside_its_output_and_kept(folder: Path) -> None:
     first = {name: (folder / "out" / name).read_bytes() for name in made if name[0] in "ab"}
     facts = [json.loads(line) for line in (folder / "out/ledger.jsonl").read_text().splitlines()]
     assert [entry["facts"]["language"]["name"] for entry in facts] == ["german", "english"]
-    assert "spoken by eSpeak NG with the voice de" in (folder / "out/report.json").read_text()
+    assert "eSpeak NG speaks them (de 1, en-us 1)" in (folder / "out/report.json").read_text()
     times = (folder / "out/b.wav").stat().st_mtime_ns
     assert batch("t.csv") == 0
     assert (folder / "out/b.wav").stat().st_mtime_ns == times
@@ -139,3 +139,25 @@ def test_a_voice_that_is_a_recording(folder: Path) -> None:
     (folder / "t.csv").write_text("voice,text\na.wav,hello\n")
     (line,) = read_lines("t.csv", Common()).lines
     assert (line.id, line.audio, line.voice) == ("a", folder / "a.wav", "")
+
+
+def test_lines_that_are_spoken_are_counted_and_no_flag(folder: Path) -> None:
+    pytest.importorskip("espeakng_loader", reason="needs the extra espeak")
+    (folder / "t.csv").write_text("id,text\na,My mother moved.\n")
+    assert batch("t.csv") == 0
+    report = json.loads((folder / "out/report.json").read_text())
+    assert report["remarks"] == ["1 of 1 lines have no recording: eSpeak NG speaks them (en-us 1)"]
+    assert (report["totals"]["flagged"], report["causes"]) == (0, [])
+
+
+def test_a_comma_that_parts_a_text_is_a_fault_of_its_row(folder: Path) -> None:
+    (folder / "t.csv").write_text("id,text\na,Well, mother moved.\nb,Mother moved.\n")
+    found = read_lines("t.csv", Common())
+    assert [line.id for line in found.lines] == ["b"]
+    assert found.faults[0].message == ("has 3 cells for 2 columns; put a cell that has a ',' in quotes")
+
+
+def test_a_column_without_a_name_is_not_used(folder: Path) -> None:
+    (folder / "t.csv").write_text(",id,text,\n1,a,Mother moved.,\n")
+    (line,) = read_lines("t.csv", Common()).lines
+    assert (line.id, line.text) == ("a", "Mother moved.")
