@@ -8,6 +8,7 @@ import click
 import pytest
 
 from phonanim.__main__ import commands
+from phonanim.readers import reader_names
 
 
 @pytest.fixture
@@ -23,6 +24,10 @@ def test_the_python_example_runs(readme, root, tmp_path, monkeypatch):
     exec(code, scope)
     assert (tmp_path / "line.csv").is_file()
     assert scope["jaw"].max() > 0.05
+
+
+def test_the_number_of_formats_is_that_of_the_readers(readme):
+    assert f"a TextGrid, or one of {len(reader_names()) - 1} other formats" in readme
 
 
 def test_links_and_pictures_exist(root):
