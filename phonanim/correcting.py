@@ -9,6 +9,7 @@ from pathlib import Path
 from phonanim.animation.animation import Animation
 from phonanim.animation.carry import carry_edits
 from phonanim.animation.correction_file import is_corrections, read_corrections
+from phonanim.animation.corrections import Corrections
 from phonanim.animation.edit_file import read_edits
 from phonanim.animation.edits import Edits, apply_edits
 from phonanim.core.files import content_hash
@@ -31,18 +32,30 @@ def animate_corrected(
             f"{corrected[1]}: a line has one file of corrections, and {corrected[0]} is one, too"
         )
     corrections = read_corrections(corrected[0]) if corrected else UNCORRECTED
-    result = animate_detailed(path, options, audio, corrections)
-    animation = result.animation
-    for file in (file for file in files if file not in corrected):
-        animation = apply_line_edits(animation, read_edits(file), options)
-    if corrections.curves is not None:
-        animation = apply_line_edits(animation, corrections.curves, options)
+    edits = [read_edits(file) for file in files if file not in corrected]
+    result = animate_edited(path, options, audio, edits, corrections)
     if not files:
         return result
     hashes = {"edits_sha256": [content_hash(file) for file in files]}
-    animation = replace(animation, provenance={**animation.provenance, **hashes})
-    notes = tuple(animation.provenance["notes"])
-    return replace(result, animation=animation, notes=notes)
+    animation = replace(result.animation, provenance={**result.animation.provenance, **hashes})
+    return replace(result, animation=animation)
+
+
+def animate_edited(
+    path: Path,
+    options: Options = DEFAULTS,
+    audio: Path | None = None,
+    edits: Sequence[Edits] = (),
+    corrections: Corrections = UNCORRECTED,
+) -> AnimationResult:
+    """`animate_detailed` with edits, in order, and corrections, whose curves come last."""
+    result = animate_detailed(path, options, audio, corrections)
+    animation = result.animation
+    for one in (*edits, *filter(None, [corrections.curves])):
+        animation = apply_line_edits(animation, one, options)
+    if animation is result.animation:
+        return result
+    return replace(result, animation=animation, notes=tuple(animation.provenance["notes"]))
 
 
 def apply_line_edits(animation: Animation, edits: Edits, options: Options = DEFAULTS) -> Animation:

@@ -57,3 +57,7 @@ class MissingExtraError(PhonanimError):
 
 class PluginError(PhonanimError):
     """A plugin of another package that cannot be used; the text names the plugin and its package."""
+
+
+class ConflictError(PhonanimError):
+    """A line that someone else changed meanwhile; the text says who, when and what."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -39,7 +40,7 @@ def write_corrections(corrections: Corrections, path: Path) -> None:
 
 def corrections_text(corrections: Corrections) -> str:
     """The content of a file of corrections."""
-    settings = {name: _plain(value) for name, value in sorted(corrections.settings.items())}
+    settings = plain_settings(corrections.settings)
     fields = {
         "format": FORMAT,
         "style": corrections.style,
@@ -102,6 +103,11 @@ def is_corrections(path: Path) -> bool:
     """Whether a file is one of corrections, by its first line; other files of edits are edits alone."""
     with path.open("rb") as stream:
         return FORMAT.encode() in stream.read(200)
+
+
+def plain_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings as JSON values, in order of their names; the inverse of `parse_settings`."""
+    return {name: _plain(value) for name, value in sorted(settings.items())}
 
 
 def _items(value: Any, name: str) -> list[Any]:

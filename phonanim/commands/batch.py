@@ -14,16 +14,19 @@ import click
 from phonanim.commands import Console, console_options
 from phonanim.commands._export import export_options, option_spelling
 from phonanim.commands._options import animation_options
+from phonanim.commands._run_file import KeptCommand, keep_arguments
 
 if TYPE_CHECKING:
+    from phonanim.dubbing.lines import Lines
     from phonanim.dubbing.row import Common
     from phonanim.dubbing.run import Engine
+    from phonanim.dubbing.storage import Place
     from phonanim.options import Options
 
 SOME_FAILED = 1
 
 
-@click.command()
+@click.command(cls=KeptCommand)
 @click.argument("source")
 @click.option("-o", "--output", "folder", required=True, help="Output folder, by path or URL.")
 @click.option(
@@ -98,13 +101,43 @@ def command(
       phonanim batch script.csv -o out/ --characters show.toml --format metahuman.csv --format curves.usda
       phonanim batch script.csv -o out/ --dry-run
     """
-    from phonanim.articulation.styles import read_styles
     from phonanim.commands._batch_report import RunReporter, report_dry_run
+    from phonanim.dubbing.run import run
+
+    lines, target, formats = plan_lines(
+        source, folder, formats, options, styles, characters, styled, exports, edits, console
+    )
+    if dry_run:
+        return SOME_FAILED if report_dry_run(lines, target, formats, console, verbose) else 0
+    started = time.monotonic()
+    with console.progress(source) as progress:
+        reporter = RunReporter(len(lines.lines), console, progress, verbose)
+        chosen = choose_engine(engine, scheduler, workers)
+        outcomes = run(lines, target, formats, chosen, reporter.tell, verify)
+        keep_arguments(target)
+    failed = reporter.finish(outcomes, target / "report.html", time.monotonic() - started)
+    return SOME_FAILED if failed else 0
+
+
+def plan_lines(
+    source: str,
+    folder: str,
+    formats: tuple[str, ...],
+    options: Options,
+    styles: Path | None,
+    characters: Path | None,
+    styled: Mapping[str, float],
+    exports: dict[str, object],
+    edits: str | None,
+    console: Console,
+    **others: object,
+) -> tuple[Lines, Place, tuple[str, ...]]:
+    """The lines of a run, its output folder and its formats, by the options of the command."""
+    from phonanim.articulation.styles import read_styles
     from phonanim.dubbing.characters import read_characters
     from phonanim.dubbing.lines import read_lines
     from phonanim.dubbing.reserve import reserve_outputs
     from phonanim.dubbing.row import Common
-    from phonanim.dubbing.run import run
     from phonanim.dubbing.storage import parse_place
     from phonanim.exporters import option_names
 
@@ -113,28 +146,16 @@ def command(
     options = fit_character(options, exports, console)
     target = parse_place(folder)
     meshes = any("character" in option_names(Path(f"line.{name}")) for name in formats)
-    known = read_characters(characters, meshes)
-    common = with_absolute_paths(
-        Common(
-            options,
-            read_styles(styles),
-            exports,
-            parse_place(edits) if edits else None,
-            target,
-            styled,
-            known,
-        )
+    common = Common(
+        options,
+        read_styles(styles),
+        exports,
+        parse_place(edits) if edits else None,
+        target.absolute(),
+        styled,
+        read_characters(characters, meshes),
     )
-    lines = reserve_outputs(read_lines(source, common), target, formats)
-    if dry_run:
-        return SOME_FAILED if report_dry_run(lines, target, formats, console, verbose) else 0
-    started = time.monotonic()
-    with console.progress(source) as progress:
-        reporter = RunReporter(len(lines.lines), console, progress, verbose)
-        chosen = choose_engine(engine, scheduler, workers)
-        outcomes = run(lines, target, formats, chosen, reporter.tell, verify)
-    failed = reporter.finish(outcomes, target / "report.html", time.monotonic() - started)
-    return SOME_FAILED if failed else 0
+    return reserve_outputs(read_lines(source, with_absolute_paths(common)), target, formats), target, formats
 
 
 def fit_character(options: Options, exports: dict[str, object], console: Console) -> Options:

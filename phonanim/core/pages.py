@@ -12,24 +12,28 @@ FIELD = re.compile(r"\{\{(\w+)\}\}")
 SCRIPT = re.compile(r"<script>(.*?)</script>", re.DOTALL)
 
 
-def fill_page(page: str, fields: dict[str, str], connect: str = "", frames: str = "") -> str:
+def fill_page(
+    page: str, fields: dict[str, str], connect: str = "", frames: str = "", scripts: str = ""
+) -> str:
     """A page with its fields, filled in one pass: markers inside a field's text are left unchanged.
 
     The field `policy` allows only the page's own script to run, and no connections except to the origins
-    `connect`; `frames` are the origins of pages that may be shown within it.
+    `connect`; `frames` are the origins of pages that may be shown within it, `scripts` those of scripts in
+    files.
     """
     script = SCRIPT.search(page)
     run = _filled(script[1], fields) if script else ""
-    return _filled(page, {**fields, "policy": page_policy(run, connect, frames)})
+    return _filled(page, {**fields, "policy": page_policy(run, connect, frames, scripts)})
 
 
-def page_policy(script: str = "", connect: str = "", frames: str = "") -> str:
+def page_policy(script: str = "", connect: str = "", frames: str = "", scripts: str = "") -> str:
     """A content security policy: styles and data of the page, this script, and these origins."""
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
+    run = " ".join(filter(None, [f"'sha256-{digest}'" if script else "", scripts])) or "'none'"
     return "; ".join(
         [
             "default-src 'none'",
-            f"script-src 'sha256-{digest}'" if script else "script-src 'none'",
+            f"script-src {run}",
             "style-src 'unsafe-inline'",
             "img-src data: blob:",
             "media-src data: blob:",

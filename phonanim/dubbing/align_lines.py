@@ -95,13 +95,11 @@ def align_line(line: Line, target: Path) -> tuple[Options, tuple[str, ...]]:
     for another language without the extra `espeak`, and for one without a voice.
     """
     recording, text, options = cast("Path", line.alignment), str(line.text), line.options
-    code = "en" if is_auto(options.language) else load_language(options.language).code
-    code = line.voice or code
+    code = _language_code(line)
     if code.startswith("en"):
         found = align(recording, text)
     elif can_speak():
         found = align_by_speech(recording, text, code)
-        options = replace(options, language=reading_language(code))
     else:
         raise OptionError(
             f"{recording}: text in {options.language!r} is aligned by the extra espeak; pip install "
@@ -109,4 +107,18 @@ def align_line(line: Line, target: Path) -> tuple[Options, tuple[str, ...]]:
         )
     target.parent.mkdir(parents=True, exist_ok=True)
     write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)
-    return options, found.notes
+    return aligned_options(line), found.notes
+
+
+def aligned_options(line: Line) -> Options:
+    """The options with which to read the alignment that is made for a line with text."""
+    if line.is_spoken:
+        return replace(line.options, language=reading_language(voice_of(line)))
+    code = _language_code(line)
+    return line.options if code.startswith("en") else replace(line.options, language=reading_language(code))
+
+
+def _language_code(line: Line) -> str:
+    """The code of the language of a recording with its text."""
+    language = line.options.language
+    return line.voice or ("en" if is_auto(language) else load_language(language).code)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import PurePosixPath
 
-from phonanim.dubbing import ledger, ledger_parts
+from phonanim.dubbing import decisions, ledger, ledger_parts
 from phonanim.dubbing.align_lines import made_suffixes
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.lines import Fault, Lines
@@ -14,7 +14,14 @@ from phonanim.dubbing.output_names import collision_key
 from phonanim.dubbing.report import FILES
 from phonanim.dubbing.storage import Place
 
-OWN = (*FILES, ledger.NAME, ledger_parts.FOLDER)
+RUN = "run.json"  # how the run was called
+OWN = (
+    *FILES,
+    RUN,
+    ledger.NAME,
+    ledger_parts.FOLDER,
+    *(f"{decisions.NAME}{end}" for end in ("", "-wal", "-shm")),
+)
 """The files that a run writes besides those of the lines."""
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +24,26 @@ from phonanim.speech.alignment import pack_intervals
 from phonanim.viewer.page import base64_text, character_targets, read_page_part
 
 SUMMARY = "viewer in one file that works offline: head, sound, timeline, curves, two takes side by side"
+INLINE = "<script>\n{{script}}\n</script>"
 SCRIPTS = ("three.js", "data.js", "stage.js", "timeline.js", "player.js")
 AUDIO_TYPES = {".wav": "audio/wav", ".flac": "audio/flac", ".ogg": "audio/ogg", ".mp3": "audio/mpeg"}
+
+
+@dataclass(frozen=True, slots=True)
+class Extras:
+    """What a page has besides the viewer: further data, style and script, and origins that it may ask.
+
+    `shared` are files of scripts beside the page, which hold the head and the viewer for many pages.
+    """
+
+    data: Mapping[str, Any] = field(default_factory=dict)
+    style: str = ""
+    script: str = ""
+    connect: str = ""
+    shared: tuple[str, ...] = ()
+
+
+NO_EXTRAS = Extras()
 
 
 def write(
@@ -34,6 +54,17 @@ def write(
     Raises RigError when the character is compressed, needs files outside its own, or has no target for any
     channel, OutputError when the sound cannot be read or the destination not be written.
     """
+    write_text(path, viewer_page(animation, path.stem, beside, character))
+
+
+def viewer_page(
+    animation: Animation,
+    title: str,
+    beside: Animation | None = None,
+    character: Path = SHIPPED,
+    extras: Extras = NO_EXTRAS,
+) -> str:
+    """The page as text; the input of the animation is its title where it is known. Errors as of `write`."""
     glb = read_glb(character)
     glb.refuse_compressed()  # the page cannot decode compressed meshes
     if outside := external_files(glb.tree):
@@ -41,24 +72,37 @@ def write(
             f"{character}: its {outside[0]!r:.60} is outside the file, and the page loads no other files; "
             "pack it with: npx @gltf-transform/cli copy IN.glb OUT.glb"
         )
-    takes = [_take(take, glb) for take in (animation, beside) if take]
+    takes = [take_data(take, glb) for take in (animation, beside) if take]
     data = {
         "facts": _facts(animation),
         "takes": takes,
-        "audio": _sound(animation.audio) if animation.audio else None,
-        "head": base64_text(character.read_bytes()),
+        "audio": sound_address(animation.audio) if animation.audio else None,
+        "head": None if extras.shared else base64_text(character.read_bytes()),
+        **extras.data,
     }
     fields = {
-        "title": html.escape(str(animation.provenance.get("input", path.stem))),
-        "style": read_page_part("style.css"),
+        "title": html.escape(str(animation.provenance.get("input", title))),
+        "style": "\n".join([read_page_part("style.css"), extras.style]).rstrip("\n") + "\n",
         "data": script_data(data),
-        "script": "\n".join(map(read_page_part, SCRIPTS)),
+        "script": "" if extras.shared else viewer_script(extras.script),
     }
-    write_text(path, fill_page(read_page_part("page.html"), fields))
+    page = read_page_part("page.html")
+    if not extras.shared:
+        return fill_page(page, fields, extras.connect)
+    tags = "\n".join(f'<script src="{name}"></script>' for name in extras.shared)
+    return fill_page(page.replace(INLINE, tags), fields, extras.connect, scripts="'self' file:")
 
 
-def _take(animation: Animation, glb: Glb) -> dict[str, Any]:
-    """One take for the page: float32 curves, frame after frame; articulation, if known, last and in mm."""
+def viewer_script(more: str = "") -> str:
+    """The script of the viewer, and more that runs after it."""
+    return "\n".join([*map(read_page_part, SCRIPTS), *([more] if more else [])])
+
+
+def take_data(animation: Animation, glb: Glb | None = None) -> dict[str, Any]:
+    """One take for the page: float32 curves, frame after frame; articulation, if known, last and in mm.
+
+    With a character, the take has the targets that its channels move.
+    """
     channels, values = animation.channels, animation.values
     if animation.articulation is not None:
         channels = (*channels, *(f"{name} mm" for name in CHANNELS))
@@ -68,7 +112,7 @@ def _take(animation: Animation, glb: Glb) -> dict[str, Any]:
         "fps": animation.fps,
         "start": animation.start,
         "channels": list(channels),
-        "targets": character_targets(animation.channels, glb),
+        **({} if glb is None else {"targets": character_targets(animation.channels, glb)}),
         "phones": pack_intervals(animation.phones),
         "words": pack_intervals(animation.words),
         "curves": base64_text(np.ascontiguousarray(values, "<f4").tobytes()),
@@ -80,7 +124,7 @@ def _facts(animation: Animation) -> str:
     return f"{animation.rig} · {animation.fps:g} fps · {seconds:.2f} s · {len(animation.phones)} phones"
 
 
-def _sound(path: Path) -> str:
+def sound_address(path: Path) -> str:
     """A recording as a data address."""
     kind = AUDIO_TYPES.get(path.suffix.lower())
     if kind is None:

@@ -150,4 +150,4 @@ window.addEventListener("hashchange", fromAddress);
 window.phonanim = { player, takes, stage, timeline };
 fromAddress();
 if (sound) drawSound();
-stage.load(bytesOf(data.head)).then(() => requestAnimationFrame(tick));
+stage.load(bytesOf(data.head || window.phonanimHead)).then(() => requestAnimationFrame(tick));

@@ -130,6 +130,7 @@ class Timeline {
     const rangeOf = (take, name) => take.range[take.channels.indexOf(name)]?.map((edge) => edge / scaleOf(name));
     const known = this.shown.flatMap(({ name }) => this.takes.map((take) => rangeOf(take, name))).filter(Boolean);
     const low = Math.min(0, ...known.map(([a]) => a)), high = Math.max(0.05, ...known.map(([, b]) => b));
+    this.area = { top, height, low, high };
     pen.fillStyle = "#8e96a3";
     pen.textAlign = "left";
     pen.fillText(high.toFixed(2), 4, top + 4);

@@ -11,7 +11,7 @@ import pytest
 
 from phonanim.__main__ import run
 from phonanim.dubbing.lines import read_lines
-from phonanim.dubbing.review import line_page, list_page, open_review
+from phonanim.dubbing.review import delivered_page, list_page, open_review
 from phonanim.dubbing.review_server import ReviewServer
 from phonanim.dubbing.row import Common
 from phonanim.errors import OptionError
@@ -58,7 +58,7 @@ def number_of(review, id):
 
 
 def test_the_list_has_every_line_and_the_worst_first(review):
-    page = list_page(review, "secret")
+    page = list_page(review, review.decisions(), "secret")
     lines = data_of(page)["lines"]
     assert lines[0]["id"] == "four"
     assert lines[0]["status"] == "failed"
@@ -71,7 +71,7 @@ def test_the_list_has_every_line_and_the_worst_first(review):
 
 @pytest.mark.parametrize("id", ["<b>one</b>", "two"])
 def test_a_line_plays_with_its_sound_on_any_related_rig(review, id):
-    data = data_of(line_page(review, number_of(review, id)))
+    data = data_of(delivered_page(review, number_of(review, id)))
     assert data["audio"].startswith("data:audio/wav;base64,")
     assert [label for label, *_ in data["takes"][0]["phones"] if label in ("AA", "B", "IY")] == [
         "AA",
@@ -93,7 +93,7 @@ def test_the_server_answers_those_with_the_token(server, review):
     status, page = fetch(server.address)
     assert (status, len(data_of(page)["lines"])) == (200, 4)
     line = server.address.replace("/?", f"/line?n={number_of(review, 'three')}&")
-    assert "its rig vrm cannot be shown" in fetch(line)[1]
+    assert data_of(fetch(line)[1])["review"]["notes"][0] == "shown on arkit; the line moves vrm"
     assert "Zed" in fetch(server.address.replace("/?", "/line?n=0&"))[1]
 
 
@@ -106,6 +106,9 @@ def test_the_server_answers_those_with_the_token(server, review):
         ("/?token=secret", {"Origin": "http://elsewhere.org"}, 403),
         ("/?token=secret", {"Host": "elsewhere.org"}, 403),
         ("/line?n=4&token=secret", {}, 404),
+        ("/list.csv", {}, 403),
+        ("/news?after=0", {}, 403),
+        ("/correct?token=secret", {}, 404),
         ("/line?n=-1&token=secret", {}, 404),
         ("/line?n=../t.csv&token=secret", {}, 404),
         ("/../t.csv?token=secret", {}, 404),
