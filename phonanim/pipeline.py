@@ -40,6 +40,7 @@ from phonanim.options import DEFAULTS, SAMPLED, Options, make_options
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.reference import face_notes
 from phonanim.rig.retarget import pronounce_on, retarget
+from phonanim.speech.intervals import Interval
 from phonanim.speech.language import ReadingLanguage
 from phonanim.speech.loudness import Loudness
 from phonanim.speech.phones import PhoneTrack
@@ -56,7 +57,7 @@ class AnimationResult:
     """An animation with its intermediate results: the phones, and the face's modes (frames, modes).
 
     A model of other motion than landmarks has no face and no modes. `language` is the language that the
-    labels were read as, None for a recording.
+    labels were read as, None for a recording; `read` are the phones before they were corrected.
     """
 
     animation: Animation
@@ -65,6 +66,7 @@ class AnimationResult:
     modes: NDArray[np.float32] | None
     face: FaceModel | None
     language: ReadingLanguage | None = None
+    read: tuple[Interval, ...] = ()
 
 
 class Motion(NamedTuple):
@@ -127,7 +129,7 @@ def animate_detailed(
     options = timed_options(options, corrections, line.alignment.intervals)
     if not isinstance(model.target, FaceModel):
         animation = _animate_own(path, options, line, model)
-        return AnimationResult(animation, line.track, line.notes, None, None, line.language)
+        return AnimationResult(animation, line.track, line.notes, None, None, line.language, line.read)
     life = life_of(options, path.stem)
     follows = options.loudness > 0 and articulates(options, rig, line.track)
     line = add_heard(line, model.regressor, options, loudness=follows, prosody=life.moves(rig))
@@ -152,7 +154,9 @@ def animate_detailed(
         provenance=_provenance(path, options, (*line.notes, *remarks)) | _known(line),
         articulation=None if motion.articulation is None else motion.articulation.values.astype(np.float32),
     )
-    return AnimationResult(animation, line.track, line.notes, motion.modes, model.face, line.language)
+    return AnimationResult(
+        animation, line.track, line.notes, motion.modes, model.face, line.language, line.read
+    )
 
 
 def _animate_own(path: Path, options: Options, line: SpeechInput, model: regressors.Model) -> Animation:

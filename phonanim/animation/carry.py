@@ -3,42 +3,49 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.edits import Edit, Edits
 from phonanim.rig import Rig
-from phonanim.rig.between import control_matrix
+from phonanim.rig.between import base_rig, control_matrix
+from phonanim.rig.by_mouth import mouth_matrix
 
 SHOWN = 4  # names in a note
+LEAST = 0.3  # share of its motion below which an edit is not carried; set by eye
 
 
 def carry_edits(edits: Edits, source: Rig, target: Rig) -> tuple[Edits, tuple[str, ...]]:
     """The edits on the controls of another rig, and notes on what could not be carried.
 
-    An offset is carried to every control that the table names. A replacement is carried where the other rig's
-    control follows this one alone. Where no table leads there, edits are kept by the names of their channels.
+    They are carried by a table that leads there, or else by what both rigs do to the mouth. An offset is
+    carried to every control that moves with it, a replacement where the other rig's control follows this one
+    alone. Where there is neither, edits are kept by the names of their channels.
     """
-    matrix = control_matrix(source, target)
-    if matrix is None or source.name == target.name:
+    way = _way(source, target)
+    if way is None or source.name == target.name:
         return edits, ()
+    matrix, shares = way.matrix, way.shares
     found: list[Edit] = []
     homeless: list[str] = []
     mixed: list[str] = []
     for edit in edits.edits:
-        if edit.channel not in source.controls:
+        row = source.controls.index(edit.channel) if edit.channel in source.controls else None
+        if row is None or shares[row] < LEAST:
             homeless.append(edit.channel)
             continue
-        row = source.controls.index(edit.channel)
         carried = list(_carried(edit, row, matrix, target))
         found += carried
-        if not matrix[row].any():
-            homeless.append(edit.channel)
-        elif not carried:
+        if not carried:
             mixed.append(edit.channel)
-    notes = [f"the edits were made on the rig {source.name} and carried to {target.name} by its table"]
+    told = dict.fromkeys(edit.channel for edit in edits.edits if edit.channel not in homeless)
+    parts = [f"{name} {shares[source.controls.index(name)]:.0%}" for name in told if not way.exact]
+    how = "its table" if way.exact else "what both do to the mouth"
+    notes = [f"the edits were made on the rig {source.name} and carried to {target.name} by {how}"]
+    if parts:
+        notes[0] += f", of which it shows {_named(parts)}"
     if homeless:
         notes.append(f"edits of {_named(homeless)} were left out: {target.name} has nothing for them")
     if mixed:
@@ -48,6 +55,29 @@ def carry_edits(edits: Edits, source: Rig, target: Rig) -> tuple[Edits, tuple[st
         )
     notes += _share_notes(edits, source, target)
     return replace(edits, rig=target.name, edits=tuple(found)), tuple(notes)
+
+
+@dataclass(frozen=True)
+class _Way:
+    """`matrix` (source's, target's) of changes, `shares` (source's,) of the motion that is carried."""
+
+    matrix: NDArray[np.float64]
+    shares: NDArray[np.float64]
+    exact: bool
+
+
+def _way(source: Rig, target: Rig) -> _Way | None:
+    """How edits go from one rig to another; None where only the names of channels are left."""
+    matrix = control_matrix(source, target)
+    if matrix is not None:
+        return _Way(matrix, matrix.any(axis=1).astype(np.float64), True)
+    first, last = base_rig(source), base_rig(target)
+    middle, shares = mouth_matrix(first, last)
+    there, on = control_matrix(source, first), control_matrix(last, target)
+    if there is None or on is None or not middle.any():
+        return None
+    weights = np.abs(there)
+    return _Way(there @ middle @ on, weights @ shares / np.maximum(weights.sum(axis=1), 1e-9), False)
 
 
 def _carried(edit: Edit, row: int, matrix: NDArray[np.float64], target: Rig) -> Iterator[Edit]:

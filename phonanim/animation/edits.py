@@ -7,7 +7,7 @@ alignment moves the phones, the times of the edit are warped in the same way.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -20,7 +20,7 @@ from phonanim.rig import Rig
 from phonanim.rig.morphs import plain_name
 from phonanim.rig.neck import TURNS
 from phonanim.speech.alignment import Interval
-from phonanim.speech.anchors import Anchors, match_phones
+from phonanim.speech.anchors import Anchors, match_takes
 from phonanim.speech.labels import is_silent
 
 Array = NDArray[np.float64]
@@ -85,10 +85,13 @@ def diff_animations(
     return Edits(base.rig, error, base.phones or edited.phones, tuple(found))
 
 
-def apply_edits(animation: Animation, edits: Edits, rig: Rig) -> tuple[Animation, tuple[str, ...]]:
+def apply_edits(
+    animation: Animation, edits: Edits, rig: Rig, read: tuple[Interval, ...] = ()
+) -> tuple[Animation, tuple[str, ...]]:
     """Apply the edits within the limits of the rig. Also returns a note for each edit that did not fit.
 
-    Where the animation or the edits have no phones, edits keep their times.
+    Where the animation or the edits have no phones, edits keep their times. `read` are the phones of the line
+    before they were corrected, which edits may have been made on.
     """
     notes = []
     if edits.rig != animation.rig:
@@ -97,7 +100,7 @@ def apply_edits(animation: Animation, edits: Edits, rig: Rig) -> tuple[Animation
     if foreign := sorted({edit.channel for edit in edits.edits} - known):
         notes.append(f"edits of {', '.join(foreign)} were left out: {rig.name} has no such channel")
     values = animation.values.astype(np.float64)
-    anchors = match_phones(edits.phones, animation.phones or edits.phones)
+    anchors = match_takes(edits.phones, read, animation.phones or edits.phones)
     for edit in (edit for edit in edits.edits if edit.channel in known):
         if why := _misfit(edit, edits.phones, anchors, animation):
             notes.append(f"edit {edit} was left out: {why}")
@@ -108,6 +111,15 @@ def apply_edits(animation: Animation, edits: Edits, rig: Rig) -> tuple[Animation
         if np.abs(curve - limited).max() > edits.error:
             notes.append(f"edit {edit} reaches beyond the limits of {rig.name} and was cut there")
     return animation.with_values(values.astype(np.float32)), tuple(notes)
+
+
+def moved_edit(edit: Edit, anchors: Anchors) -> Edit:
+    """An edit on the time of another take of its line."""
+    start, full, less, end = anchors.moved(
+        (edit.start, edit.start + edit.fade[0], edit.end - edit.fade[1], edit.end)
+    ).tolist()
+    times = tuple(anchors.moved(edit.times).tolist())
+    return replace(edit, start=start, end=end, fade=(full - start, end - less), times=times)
 
 
 def _check_pair(base: Animation, edited: Animation) -> None:

@@ -32,10 +32,22 @@ def keep_arguments(folder: Place) -> None:
     from phonanim.dubbing.reserve import RUN
     from phonanim.dubbing.storage import write
 
-    arguments = click.get_current_context().meta[ARGUMENTS]
+    arguments = without_output(click.get_current_context().meta[ARGUMENTS])
     where = str(Path.cwd()) if not isinstance(folder, Path) else os.path.relpath(Path.cwd(), folder)
     document = {"format": FORMAT, "folder": Path(where).as_posix(), "arguments": arguments}
     write(folder / RUN, json.dumps(document, indent=1, ensure_ascii=False) + "\n")
+
+
+def without_output(arguments: list[str]) -> list[str]:
+    """Arguments without the output folder, which is where they are kept."""
+    found: list[str] = []
+    skipped = False
+    for argument in arguments:
+        if skipped or argument in ("-o", "--output"):
+            skipped = not skipped
+        elif not argument.startswith(("-o", "--output=")):
+            found.append(argument)
+    return found
 
 
 def call_as_kept(folder: Path, command: click.Command, function: Callable[..., Any]) -> Any:
@@ -59,7 +71,8 @@ def call_as_kept(folder: Path, command: click.Command, function: Callable[..., A
     except (OSError, *DAMAGE) as error:
         raise OptionError(f"{path}: is damaged: {error}; remove it, and give --source") from error
     try:
-        with _standing_in(where), command.make_context("batch", arguments) as context:
+        given = [*arguments, "--output", str(folder.absolute())]
+        with _standing_in(where), command.make_context("batch", given) as context:
             return context.invoke(function, **context.params)
     except (click.ClickException, OSError) as error:
         why = error.format_message() if isinstance(error, click.ClickException) else error.strerror

@@ -23,6 +23,38 @@ def command() -> None:
 
 
 @command.command()
+@click.argument("files", type=FILE, nargs=-1, required=True)
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="File of edits to write.",
+)
+@console_options
+def join(files: tuple[Path, ...], output: Path, console: Console) -> None:
+    """Join edits of one line that were made in several tools or on several rigs.
+
+    All become edits of the rig and of the phones of the first file.
+
+    \b
+    Example:
+      phonanim edit join blender.edits.json maya.edits.json -o line.edits.json
+    """
+    from phonanim.animation.edit_file import read_edits, write_edits
+    from phonanim.commands.animate import check_outputs
+    from phonanim.correcting import join_edits
+
+    check_outputs([output], files)
+    joined, notes = join_edits([read_edits(file) for file in files])
+    write_edits(joined, output)
+    console.print(f"wrote {output}: {len(joined.edits)} edits of the rig {joined.rig}")
+    for note in notes:
+        console.print(note)
+    console.print_result({"output": str(output), "edits": len(joined.edits), "notes": list(notes)})
+
+
+@command.command()
 @click.argument("base", type=FILE)
 @click.argument("edited", type=FILE)
 @click.option(

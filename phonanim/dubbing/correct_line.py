@@ -18,7 +18,6 @@ from phonanim.dubbing.align_lines import aligned_options, alignment_place, prepa
 from phonanim.dubbing.line import Line
 from phonanim.errors import OptionError
 from phonanim.exporters import needed_rig
-from phonanim.inputs.speech_input import is_recording, read_with_options
 from phonanim.options import Options
 from phonanim.pipeline import AnimationResult, load_cached_rig
 from phonanim.rig.head import SHIPPED
@@ -53,14 +52,12 @@ def make_take(line: Line, folder: Path, corrections: Corrections) -> Take:
     edits = [read_edits(line.edits)] if isinstance(line.edits, Path) else []
     result = animate_edited(path, options, audio, edits, corrections)
     spoken = result.animation.phones
-    now = corrected_options(options, corrections)
-    read = () if is_recording(path) else read_with_options(path, now, audio).intervals
-    now = timed_options(now, corrections, spoken)
+    now = timed_options(corrected_options(options, corrections), corrections, spoken)
     timed = {name: getattr(now, name) for name in ("emotions", "closures") if name in corrections.settings}
     settled = replace(
-        corrections, phones=PhoneChanges(read, spoken), settings={**corrections.settings, **timed}
+        corrections, phones=PhoneChanges(result.read, spoken), settings={**corrections.settings, **timed}
     )
-    return Take(_shown(result, line), read, settled, now, result.notes)
+    return Take(_shown(result, line), result.read, settled, now, result.notes)
 
 
 def corrected(

@@ -11,7 +11,7 @@ from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import SUFFIXES, Sound, audio_notes, find_audio, read_sound, truncation_note
 from phonanim.media.voice import Voice
 from phonanim.options import Options
-from phonanim.speech.alignment import Alignment
+from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.language import ReadingLanguage, read_phones
 from phonanim.speech.loudness import Loudness
 from phonanim.speech.phone_changes import PhoneChanges, correct_phones
@@ -32,7 +32,8 @@ class SpeechInput:
 
     The alignment and its phones (all silence without an alignment), the path of the recording, and its sound
     if the model uses it. `voice`, `loudness` and `prosody` are what is heard in it, None where not needed.
-    `language` is the language that the labels were read as, None without an alignment.
+    `language` is the language that the labels were read as, None without an alignment; `read` are the phones
+    before they were corrected.
     """
 
     alignment: Alignment
@@ -44,6 +45,7 @@ class SpeechInput:
     loudness: Loudness | None = None
     prosody: Prosody | None = None
     language: ReadingLanguage | None = None
+    read: tuple[Interval, ...] = ()
 
 
 def read_speech_input(
@@ -62,7 +64,8 @@ def read_speech_input(
     """
     if is_recording(path):
         return _read_recording(path, modality, options.features)
-    alignment, left = correct_phones(read_with_options(path, options, audio), changes)
+    read = read_with_options(path, options, audio)
+    alignment, left = correct_phones(read, changes)
     reading = read_phones(alignment, options.language, options.unknown, options.fallback)
     track, notes = reading.track, (*left, *reading.notes)
     sound = None
@@ -74,7 +77,7 @@ def read_speech_input(
         notes = (*notes, *audio_notes(sound), *truncation_note(audio))
         if modality == "both":
             notes = (*notes, *_apart(audio, sound.duration, track.duration))
-    return SpeechInput(alignment, track, notes, sound, audio, language=reading.language)
+    return SpeechInput(alignment, track, notes, sound, audio, language=reading.language, read=read.intervals)
 
 
 def is_recording(path: Path) -> bool:

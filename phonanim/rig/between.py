@@ -34,7 +34,7 @@ def control_matrix(source: Rig, target: Rig) -> Array | None:
 
 def are_related(source: Rig, target: Rig) -> bool:
     """Whether both rigs are one, or go through one rig, which may be one of the two."""
-    return source.name == target.name or _base(source).name == _base(target).name
+    return source.name == target.name or base_rig(source).name == base_rig(target).name
 
 
 def convert_controls(
@@ -46,7 +46,7 @@ def convert_controls(
     squares, and shares are undone exactly. The rigs must be related.
     """
     lost: list[str] = []
-    base = _base(source)
+    base = base_rig(source)
     if source.through is not None and source.name != target.name:
         lost += _lost(values, source, _carries_back(source.through))
         values = _undone(values, source.through)
@@ -57,7 +57,8 @@ def convert_controls(
     return values, tuple(lost)
 
 
-def _base(rig: Rig) -> Rig:
+def base_rig(rig: Rig) -> Rig:
+    """The rig that a rig goes through, or itself."""
     return rig if rig.through is None else rig.through.rig
 
 

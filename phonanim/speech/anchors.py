@@ -43,5 +43,22 @@ def match_phones(before: tuple[Interval, ...], after: tuple[Interval, ...]) -> A
     return Anchors(dict(pairs), places, instants)
 
 
+def match_takes(
+    before: tuple[Interval, ...], read: tuple[Interval, ...], after: tuple[Interval, ...]
+) -> Anchors:
+    """Match the phones of a take with those of another, whose phones were corrected after they were read.
+
+    The first may have been made before the correction: then its phones are those that were read.
+    """
+    direct = match_phones(before, after)
+    if not read or read == after:
+        return direct
+    first = match_phones(before, read)
+    if len(first.found) <= len(direct.found):
+        return direct
+    second = match_phones(read, after)
+    return Anchors(first.found, first.before, second.moved(first.after.tolist()))
+
+
 def _labels(phones: tuple[Interval, ...]) -> list[str]:
     return [phone.label for phone in phones]

@@ -9,6 +9,8 @@ import pytest
 
 from phonanim.__main__ import run
 from phonanim.exporters import load, save
+from phonanim.rig import load_rig
+from phonanim.rig.measures import MEASURES
 from phonanim.speech.alignment import Interval
 from phonanim.speech.textgrid import write_textgrid
 
@@ -105,16 +107,66 @@ def test_an_edit_is_carried_to_another_rig_and_back(line, capsys):
     np.testing.assert_allclose(back.channel("jawOpen"), wanted.channel("jawOpen"), atol=5e-3)
 
 
-def test_what_cannot_be_carried_is_said_once(line, capsys):
+@pytest.mark.parametrize("rig", ["vrm", "oculus15"])
+def test_edits_go_to_a_rig_of_mouth_shapes_by_what_they_do_to_the_mouth(line, rig, capsys):
     base = load(line / "line.json")
     values = base.values.copy()
-    values[50:60] += 0.1
-    values[150:160] += 0.1
+    values[115:125, base.channels.index("jawOpen")] += 0.2
+    values[115:125, base.channels.index("browInnerUp")] += 0.2
+    values[180:190, base.channels.index("browInnerUp")] += 0.2
     save(base.with_values(values), line / "edited.json")
     assert run(["edit", "diff", "line.json", "edited.json", "-o", "line.edits.json", "-q"]) == 0
-    arguments = ["-o", "v.json", "--rig", "vrm", "--edits", "line.edits.json"]
+    options = ["--rig", rig, "--life", "0"]
+    assert run(["animate", "line.TextGrid", "-o", "plain.npz", *options, "-q"]) == 0
+    capsys.readouterr()
+    assert run(["animate", "line.TextGrid", "-o", "v.npz", "--edits", "line.edits.json", *options]) == 0
+    err = capsys.readouterr().err
+    assert err.count(f"carried to {rig} by what both do to the mouth, of which it shows jawOpen 100%") == 1
+    assert err.count(f"edits of browInnerUp were left out: {rig} has nothing for them") == 1
+    plain, moved = load(line / "plain.npz"), load(line / "v.npz")
+    jaw = load_rig(rig).mouth.moved[:, MEASURES.index("jaw")]
+    names = [names[0] for names in load_rig(rig).mouth.names]
+    opened = sum(
+        (moved.channel(name) - plain.channel(name)) * millimetres
+        for name, millimetres in zip(names, jaw, strict=True)
+    )
+    wanted = 0.2 * arkit_jaw()
+    assert opened[117:123].mean() == pytest.approx(wanted, rel=0.35)  # some shapes are at their limits
+    assert np.abs(opened[:100]).max() < 1e-6
+
+
+def arkit_jaw():
+    """Millimetres that the jaw of the ARKit rig drops at full weight."""
+    mouth = load_rig("arkit").mouth
+    return mouth.moved[mouth.names.index(("jawOpen",)), MEASURES.index("jaw")]
+
+
+def test_edits_of_mouth_shapes_go_to_metahuman_and_to_a_rig_of_ones_own(line, root, capsys):
+    assert run(["animate", "line.TextGrid", "-o", "v.npz", "--rig", "vrm", "--life", "0", "-q"]) == 0
+    corrected(line / "v.npz", line / "edited.npz", "aa", 115, 125)
+    assert run(["edit", "diff", "v.npz", "edited.npz", "-o", "v.edits.json", "-q"]) == 0
+    rigs = root / "lexicon/rigs"
+    own = (rigs / "arkit.toml").read_text().replace('name = "arkit"', 'name = "own"')
+    for path in (rigs / "head.glb", *rigs.glob("arkit.*.csv")):
+        shutil.copy(path, line)
+    (line / "own.toml").write_text(own)
+    for rig, jaw in (("metahuman", "CTRL_expressions_jawOpen"), ("own.toml", "jawOpen")):
+        options = ["--rig", rig, "--life", "0"]
+        assert run(["animate", "line.TextGrid", "-o", "plain.npz", *options, "-q"]) == 0
+        capsys.readouterr()
+        assert run(["animate", "line.TextGrid", "-o", "m.npz", "--edits", "v.edits.json", *options]) == 0
+        assert "by what both do to the mouth, of which it shows aa 100%" in capsys.readouterr().err
+        change = load(line / "m.npz").channel(jaw) - load(line / "plain.npz").channel(jaw)
+        assert change[117:123].min() > 0.07
+        assert np.abs(change[:100]).max() < 1e-6
+
+
+def test_drawn_mouths_have_nothing_for_edits(line, capsys):
+    corrected(line / "line.json", line / "edited.json", "jawOpen", 115, 125)
+    assert run(["edit", "diff", "line.json", "edited.json", "-o", "line.edits.json", "-q"]) == 0
+    arguments = ["-o", "r.json", "--rig", "rhubarb", "--edits", "line.edits.json"]
     assert run(["animate", "line.TextGrid", *arguments]) == 0
-    assert capsys.readouterr().err.count("vrm has no such channel") == 1
+    assert capsys.readouterr().err.count("rhubarb has no such channel") == 1
 
 
 def test_convert_goes_both_ways(line, capsys):
