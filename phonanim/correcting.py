@@ -78,7 +78,8 @@ def apply_line_edits(
 def join_edits(every: Sequence[Edits]) -> tuple[Edits, tuple[str, ...]]:
     """Edits of one line as edits of the rig and the phones of the first, and notes on what was left out."""
     first, *others = every
-    found, notes = list(first.edits), []
+    found = list(first.edits)
+    notes: list[str] = []
     for one in others:
         if first.rig in rig_names():
             one, carried = _carried_to(load_cached_rig(first.rig), one)

@@ -70,14 +70,15 @@ def _way(source: Rig, target: Rig) -> _Way | None:
     """How edits go from one rig to another; None where only the names of channels are left."""
     matrix = control_matrix(source, target)
     if matrix is not None:
-        return _Way(matrix, matrix.any(axis=1).astype(np.float64), True)
+        return _Way(matrix, np.asarray(matrix.any(axis=1), np.float64), True)
     first, last = base_rig(source), base_rig(target)
     middle, shares = mouth_matrix(first, last)
     there, on = control_matrix(source, first), control_matrix(last, target)
     if there is None or on is None or not middle.any():
         return None
     weights = np.abs(there)
-    return _Way(there @ middle @ on, weights @ shares / np.maximum(weights.sum(axis=1), 1e-9), False)
+    carried = np.asarray(weights @ shares / np.maximum(weights.sum(axis=1), 1e-9), np.float64)
+    return _Way(there @ middle @ on, carried, False)
 
 
 def _carried(edit: Edit, row: int, matrix: NDArray[np.float64], target: Rig) -> Iterator[Edit]:
