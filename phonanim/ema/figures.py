@@ -17,6 +17,7 @@ from phonanim.errors import MissingExtraError
 
 DOTS = 100  # per inch
 MOST = 30  # bars in a chart
+QUIVERS = 6  # pairs of phones with arrows
 DRAWN = 4000  # points in a scatter plot, so that a long recording does not make a large picture
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito 2008
 STROKES = ("-", "--")
@@ -37,6 +38,8 @@ def draw_report(report: Report, output: Path) -> list[str]:
     """Draw every picture that has data; -> their names. Raises MissingExtraError, OutputError."""
     check_plots()
     pictures: dict[str, Callable[[Any, Report], None]] = {"recording": _recording, "places": _places}
+    if report.motions:
+        pictures["quivers"] = _quivers
     if report.jaws:
         pictures["jaw"] = _jaw
     if any(_speed(report) in row.means for row in report.diphones):
@@ -87,6 +90,36 @@ def _places(figure: Any, report: Report) -> None:
         axes.plot(-cloud[:, 0], cloud[:, 2], ".", markersize=1.5, label=name)
     axes.set(xlabel="backward, mm", ylabel=AXES[2], aspect="equal")
     axes.legend(fontsize="small", markerscale=6, loc="center left", bbox_to_anchor=(1, 0.5))
+
+
+def _quivers(figure: Any, report: Report) -> None:
+    """How the sensors move in the most frequent pairs of phones, from the side (Medina 2023, figure 2.3).
+
+    An arrow for each example, from the middle of the first phone to that of the second, and their mean.
+    """
+    figure.set_size_inches(9, 5)
+    frequent = sorted(report.motions, key=lambda name: (-len(report.motions[name]), name))[:QUIVERS]
+    every = figure.subplots(2, -(-len(frequent) // 2), sharex=True, sharey=True, squeeze=False).ravel()
+    names = [sensor_label(name) for name in report.first.articulation.names]
+    for axes, pair in zip(every, frequent, strict=False):
+        motions = np.ma.masked_invalid(report.motions[pair][..., (0, 2)] * (-1, 1))
+        for place, name in enumerate(names):
+            colour, one = f"C{place % 10}", motions[:, :, place]
+            for paths, width, shade in ((one, 0.006, 0.4), (one.mean(axis=0)[None], 0.012, 1.0)):
+                axes.quiver(
+                    *paths[:, 0].T, *(paths[:, 1] - paths[:, 0]).T,
+                    angles="xy", scale_units="xy", scale=1, width=width, color=colour, alpha=shade,
+                    label=name if shade == 1.0 else None,
+                )  # fmt: skip
+        axes.set_title(f"{pair}, {len(motions)} examples", fontsize="medium")
+        axes.set_aspect("equal")
+    for axes in every[len(frequent) :]:
+        axes.set_visible(False)
+    for axes in every:
+        axes.margins(0.1)
+    figure.supxlabel("backward, mm", fontsize="medium")
+    figure.supylabel(AXES[2], fontsize="medium")
+    figure.legend(*every[0].get_legend_handles_labels(), fontsize="small", loc="outside right center")
 
 
 def _jaw(figure: Any, report: Report) -> None:

@@ -61,7 +61,11 @@ class PreparedRecording:
 
 @dataclass(frozen=True)
 class Report:
-    """Statistics of recordings; `places` are positions of every sensor, (samples, 3) mm, `first` one take."""
+    """Statistics of recordings; `places` are positions of every sensor, (samples, 3) mm, `first` one take.
+
+    `motions` are the starts and ends of every sensor in each example of a pair of phones, (examples, 2,
+    sensors, 3) mm.
+    """
 
     recordings: list[dict[str, Any]]
     phones: list[Row]
@@ -69,6 +73,7 @@ class Report:
     sides: list[dict[str, Any]]
     places: dict[str, Array]
     jaws: dict[str, Envelope]
+    motions: dict[str, Array]
     first: PreparedRecording
 
 
@@ -141,6 +146,7 @@ def make_report(
         sides=_side_rows(done, {row.name for row in diphones}),
         places=places,
         jaws={name: envelope(places[name]) for name in JAWS if name in places},
+        motions=_motions([one.take for one in done], {row.name for row in diphones}),
         first=done[0].take,
     )
 
@@ -157,6 +163,18 @@ def _places(articulations: Sequence[Articulation]) -> dict[str, Array]:
     """Positions of every sensor in all recordings, (samples, 3) mm."""
     cloud = np.concatenate([articulation.positions for articulation in articulations])
     return {standard_name(name): cloud[:, at] for at, name in enumerate(articulations[0].names)}
+
+
+def _motions(takes: Sequence[PreparedRecording], names: set[str]) -> dict[str, Array]:
+    """Where every sensor starts and ends in the examples of pairs of phones, (examples, 2, sensors, 3) mm."""
+    found: dict[str, list[Array]] = {name: [] for name in sorted(names)}
+    for take in takes:
+        positions, times = take.articulation.positions, take.articulation.times
+        for pair in diphone_stretches(take.track):
+            ends = np.searchsorted(times, (pair.start, pair.end)).clip(0, len(times) - 1)
+            if pair.name in names:
+                found[pair.name].append(positions[ends])
+    return {name: np.stack(examples) for name, examples in found.items() if examples}
 
 
 def _facts(one: PreparedRecording) -> dict[str, Any]:

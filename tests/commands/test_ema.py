@@ -83,7 +83,7 @@ def test_pictures_and_the_same_bytes(tmp_path: Path) -> None:
     first = {path.name: path.read_bytes() for path in (tmp_path / "a").iterdir()}
     assert set(first) == {
         *("report.json", "phones.csv", "diphones.csv", "sides.csv"),
-        *("recording.png", "places.png", "jaw.png", "speeds.png", "shape.png"),
+        *("recording.png", "places.png", "jaw.png", "speeds.png", "shape.png", "quivers.png"),
     }
     assert first == {path.name: path.read_bytes() for path in (tmp_path / "b").iterdir()}
 
