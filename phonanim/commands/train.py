@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from phonanim.commands import Console, console_options
+from phonanim.core.device import DEVICES, use_device
 
 
 @click.command()
@@ -15,9 +16,18 @@ from phonanim.commands import Console, console_options
     "-o", "--output", type=click.Path(file_okay=False, path_type=Path), help="Model folder to write."
 )
 @click.option("--seed", type=click.IntRange(min=0), help="Overrides the seed of the configuration.")
+@click.option(
+    "--device",
+    type=click.Choice(DEVICES),
+    default="cpu",
+    show_default=True,
+    help="Where PyTorch trains; auto takes a graphics processor if there is one.",
+)
 @click.option("--plot", is_flag=True, help="Draw loss.csv of the folder as loss.png (extra plots).")
 @console_options
-def command(config: Path, output: Path | None, seed: int | None, plot: bool, console: Console) -> None:
+def command(
+    config: Path, output: Path | None, seed: int | None, device: str, plot: bool, console: Console
+) -> None:
     """Train a model from a TOML configuration, and write its folder.
 
     \b
@@ -25,6 +35,7 @@ def command(config: Path, output: Path | None, seed: int | None, plot: bool, con
       phonanim train default.toml
       phonanim train default.toml -o models/mine --seed 3
       phonanim train phisanet.toml --plot
+      phonanim train facediffuser.toml --device auto
     """
     from phonanim.training.losses import check_drawable, draw_losses
     from phonanim.training.recipe import read_recipe
@@ -32,7 +43,7 @@ def command(config: Path, output: Path | None, seed: int | None, plot: bool, con
 
     if plot:
         check_drawable(read_recipe(config).kind, config)
-    with console.progress(config.stem) as progress:
+    with console.progress(config.stem) as progress, use_device(device):
         folder = train(config, output=output, seed=seed, progress=progress)
     pictures = draw_losses(folder) if plot else []
     console.print(f"wrote {', '.join(map(str, (folder, *pictures)))}; animate with --model {folder}")

@@ -132,8 +132,8 @@ def score_clip(
 
 def follow_controls(motion: Animation, captured: Animation) -> dict[str, float]:
     """How the LIVELY controls follow the captured ones: r and the ratio of deviations, and their means."""
-    lively = np.argsort(-captured.values.std(axis=0), kind="stable")[:LIVELY]
-    lively = [int(row) for row in lively if captured.values[:, row].std() > 0]
+    order = np.argsort(-captured.values.std(axis=0), kind="stable")[:LIVELY]
+    lively = [int(row) for row in order if captured.values[:, row].std() > 0]
     found = {}
     for row in lively:
         pair = motion.values[:, row].astype(np.float64), captured.values[:, row].astype(np.float64)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
-from phonanim.errors import MissingExtraError
+import numpy as np
+from numpy.typing import NDArray
+
+from phonanim.core.device import CHOSEN
+from phonanim.errors import MissingExtraError, OptionError
 
 try:
     import torch
@@ -19,3 +23,24 @@ def seeded_generator(rng: np.random.Generator) -> torch.Generator:
     seed = int(rng.integers(2**31))
     torch.manual_seed(seed)
     return torch.Generator().manual_seed(seed)
+
+
+def device() -> torch.device:
+    """The device to train on. Raises OptionError when PyTorch does not find the one that was chosen."""
+    name = CHOSEN.get()
+    found = {"cuda": torch.cuda.is_available(), "mps": torch.backends.mps.is_available()}
+    if name == "auto":
+        name = next((one for one, there in found.items() if there), "cpu")
+    if not found.get(name, True):
+        raise OptionError(f"--device {name}: PyTorch finds no such device here; use auto or cpu")
+    return torch.device(name)
+
+
+def tensor(values: NDArray[Any]) -> torch.Tensor:
+    """An array as a tensor on the device to train on; on the processor it shares the array's memory."""
+    return torch.from_numpy(values).to(device())
+
+
+def array(values: torch.Tensor) -> NDArray[Any]:
+    """A tensor of any device as an array, without its gradient."""
+    return values.detach().cpu().numpy()

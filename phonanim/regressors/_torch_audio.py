@@ -21,7 +21,7 @@ from phonanim.regressors._audio_config import Settings
 from phonanim.regressors._audio_model import AudioModel
 from phonanim.regressors._decoders import decode
 from phonanim.regressors._steps import cached_encoder, step_times
-from phonanim.regressors._torch import seeded_generator
+from phonanim.regressors._torch import device, seeded_generator, tensor
 from phonanim.regressors._torch_decoders import Network, export_weights
 from phonanim.regressors._training_steps import BLOCK, Scaling, Steps, blocks_of, gather_steps, release
 from phonanim.speech.inventory import N_PHONES
@@ -56,7 +56,7 @@ def fit_audio(
     labels = N_PHONES
     if config.labels == "allophones":
         steps, labels = with_allophones(steps, config, train)
-    network = Network(config, layers, dims, steps.targets.shape[1], labels)
+    network = Network(config, layers, dims, steps.targets.shape[1], labels).to(device())
     network.start_from((steps.targets.mean(axis=0) - scaling.low) / scaling.span)
     optimizer = OPTIMIZERS[config.optimizer](network.parameters(), lr=config.learning_rate)
     state = State(network, optimizer, [], [], training_key(config, seed, steps), journal)
@@ -152,10 +152,11 @@ def loss(
 
     Errors are squared; `robust` takes their size, which is the L1 error.
     """
-    normal = (values - torch.from_numpy(scaling.centre)) * torch.from_numpy(scaling.scale)
+    values, targets, weights = (part.to(device()) for part in (values, targets, weights))
+    normal = (values - tensor(scaling.centre)) * tensor(scaling.scale)
     hidden, found = network(normal)
-    apart = found - (targets - torch.from_numpy(scaling.low)) / torch.from_numpy(scaling.span)
-    total = torch.zeros(())
+    apart = found - (targets - tensor(scaling.low)) / tensor(scaling.span)
+    total = torch.zeros((), device=found.device)
     for weight in (1.0, config.velocity, config.acceleration):
         if weight:
             errors = apart.abs() if robust else apart**2
@@ -163,7 +164,7 @@ def loss(
         apart = apart.diff(dim=1)
     if config.classifier:
         shares = network.classifier(hidden).transpose(1, 2)
-        total = total + config.classifier * torch.nn.functional.cross_entropy(shares, torch.from_numpy(codes))
+        total = total + config.classifier * torch.nn.functional.cross_entropy(shares, tensor(codes))
     if config.ctc:
         total = total + config.ctc * sequence_loss(network.ctc(hidden), codes, segments)
     return total
@@ -178,9 +179,9 @@ def sequence_loss(scores: Tensor, codes: NDArray[np.int64], segments: NDArray[np
     lengths = torch.full((len(codes),), codes.shape[1], dtype=torch.long)
     return torch.nn.functional.ctc_loss(
         scores.log_softmax(dim=2).transpose(0, 1),
-        torch.from_numpy(codes[begins]),
+        tensor(codes[begins]),
         lengths,
-        torch.from_numpy(begins.sum(axis=1)),
+        tensor(begins.sum(axis=1)),
         blank=scores.shape[2] - 1,
         zero_infinity=True,
     )
@@ -243,7 +244,7 @@ class State:
         """Record an epoch, keep the weights if they are the best, and write all of it to the journal."""
         self.curve.append((mean_loss, error))
         if error <= min(error for _, error in self.curve):
-            self.best = [tensor.detach().clone() for tensor in self.network.state_dict().values()]
+            self.best = [part.detach().clone() for part in self.network.state_dict().values()]
         if self.journal:
             self._write(self.journal)
 
@@ -274,7 +275,7 @@ class State:
         """Continue from the journal, if it is of the same training."""
         if self.journal is None or not (self.journal / CHECKPOINT).is_file():
             return
-        parts = torch.load(self.journal / CHECKPOINT, weights_only=True)
+        parts = torch.load(self.journal / CHECKPOINT, weights_only=True, map_location=device())
         if parts["key"] != self.key:
             return
         self.curve, self.best = [tuple(pair) for pair in parts["curve"]], parts["best"]

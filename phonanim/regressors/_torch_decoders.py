@@ -12,6 +12,7 @@ from torch import Tensor, nn
 from phonanim.regressors._audio_config import Settings
 from phonanim.regressors._convolution import convolution_shapes, steps_before
 from phonanim.regressors._decoders import WIDER
+from phonanim.regressors._torch import array, tensor
 from phonanim.speech.inventory import N_PHONES
 
 Floats = NDArray[np.float32]
@@ -35,7 +36,7 @@ class Network(nn.Module):
     def start_from(self, mean: Floats) -> None:
         """Start the output at the mean of the targets, (modes,), because steps of descent are short."""
         with torch.no_grad():
-            self.output.bias.add_(torch.from_numpy(np.tile(mean, self.narrow)))
+            self.output.bias.add_(tensor(np.tile(mean, self.narrow)))
 
     def forward(self, values: Tensor) -> tuple[Tensor, Tensor]:
         """Normalized features (windows, steps, layers, dims) -> hidden (windows, steps, size), modes."""
@@ -54,7 +55,7 @@ def _overlapped(spans: Tensor, narrow: int) -> Tensor:
     Windows beyond the end of a sequence are left out.
     """
     parts = spans.reshape(*spans.shape[:2], narrow, -1)
-    total, seen = torch.zeros_like(parts[:, :, 0]), torch.zeros(spans.shape[1], 1)
+    total, seen = torch.zeros_like(parts[:, :, 0]), torch.zeros(spans.shape[1], 1, device=parts.device)
     for late in range(min(narrow, spans.shape[1])):
         total[:, : spans.shape[1] - late] += parts[:, late:, narrow - 1 - late]
         seen[: spans.shape[1] - late] += 1
@@ -232,7 +233,7 @@ def export_weights(network: Network, low: Floats, span: Floats) -> tuple[Floats,
     """The mix and the decoder's weights as `_decoders` names them; targets are scaled back to millimetres."""
     span, low = np.tile(span, network.narrow), np.tile(low, network.narrow)
     parts = network.body.export()
-    parts["output"] = network.output.weight.T * torch.from_numpy(span)
-    parts["output_bias"] = network.output.bias * torch.from_numpy(span) + torch.from_numpy(low)
-    weights = {n: np.array(t.detach().numpy(), np.float32, order="C") for n, t in parts.items()}
-    return network.mix.detach().numpy().copy(), weights
+    parts["output"] = network.output.weight.T * tensor(span)
+    parts["output_bias"] = network.output.bias * tensor(span) + tensor(low)
+    weights = {n: np.array(array(t), np.float32, order="C") for n, t in parts.items()}
+    return array(network.mix).copy(), weights

@@ -27,7 +27,7 @@ from phonanim.regressors._diffusion import (
 )
 from phonanim.regressors._facediffuser_config import Config
 from phonanim.regressors._steps import cached_encoder
-from phonanim.regressors._torch import seeded_generator
+from phonanim.regressors._torch import array, device, seeded_generator, tensor
 from phonanim.regressors._torch_audio import State, batches, step, training_key
 from phonanim.regressors._torch_decoders import Attentive, Recurrent
 from phonanim.regressors._training_steps import BLOCK, Scaling, Steps, column_deviations, gather_steps
@@ -62,7 +62,7 @@ class Network(nn.Module):
     def forward(self, heard: Tensor, seen: Tensor, times: NDArray[np.int64], styles: Tensor) -> Tensor:
         """(n, steps, size), (n, steps, modes), (n,), (n,) -> (n, steps, modes)."""
         if self.config.diffusion:
-            moment = self.time(torch.from_numpy(time_waves(times, self.config.latent))[:, None])
+            moment = self.time(tensor(time_waves(times, self.config.latent))[:, None])
             heard = torch.cat([heard, self.noise(seen), moment.expand(-1, seen.shape[1], -1)], dim=2)
         hidden = self.body(heard) * self.style[styles][:, None]
         found: Tensor = self.output(self.dropout(hidden))
@@ -74,7 +74,7 @@ class Network(nn.Module):
         if self.config.diffusion:
             found |= self.noise.export("noise_") | self.time.export("time_")
         found |= {"style": self.style, "output": self.output.weight.T, "output_bias": self.output.bias}
-        return {name: tensor.detach().numpy().copy() for name, tensor in found.items()}
+        return {name: array(part).copy() for name, part in found.items()}
 
 
 def _body(config: Config, dims: int) -> Recurrent | Attentive:
@@ -160,7 +160,7 @@ def fit_diffusion(
     learned = diffusion_steps(config, train)
     held_out = diffusion_steps(config, validation) if len(validation) else None
     scaling = scaled(config, learned)
-    network = Network(config, learned.values.shape[2], learned.targets.shape[1])
+    network = Network(config, learned.values.shape[2], learned.targets.shape[1]).to(device())
     identity = cached_encoder(config.encoder).identity
     whole = config.autoencoder + config.epochs
 
@@ -263,24 +263,22 @@ class Stage:
     ) -> Tensor:
         """Huber's loss (eq. 5) of the motion that is estimated from noise at random times."""
         config, scaling = self.config, self.scaling
-        motion = (targets.numpy() - scaling.low) / scaling.span
+        motion = (array(targets) - scaling.low) / scaling.span
         times = rng.integers(1, config.timesteps + 1, len(motion))
         shares = signal_share(config.timesteps, config.schedule)[times][:, None, None]
         noise = rng.standard_normal(motion.shape, np.float32)
         seen = np.sqrt(shares) * motion + np.sqrt(1 - shares) * noise
-        wanted = torch.from_numpy(motion)
+        wanted = tensor(motion)
         if self.autoencodes:
             assert self.network.face is not None
             heard = self.network.face(wanted)
         else:
-            normal = (values.numpy()[:, :, 0] - scaling.centre[0]) * scaling.scale[0]
+            normal = (array(values)[:, :, 0] - scaling.centre[0]) * scaling.scale[0]
             heard = mask_sound(config.masking, config.masked, normal, rng)
-            heard = self.network.sound(torch.from_numpy(heard))
-        found = self.network(
-            heard, torch.from_numpy(seen.astype(np.float32)), times, torch.from_numpy(styles)
-        )
+            heard = self.network.sound(tensor(heard))
+        found = self.network(heard, tensor(seen.astype(np.float32)), times, tensor(styles))
         apart = nn.functional.huber_loss(found, wanted, reduction="none", delta=config.delta)
-        return (apart.mean(dim=(1, 2)) * weights).mean()
+        return (apart.mean(dim=(1, 2)) * weights.to(device())).mean()
 
 
 def group_alike(steps: Steps, most: int = 100) -> Iterator[tuple[int, NDArray[np.int64]]]:
@@ -317,11 +315,13 @@ def autoencoding_error(network: Network, scaling: Scaling, steps: Steps | None) 
         return 0.0
     total = 0.0
     for style, rows in group_alike(steps):
-        wanted = torch.from_numpy((steps.targets[rows] - scaling.low) / scaling.span)
-        noise = torch.from_numpy(np.random.default_rng(0).standard_normal(wanted.shape, np.float32))
+        wanted = tensor((steps.targets[rows] - scaling.low) / scaling.span)
+        noise = tensor(np.random.default_rng(0).standard_normal(wanted.shape, np.float32))
         times = np.full(len(rows), network.config.timesteps)
         assert network.face is not None
         with torch.no_grad():
-            found = network(network.face(wanted), noise, times, torch.full((len(rows),), style))
-        total += float((((found - wanted).numpy() * scaling.span) ** 2).sum())
+            found = network(
+                network.face(wanted), noise, times, torch.full((len(rows),), style, device=wanted.device)
+            )
+        total += float(((array(found - wanted) * scaling.span) ** 2).sum())
     return total / steps.targets.size

@@ -12,6 +12,7 @@ from torch import Tensor, nn
 
 from phonanim.regressors import Progress
 from phonanim.regressors._dnn_config import Config
+from phonanim.regressors._torch import array, device, tensor
 
 Layers = list[tuple[NDArray[np.float32], NDArray[np.float32]]]
 ACTIVATIONS = {"tanh": nn.Tanh, "silu": nn.SiLU}
@@ -39,12 +40,12 @@ def fit_network(
     if not config.standardize:
         mean, scale = np.zeros_like(mean), np.ones_like(scale)
     centre, spread = train.targets.mean(axis=0), float(train.targets.std())
-    network = _network(config, train.inputs.shape[1], train.targets.shape[1])
+    network = _network(config, train.inputs.shape[1], train.targets.shape[1]).to(device())
     optimizer = _optimizer(config, network)
     schedule = _schedule(config, optimizer, config.epochs * -(-len(train.inputs) // config.batch))
-    data = [torch.from_numpy(a) for a in (train.inputs, train.targets, train.weights)]
-    shift, stretch = torch.from_numpy(mean), torch.from_numpy(scale)
-    middle = torch.from_numpy(centre)
+    data = [tensor(a) for a in (train.inputs, train.targets, train.weights)]
+    shift, stretch = tensor(mean), tensor(scale)
+    middle = tensor(centre)
     best, best_state, waited = np.inf, copy.deepcopy(network.state_dict()), 0
     for epoch in range(config.epochs):
         network.train()
@@ -67,7 +68,7 @@ def fit_network(
             break
     network.load_state_dict(best_state)
     layers = [m for m in network if isinstance(m, nn.Linear)]
-    found = [(m.weight.detach().numpy().T.copy(), m.bias.detach().numpy().copy()) for m in layers]
+    found = [(array(m.weight).T.copy(), array(m.bias).copy()) for m in layers]
     return _folded(found, mean, scale, centre, spread)
 
 
@@ -110,8 +111,8 @@ def _error(
     with torch.no_grad():
         for begin in range(0, len(rows.inputs), 8192):
             part = slice(begin, begin + 8192)
-            predicted = network((torch.from_numpy(rows.inputs[part]) - shift) / stretch) * spread + middle
-            total += float(((predicted - torch.from_numpy(rows.targets[part])) ** 2).sum())
+            predicted = network((tensor(rows.inputs[part]) - shift) / stretch) * spread + middle
+            total += float(((predicted - tensor(rows.targets[part])) ** 2).sum())
     return total / rows.targets.size
 
 

@@ -11,6 +11,7 @@ from torch import Tensor, nn
 
 from phonanim.regressors import Examples, Progress
 from phonanim.regressors._lstm_config import LAYERS, Config, Floats, n_inputs, sequence_features
+from phonanim.regressors._torch import array, device, tensor
 
 LONGEST_STEP = 1.0  # largest norm of a gradient, because gradients of recurrent layers explode
 
@@ -55,17 +56,15 @@ def fit_recurrent(
     """
     every = np.concatenate(train.targets)
     centre, spread = every.mean(axis=0), float(every.std())
-    data = [torch.from_numpy(a) for a in pad_sequences(config, train, clusters)]
-    held_out = (
-        [torch.from_numpy(a) for a in pad_sequences(config, validation, clusters)] if len(validation) else []
-    )
-    network = Network(config, every.shape[1])
+    data = [tensor(a) for a in pad_sequences(config, train, clusters)]
+    held_out = [tensor(a) for a in pad_sequences(config, validation, clusters)] if len(validation) else []
+    network = Network(config, every.shape[1]).to(device())
     optimizer = torch.optim.Adam(network.parameters(), lr=config.rate)
     batches = -(-len(train) // config.batch)
     schedule = torch.optim.lr_scheduler.OneCycleLR(
         optimizer, config.rate, total_steps=config.epochs * batches
     )
-    middle = torch.from_numpy(centre)
+    middle = tensor(centre)
     best, best_state, waited = np.inf, copy.deepcopy(network.state_dict()), 0
     for epoch in range(config.epochs):
         network.train()
@@ -119,7 +118,7 @@ def _validate(network: Network, data: list[Tensor], middle: Tensor, spread: floa
         return 0.0
     network.eval()
     with torch.no_grad():
-        return float(_error(network, data, torch.arange(len(data[0])), middle, spread))
+        return float(_error(network, data, torch.arange(len(data[0]), device=data[0].device), middle, spread))
 
 
 def export_weights(network: Network, centre: NDArray[np.floating], spread: float) -> dict[str, Floats]:
@@ -128,7 +127,7 @@ def export_weights(network: Network, centre: NDArray[np.floating], spread: float
         "input": network.input.weight.T,
         "input_bias": network.input.bias,
         "output": network.output.weight.T * spread,
-        "output_bias": network.output.bias * spread + torch.from_numpy(np.asarray(centre, np.float32)),
+        "output_bias": network.output.bias * spread + tensor(np.asarray(centre, np.float32)),
     }
     for number, layer in enumerate(network.recurrent):
         named = dict(layer.named_parameters())
@@ -138,4 +137,4 @@ def export_weights(network: Network, centre: NDArray[np.floating], spread: float
         found[f"bias{number}"] = torch.stack(
             [named[f"bias_ih_l0{e}"] + named[f"bias_hh_l0{e}"] for e in ends]
         )
-    return {name: np.ascontiguousarray(t.detach().numpy(), np.float32) for name, t in found.items()}
+    return {name: np.ascontiguousarray(array(t), np.float32) for name, t in found.items()}

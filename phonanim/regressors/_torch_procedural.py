@@ -10,6 +10,7 @@ from torch import Tensor, nn
 
 from phonanim.regressors import Examples, Progress
 from phonanim.regressors._procedural_config import LONG, SHORT, TABLES, Config, neighbours
+from phonanim.regressors._torch import array, device, tensor
 from phonanim.speech.gestures import GESTURES
 
 
@@ -19,7 +20,7 @@ class _Dominance(nn.Module):
     def __init__(self, modes: int) -> None:
         super().__init__()
         gestures = np.column_stack([GESTURES.articulation, np.ones(len(GESTURES.names), np.float32)])
-        self.articulation = torch.from_numpy(gestures.astype(np.float32))
+        self.articulation = tensor(gestures.astype(np.float32))
         columns, count = gestures.shape[1], len(gestures)
         self.shared = nn.ParameterList([torch.zeros(columns, modes) for _ in range(4)])
         self.own = nn.ParameterList([torch.zeros(count, modes) for _ in range(4)])
@@ -50,13 +51,13 @@ def fit_dominance(
     """Fit dominance functions to examples; returns the fields of `Procedural`."""
     near = [neighbours(track, times) for track, times in zip(train.tracks, train.times, strict=True)]
     data = [
-        torch.from_numpy(np.concatenate([getattr(n, name) for n in near]))
+        tensor(np.concatenate([getattr(n, name) for n in near]))
         for name in ("gesture", "begin", "end", "exists")
     ]
     targets = np.concatenate(train.targets)
     spread = float(targets.std())
-    wanted = torch.from_numpy(targets / spread)
-    model = _Dominance(targets.shape[1])
+    wanted = tensor(targets / spread)
+    model = _Dominance(targets.shape[1]).to(device())
     optimizer = torch.optim.Adam(model.parameters(), lr=config.rate)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, config.rate, total_steps=config.steps)
     for step in range(config.steps):
@@ -70,9 +71,9 @@ def fit_dominance(
         schedule.step()
         progress((step + 1) / config.steps)
     with torch.no_grad():
-        found = dict(zip(TABLES, (table.numpy() for table in model.tables()), strict=True))
-        found["exponent"] = (1 + torch.sigmoid(model.exponent)).numpy()
-        found["rest"] = model.rest.numpy() * spread
-        found["core"] = torch.sigmoid(model.core).reshape(1).numpy()
+        found = dict(zip(TABLES, (array(table) for table in model.tables()), strict=True))
+        found["exponent"] = array(1 + torch.sigmoid(model.exponent))
+        found["rest"] = array(model.rest) * spread
+        found["core"] = array(torch.sigmoid(model.core).reshape(1))
     found["target"] = found["target"] * spread
     return {name: np.asarray(table, np.float32) for name, table in found.items()}

@@ -1,0 +1,103 @@
+"""Every tensor of a training follows the device: on one that holds no numbers, a stranger is an error."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from speech import made_up_examples
+
+from phonanim.__main__ import run
+from phonanim.core.device import use_device
+from phonanim.errors import OptionError
+from phonanim.regressors import Examples, make_config, regressor_class
+
+torch = pytest.importorskip("torch")
+HEARS: dict[str, Any] = {"encoder": "mfcc", "hidden": 8, "depth": 1, "window": 20, "epochs": 1}
+SAMPLES: dict[str, Any] = {**HEARS, "latent": 8, "timesteps": 20, "steps": 4, "batch": 3}
+VERSIONS: dict[str, tuple[str, dict[str, Any]]] = {
+    "gru": ("phisanet", {**HEARS, "classifier": 0.1, "ctc": 0.0}),
+    "windows": ("two_stage", {**HEARS, "decoder": "mlp", "widths": (5, 3)}),
+    "attention": ("two_stage", {**HEARS, "decoder": "transformer", "heads": 2}),
+    "convolution": ("cnn", {"encoder": "mfcc", "epochs": 1}),
+    "diffusion": ("facediffuser", SAMPLES),
+    "diffusion by attention": ("facediffuser", {**SAMPLES, "decoder": "transformer", "heads": 2}),
+    "features": ("facediffuser", {**SAMPLES, "noise_over": "features"}),
+    "network": ("dnn", {"hidden": (8,), "epochs": 1}),
+    "recurrent": ("lstm", {"units": 8, "epochs": 1}),
+    "dominance": ("procedural", {"steps": 3}),
+}
+
+
+class ReachedEndError(Exception):
+    """Training has come to reading a number, which the device "meta" cannot give."""
+
+
+@pytest.fixture(scope="module")
+def data() -> Examples:
+    return made_up_examples(np.random.default_rng(5), clips=4)
+
+
+@pytest.fixture
+def meta(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Training goes to "meta", whose tensors have shapes and no numbers; steps are counted, not read."""
+    from phonanim.regressors import _torch, _torch_audio, _torch_diffusion
+
+    for part in (_torch, _torch_audio, _torch_diffusion):
+        monkeypatch.setattr(part, "device", lambda: torch.device("meta"))
+    parts = ("_torch_dnn", "_torch_lstm", "_torch_procedural")
+    for name in parts:
+        module = pytest.importorskip(f"phonanim.regressors.{name}")
+        monkeypatch.setattr(module, "device", lambda: torch.device("meta"))
+
+    def first_step(optimizer: Any, *given: Any, **named: Any) -> None:
+        for group in optimizer.param_groups:
+            for part in group["params"]:
+                assert part.device.type == "meta"
+                assert part.grad is None or part.grad.device.type == "meta"
+        raise ReachedEndError
+
+    for kind in ("Adam", "AdamW", "RAdam", "SGD"):
+        monkeypatch.setattr(getattr(torch.optim, kind), "step", first_step)
+
+
+@pytest.mark.usefixtures("meta")
+@pytest.mark.parametrize("version", VERSIONS)
+def test_every_tensor_follows(version: str, data: Examples) -> None:
+    kind, settings = VERSIONS[version]
+    config = make_config(kind, settings, "test")
+    with pytest.raises(ReachedEndError):
+        regressor_class(kind).fit(config, data, data, np.random.default_rng(1), lambda done: None)
+
+
+def test_a_stranger_is_found() -> None:
+    with pytest.raises(RuntimeError):
+        torch.zeros(2, device="meta") + torch.zeros(2)
+
+
+@pytest.mark.parametrize("kind", ["phisanet", "facediffuser"])
+def test_the_processor_is_the_default(kind: str, data: Examples) -> None:
+    config = make_config(kind, HEARS if kind == "phisanet" else SAMPLES, "test")
+    made = []
+    for name in (None, "cpu", "auto"):
+        if name == "auto" and (torch.cuda.is_available() or torch.backends.mps.is_available()):
+            continue
+        with use_device(name or "cpu"):
+            fit: Any = regressor_class(kind).fit
+            made.append(fit(config, data, data, np.random.default_rng(1), lambda done: None).tensors())
+    for other in made[1:]:
+        assert all(np.array_equal(made[0][name], other[name]) for name in made[0])
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="there is such a device")
+def test_a_device_that_is_not_there(
+    data: Examples, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = make_config("phisanet", HEARS, "test")
+    with use_device("cuda"), pytest.raises(OptionError, match="PyTorch finds no such device here"):
+        regressor_class("phisanet").fit(config, data, data, np.random.default_rng(1), lambda done: None)
+    (tmp_path / "recipe.toml").write_text('kind = "phisanet"\ncorpus = "none"\n', "utf-8")
+    assert run(["train", str(tmp_path / "recipe.toml"), "--device", "gpu"]) == 2
+    assert "is not one of" in capsys.readouterr().err
