@@ -97,7 +97,7 @@ def _quivers(figure: Any, report: Report) -> None:
 
     An arrow for each example, from the middle of the first phone to that of the second, and their mean.
     """
-    figure.set_size_inches(9, 5)
+    figure.set_size_inches(8, 4.6)
     frequent = sorted(report.motions, key=lambda name: (-len(report.motions[name]), name))[:QUIVERS]
     every = figure.subplots(2, -(-len(frequent) // 2), sharex=True, sharey=True, squeeze=False).ravel()
     names = [sensor_label(name) for name in report.first.articulation.names]
@@ -117,9 +117,10 @@ def _quivers(figure: Any, report: Report) -> None:
         axes.set_visible(False)
     for axes in every:
         axes.margins(0.1)
-    figure.supxlabel("backward, mm", fontsize="medium")
+    for axes in every[-(len(every) // 2) :]:
+        axes.set_xlabel("backward, mm")
     figure.supylabel(AXES[2], fontsize="medium")
-    figure.legend(*every[0].get_legend_handles_labels(), fontsize="small", loc="outside right center")
+    figure.legend(*every[0].get_legend_handles_labels(), fontsize="small", ncols=3, loc="outside lower center")
 
 
 def _jaw(figure: Any, report: Report) -> None:
