@@ -1,6 +1,7 @@
 """What animating costs: start, memory, frames per second, and growth with length.
 
-    python benchmarks/animate.py
+    python benchmarks/animate.py            one figure for each step
+    python benchmarks/animate.py --long     processor time and memory of lines of hours, to CSV
 
 Makes its lines from examples/line.TextGrid, repeated. Each figure is the best of several runs.
 """
@@ -37,6 +38,7 @@ ROOT = Path(__file__).resolve().parent.parent
 LINE = ROOT / "examples" / "line.TextGrid"
 TRIES = 5
 FPS = 60.0
+LONG = ((4980, 60), (7190, 60), (7190, 240))  # seconds and frames per second
 
 
 def lengthened(seconds: float, folder: Path) -> Path:
@@ -78,9 +80,9 @@ def steps(path: Path) -> dict[str, float]:
     lap()
     modes = model.predict(track, FPS, frame_count(track.duration, FPS))
     lap()
-    modes = contacts.enforce_lip_contacts(modes, track, model.face, FPS)
-    lap()
     times = np.arange(len(modes)) / FPS
+    modes = contacts.enforce_lip_contacts(modes, track, model.face, times)
+    lap()
     lips, closed = contacts.lip_part(model.face)
     mouth = blend_articulation(lips.instance(modes), lips, closed, track, times)
     lap()
@@ -102,7 +104,31 @@ def peak(path: Path) -> float:
     return usage.ru_maxrss / 1024
 
 
+def long_lines() -> None:
+    """Processor seconds and megabytes of lines of hours at several rates."""
+    print("seconds   fps   frames   processor s   peak MB      CSV MB")
+    with tempfile.TemporaryDirectory() as name:
+        for seconds, fps in LONG:
+            path = lengthened(seconds, Path(name))
+            out = path.with_suffix(".csv")
+            words = ["animate", str(path), "-o", str(out), "-q", "--fps", str(fps)]
+            process = subprocess.Popen(
+                [sys.executable, "cli.py", *words, "--most-frames", "10000000"], cwd=ROOT
+            )
+            _, status, usage = os.wait4(process.pid, 0)
+            assert status == 0, status
+            frames = frame_count(read_alignment(path).duration, fps)
+            cost, size = usage.ru_utime + usage.ru_stime, out.stat().st_size / 1e6
+            print(
+                f"{seconds:7d} {fps:5d} {frames:8d} {cost:13.1f} {usage.ru_maxrss / 1024:9.0f} {size:11.0f}"
+            )
+            out.unlink()
+
+
 def main() -> None:
+    if sys.argv[1:] == ["--long"]:
+        long_lines()
+        return
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         wall, memory = cold_start(folder)

@@ -1,12 +1,13 @@
 """Attack the commands with hostile files, and count what holds.
 
     python benchmarks/attack.py                 every attack, with 400 random files of each kind
-    python benchmarks/attack.py --small         some 20 of each kind, for continuous integration
+    python benchmarks/attack.py --small         12 of each kind and none that grow, for continuous integration
 
 Each attack runs a command in a process of its own, on files that it prepares. It ends as `held` (the command
 does its work, or leaves out what it cannot use), as `clear error` (one line, exit code 2), or as a `fault`:
-a traceback, a signal, more than 20 s, more than 1 GB, a file that is changed or a connection that is made
-without being asked for. At the end a live stream to clients that never read is interrupted.
+a traceback, a signal, more than 20 s of processor time, two minutes by the clock, more than 1 GB, a file
+that is changed or a connection that is made without being asked for. At the end a live stream to clients
+that never read is interrupted.
 The table goes to stdout; every fault is told with the seed that makes it again. Needs a POSIX system.
 """
 
@@ -32,11 +33,14 @@ from threading import Thread
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from benchmarks.crafted import CRAFTED
+from benchmarks.crafted_sizes import GROWING
 from benchmarks.hostile import KINDS, Attack, Samples, make_samples
 from benchmarks.hostile_documents import DOCUMENTS
+from benchmarks.hostile_inputs import INPUTS
 from benchmarks.stuck import Ending, interrupt_stream
 
-SECONDS, MEGABYTES = 20.0, 1000
+SECONDS, MEGABYTES = 20.0, 1000  # of processor time, so that other work on the machine changes nothing
+PATIENCE = 120.0  # seconds by the clock after which a command counts as waiting without end
 ADDRESS_SPACE = 8 << 30  # bytes that a process may ask for: enough to see what it really takes
 VICTIM = "do not change"
 
@@ -52,17 +56,19 @@ class End:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the attacks, print the table, and return 1 where there is a fault."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("--small", action="store_true", help="20 random files of each kind instead of 400")
+    parser.add_argument(
+        "--small", action="store_true", help="12 random files of each kind instead of 400, none that grow"
+    )
     parser.add_argument("--count", type=int, help="random files of each kind")
     parser.add_argument("--seed", type=int, default=0, help="of the first random file")
     parser.add_argument("--only", help="one kind of file")
     options = parser.parse_args(arguments)
-    count = options.count or (20 if options.small else 400)
+    count = options.count or (12 if options.small else 400)
     with tempfile.TemporaryDirectory(prefix="attack-") as folder, counted_connections() as connections:
         samples = make_samples(Path(folder) / "samples", connections.port)
         table: dict[str, Counter[str]] = {}
         faults: list[str] = []
-        for kind, name, attack in list_attacks(samples, options.seed, count, options.only):
+        for kind, name, attack in list_attacks(samples, options.seed, count, options.only, options.small):
             end = carry_out(attack, Path(folder) / "work", connections)
             table.setdefault(kind, Counter())[end.kind] += 1
             if end.kind == "fault":
@@ -91,18 +97,18 @@ def judge_ending(ending: Ending, seconds: float) -> End:
 
 
 def list_attacks(
-    samples: Samples, seed: int, count: int, only: str | None
+    samples: Samples, seed: int, count: int, only: str | None, small: bool
 ) -> list[tuple[str, str, Callable[[Path], Attack]]]:
     """Every attack: its kind, its name, and what prepares it in a folder."""
     found: list[tuple[str, str, Callable[[Path], Attack]]] = []
-    for kind, make in (KINDS | DOCUMENTS).items():
+    for kind, make in (KINDS | DOCUMENTS | INPUTS).items():
         for number in range(seed, seed + count):
 
             def prepare(folder: Path, make: object = make, number: int = number) -> Attack:
                 return make(samples, folder, random.Random(number))  # type: ignore[operator]
 
             found.append((kind, f"seed {number}", prepare))
-    for name, craft in CRAFTED.items():
+    for name, craft in (CRAFTED if small else CRAFTED | GROWING).items():
 
         def prepare_crafted(folder: Path, craft: object = craft) -> Attack:
             return craft(samples, folder)  # type: ignore[operator]
@@ -123,7 +129,9 @@ def carry_out(prepare: Callable[[Path], Attack], folder: Path, connections: Conn
         return End("fault", "a connection was made")
     if (folder / "victim").read_text() != VICTIM:
         return End("fault", "a file was changed that is none of the command's")
-    if seconds > SECONDS:
+    if seconds > PATIENCE or code == -signal.SIGKILL:
+        return End("fault", f"did not end within {PATIENCE:.0f} s")
+    if seconds > SECONDS or code == -signal.SIGXCPU:
         return End("fault", f"took more than {SECONDS:.0f} s")
     if megabytes > MEGABYTES:
         return End("fault", f"took {megabytes:.0f} MB")
@@ -146,9 +154,10 @@ def _resident_megabytes() -> float:
 
 
 def run_command(arguments: Sequence[str], folder: Path) -> tuple[int, float, float, str]:
-    """Run a command of phonanim in a fork of this process: exit code, seconds, megabytes, stderr.
+    """Run a command of phonanim in a fork of this process: exit code, processor seconds, megabytes, stderr.
 
-    The memory is what the fork takes beyond that of this process.
+    The memory is what the fork takes beyond that of this process. A command that waits too long is killed,
+    and its seconds are those by the clock.
     """
     began, inherited = time.monotonic(), _resident_megabytes()
     with tempfile.TemporaryFile() as told:
@@ -157,13 +166,13 @@ def run_command(arguments: Sequence[str], folder: Path) -> tuple[int, float, flo
             _be_the_command(arguments, folder, told.fileno())
         while True:
             done, status, usage = os.wait4(child, os.WNOHANG)
-            seconds = time.monotonic() - began
-            if done or seconds > SECONDS:
+            if done or time.monotonic() - began > PATIENCE:
                 break
             time.sleep(0.005)
         if not done:
             os.kill(child, signal.SIGKILL)
             _, status, usage = os.wait4(child, 0)
+        seconds = usage.ru_utime + usage.ru_stime if done else time.monotonic() - began
         told.seek(0)
         text = told.read().decode("utf-8", "replace")
     return os.waitstatus_to_exitcode(status), seconds, usage.ru_maxrss / 1024 - inherited, text
@@ -174,6 +183,7 @@ def _be_the_command(arguments: Sequence[str], folder: Path, told: int) -> None:
     code = 70
     try:
         resource.setrlimit(resource.RLIMIT_AS, (ADDRESS_SPACE, ADDRESS_SPACE))
+        resource.setrlimit(resource.RLIMIT_CPU, (int(SECONDS) + 2, int(SECONDS) + 10))
         os.dup2(os.open(os.devnull, os.O_RDWR), 1)
         os.dup2(told, 2)
         sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w")

@@ -130,7 +130,7 @@ def predictor(model: regressors.Model, corpus: Corpus, closing: bool) -> Predict
         sound = None if model.regressor.input_modality == "phones" else read_sound(corpus.audio[clip])
         modes = model.predict(corpus.tracks[clip], corpus.fps, int(corpus.frames[clip]), start, sound)
         return (
-            contacts.enforce_lip_contacts(modes, corpus.tracks[clip], model.face, corpus.fps, start)
+            contacts.enforce_lip_contacts(modes, corpus.tracks[clip], model.face, corpus.times(clip))
             if closing
             else modes
         )

@@ -6,14 +6,17 @@ import json
 import random
 import shutil
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.damage import damage_bytes, damage_tree, nasty_value, to_toml, write_glb
+from phonanim.animation.animation import Animation
 from phonanim.core.catalog import SHIPPED as MODELS
-from phonanim.exporters import save
+from phonanim.errors import MissingExtraError
+from phonanim.exporters import needed_rig, readable_suffixes, save
 from phonanim.media.glb import glb_bytes
 from phonanim.pipeline import animate
 from phonanim.rig.read import FILES, find_rig
@@ -43,7 +46,17 @@ def make_samples(folder: Path, port: int) -> Samples:
     for suffix in ("json", "npz", "track.json", "csv", "glb", "usda"):
         save(take, folder / f"a.{suffix}")
     (folder / "head.glb").write_bytes(small_character())
+    for suffix in set(readable_suffixes()) - {".vrm"}:  # it needs a whole character
+        _save_take(take, folder / f"take{suffix}")
     return Samples(folder, port)
+
+
+def _save_take(take: Animation, path: Path) -> None:
+    """A short take of a format, on the rig that the format needs; none where its library is absent."""
+    rig = "vrm" if path.suffix == ".vmd" else needed_rig(path, take.channels)
+    short = animate(LINE, rig=rig, fps=25) if rig else take
+    with suppress(MissingExtraError):
+        save(short.with_values(short.values[:20]), path)
 
 
 def small_character() -> bytes:

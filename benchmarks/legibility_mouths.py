@@ -61,8 +61,7 @@ def mouths(model: Model, line: Line, heard: HeardArticulation | None, targets: T
     rig, face = load_rig("arkit"), load_model(DEFAULT_MODEL).face  # the rig knows the modes of this face
     shown = model.face.instance(model.regressor.predict(line.track, line.times, line.sound))
     modes = face.project(shown).astype(np.float32)
-    fps = float(1 / np.diff(line.times).mean())
-    closed = contacts.enforce_lip_contacts(modes, line.track, face, fps, float(line.times[0]))
+    closed = contacts.enforce_lip_contacts(modes, line.track, face, line.times)
     shapes, rest = face.instance(closed), contacts.closed_shape(face)
     alone = retarget(closed, face, rig, "auto", line.track, line.times)
     found = {ALONE: Mouth(face_curves(shapes, face), alone)}

@@ -18,13 +18,14 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.animation.motion import predict_controls
 from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.face.model import lip_aperture
 from phonanim.media.audio import read_sound
 from phonanim.media.voice import FRAMES, Voice, hear_voice
 from phonanim.metrics import correlation, speech_mask
 from phonanim.options import Options
-from phonanim.pipeline import load_cached_rig, load_model, predict_controls
+from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.regressors import Model
 from phonanim.rig import Rig
 from phonanim.speech.loudness import Loudness, measure_loudness

@@ -96,8 +96,7 @@ def gather(corpus: Corpus, model_name: str | None) -> Clips:
                 model.predict(corpus.tracks[clip], corpus.fps, int(corpus.frames[clip]), 0.5 / corpus.fps),
                 corpus.tracks[clip],
                 face,
-                corpus.fps,
-                0.5 / corpus.fps,
+                corpus.times(clip),
             )
             for clip in chosen
         ]

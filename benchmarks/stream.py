@@ -29,12 +29,13 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.animation.motion import predict_controls
 from phonanim.animation.rates import frame_count
 from phonanim.corpus.corpus import load_corpus
 from phonanim.encoders import RATE
 from phonanim.inputs.alignment import read_alignment
 from phonanim.options import Options
-from phonanim.pipeline import load_cached_rig, load_model, predict_controls
+from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.regressors._streaming import Streamed
 from phonanim.speech.alignment import Interval
 from phonanim.speech.language import to_phones

@@ -13,6 +13,9 @@ from phonanim.core.catalog import DEFAULT_MODEL
 from phonanim.core.typed import check_types
 from phonanim.errors import OptionError
 
+MOST_FRAMES = 300_000
+"""Frames of a line unless more are asked for: 83 minutes at 60 per second, in about 20 s and 0.5 GB."""
+
 
 @dataclass(frozen=True, slots=True)
 class Overlay:
@@ -67,7 +70,8 @@ class Options:
     `seed`, `steps`, `guidance` and `model_style` are settings of a model that samples; its own when None.
     `features` is the file of precomputed features of the recording, for a model that was trained on such;
     NAME.features.npy beside the recording when it is None.
-    60 frames per second show a closure of 30 ms, which 24 or 30 may miss.
+    60 frames per second show a closure of 30 ms, which 24 or 30 may miss. `most_frames` is the longest line
+    that is animated; it changes nothing else.
 
     Examples:
         >>> import phonanim
@@ -113,9 +117,10 @@ class Options:
     guidance: float | None = None
     model_style: int | None = None
     features: str | None = None
+    most_frames: int = MOST_FRAMES
 
     def plain(self) -> dict[str, Any]:
-        """The options as JSON values; files appear by name, so the result is the same on every machine."""
+        """The options that change outputs, as JSON values; files appear by name, as on every machine."""
         overlays = [replace(overlay, source=PurePath(overlay.source).name) for overlay in self.overlays]
         lexicon = PurePath(self.lexicon).name if self.lexicon else None
         rig, model = PurePath(self.rig).name, PurePath(self.model).name
@@ -130,7 +135,7 @@ class Options:
 SAMPLED = ("seed", "steps", "guidance", "model_style")
 """Options of models that sample."""
 
-_NAMES = tuple(field.name for field in fields(Options))
+_NAMES = tuple(field.name for field in fields(Options) if field.name != "most_frames")
 DEFAULTS = Options()
 
 

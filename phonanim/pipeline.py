@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,40 +14,40 @@ from numpy.typing import NDArray
 from phonanim import regressors
 from phonanim.animation.animation import Animation
 from phonanim.animation.corrections import Corrections, corrected_options, timed_options
+from phonanim.animation.motion import (
+    BLOCK,
+    Motion,
+    articulates,
+    predict_controls,
+    spoken_articulation,
+)
 from phonanim.animation.overlay import apply_overlays, hash_overlays
 from phonanim.animation.own_motion import animate_controls, sensed_articulation, unused_own_options
 from phonanim.animation.rates import check_rate, frame_count
 from phonanim.animation.smooth import closure_mask, smooth_controls
 from phonanim.animation.style import is_stepped_rig, scale_controls, unused_option_warnings
-from phonanim.articulation import Articulation
-from phonanim.articulation.blend import blend_articulation, blend_channels
-from phonanim.articulation.closures import set_closures
-from phonanim.articulation.effort import effort_gains
-from phonanim.articulation.heard import HeardArticulation
-from phonanim.articulation.scaling import scale_articulation
 from phonanim.articulation.styles import DIALS, check_dial, find_style, read_styles
 from phonanim.core.catalog import find_model
 from phonanim.core.files import content_hash
 from phonanim.core.version import __version__
 from phonanim.errors import ModelError, OptionError
 from phonanim.exporters import load
-from phonanim.face import contacts
 from phonanim.face.model import FaceModel
 from phonanim.inputs.prosody import add_heard
 from phonanim.inputs.speech_input import SpeechInput, read_speech_input
 from phonanim.life import Life, add_life, idle_life, life_of, mouth_freedom
-from phonanim.media.audio import Sound, find_audio
+from phonanim.media.audio import find_audio
 from phonanim.options import DEFAULTS, SAMPLED, Options, make_options
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.reference import face_notes
-from phonanim.rig.retarget import pronounce_on, retarget
+from phonanim.rig.retarget import pronounce_on
 from phonanim.speech.intervals import Interval
 from phonanim.speech.language import ReadingLanguage
-from phonanim.speech.loudness import Loudness
 from phonanim.speech.phones import PhoneTrack
 from phonanim.targets.controls import Controls
 from phonanim.targets.sensors import Sensors
 
+USUAL_CONTROLS = 100  # of a rig: ARKit has 55, MetaHuman 87
 UNCORRECTED = Corrections()
 
 PRECOMPUTED = "precomputed"  # the encoder that reads the features of another program
@@ -67,14 +68,6 @@ class AnimationResult:
     face: FaceModel | None
     language: ReadingLanguage | None = None
     read: tuple[Interval, ...] = ()
-
-
-class Motion(NamedTuple):
-    """Modes (frames, modes), controls (frames, controls), and the articulation that made them, if any."""
-
-    modes: NDArray[np.float32]
-    values: NDArray[np.float32]
-    articulation: Articulation | None
 
 
 def animate(
@@ -127,13 +120,14 @@ def animate_detailed(
     model, rig = model_with_settings(options), load_cached_rig(options.rig)
     line = read_speech_input(path, options, audio, model.regressor.input_modality, corrections.phones)
     options = timed_options(options, corrections, line.alignment.intervals)
+    frames = frame_count(line.track.duration, options.fps)
+    _check_length(path, frames, rig, options)
     if not isinstance(model.target, FaceModel):
         animation = _animate_own(path, options, line, model)
         return AnimationResult(animation, line.track, line.notes, None, None, line.language, line.read)
     life = life_of(options, path.stem)
     follows = options.loudness > 0 and articulates(options, rig, line.track)
     line = add_heard(line, model.regressor, options, loudness=follows, prosody=life.moves(rig))
-    frames = frame_count(line.track.duration, options.fps)
     motion = predict_controls(
         line.track, model, rig, options, frames, sound=line.sound, loudness=line.loudness
     )
@@ -157,6 +151,17 @@ def animate_detailed(
     return AnimationResult(
         animation, line.track, line.notes, motion.modes, model.face, line.language, line.read
     )
+
+
+def _check_length(path: Path, frames: int, rig: Rig, options: Options) -> None:
+    """Raise OptionError for a line of more values than are asked for, before any of them is made."""
+    wide = max(len(rig.controls) / USUAL_CONTROLS, 1.0)
+    if frames * wide > options.most_frames:
+        raise OptionError(
+            f"{path}: has {frames} frames at {options.fps:g} fps, over {int(options.most_frames / wide)}; "
+            f"lower the rate, cut the line, or allow them: --most-frames {math.ceil(frames * wide)} "
+            "(most_frames in Python)"
+        )
 
 
 def _animate_own(path: Path, options: Options, line: SpeechInput, model: regressors.Model) -> Animation:
@@ -187,7 +192,7 @@ def _animate_sensors(
     times = np.arange(frame_count(line.track.duration, options.fps)) / options.fps
     rows = model.predict(line.track, options.fps, len(times), sound=line.sound)
     mouth = sensed_articulation(model, target, rows, line.track, times, line.sound, options.contacts)
-    mouth = _spoken(mouth, options, line.track, times, None)
+    mouth = spoken_articulation(mouth, options, line.track, times, None)
     values = pronounce_on(mouth, rig, line.track, times)
     values = scale_controls(values, rig, float(options.intensity > 0), own=options.gains)
     values, laid = _add_layers(Motion(rows, values, mouth), line, None, rig, options, life)
@@ -218,84 +223,11 @@ def _add_layers(
         values = smooth_controls(values, options.smooth, options.fps, closed)
     values, notes = apply_overlays(values, rig, options.overlays, line.track, times, load)
     if line.prosody is not None:
-        free = mouth_freedom(line.prosody, line.track, times)
-        values = add_life(values, rig, life, line.prosody, times, free)
+        for begin in range(0, len(values), BLOCK):
+            block = slice(begin, begin + BLOCK)
+            free = mouth_freedom(line.prosody, line.track, times[block])
+            values[block] = add_life(values[block], rig, life, line.prosody, times[block], free)
     return values, notes
-
-
-def predict_controls(
-    track: PhoneTrack,
-    model: regressors.Model,
-    rig: Rig,
-    options: Options,
-    frames: int,
-    start: float = 0.0,
-    sound: Sound | None = None,
-    loudness: Loudness | None = None,
-) -> Motion:
-    """The motion at start + n / fps seconds of a track, at the level of `loudness`, or at the usual level.
-
-    A frame depends only on what is near it, so a stream can compute a few frames at a time.
-    """
-    modes = model.predict(track, options.fps, frames, start, sound)
-    if options.contacts:
-        modes = contacts.enforce_lip_contacts(modes, track, model.face, options.fps, start)
-    times = start + np.arange(frames) / options.fps
-    articulation = None
-    if articulates(options, rig, track):
-        lips, closed = contacts.lip_part(model.face)
-        mouth = blend_articulation(
-            lips.instance(modes), lips, closed, track, times, options.contacts, options.quickness
-        )
-        articulation = _spoken(mouth, options, track, times, loudness)
-    elif sound is not None and hears_articulation(options, rig, model):
-        articulation = _spoken(hear_mouth(modes, model, sound, times), options, track, times, None)
-    values = retarget(modes, model.face, rig, options.retarget, track, times, options.contacts, articulation)
-    if articulation is None:
-        values = scale_controls(values, rig, options.intensity, options.jaw, options.lips, options.gains)
-    else:
-        values = scale_controls(values, rig, float(options.intensity > 0), own=options.gains)
-    return Motion(modes, values, articulation)
-
-
-def articulates(options: Options, rig: Rig, track: PhoneTrack) -> bool:
-    """Whether articulation moves the rig. False where modes move it, and where there are no phones."""
-    return options.retarget in ("auto", "articulation") and rig.speaks and bool(track.codes.any())
-
-
-def hears_articulation(options: Options, rig: Rig, model: regressors.Model) -> bool:
-    """Whether articulation moves the rig without phones. Rigs of mouth shapes choose them by phones."""
-    by_phones = rig.visemes or (rig.through and rig.through.rig.visemes)
-    chosen = options.retarget in ("auto", "articulation") and rig.speaks
-    return chosen and not by_phones and model.articulation is not None
-
-
-def hear_mouth(
-    modes: NDArray[np.floating], model: regressors.Model, sound: Sound, times: NDArray[np.float64]
-) -> Articulation:
-    """Articulation by sound alone, blended with the learned lips, (frames, modes) -> (frames, channels).
-
-    Without phones no closure is enforced. Raises ModelError for a model that has not learned it.
-    """
-    if model.articulation is None:
-        raise ModelError("the model has not learned articulation from sound; train it again")
-    values, silent, rounded = HeardArticulation.from_tensors(model.articulation).at(sound, times)
-    lips, closed = contacts.lip_part(model.face)
-    return Articulation(blend_channels(values, lips.instance(modes), lips, closed, silent, rounded))
-
-
-def _spoken(
-    mouth: Articulation,
-    options: Options,
-    track: PhoneTrack,
-    times: NDArray[np.float64],
-    loudness: Loudness | None,
-) -> Articulation:
-    """Articulation scaled by the options, stress, rate and loudness."""
-    louder = None if loudness is None else options.loudness * loudness.at(times)
-    gains = effort_gains(track, times, options.reduction, options.hold, louder)
-    mouth = scale_articulation(mouth, options.intensity, options.jaw, options.lips, gains, options.rounding)
-    return set_closures(mouth, options.closures, times)
 
 
 def load_model(name: str | Path) -> regressors.Model:

@@ -30,6 +30,7 @@ ERROR = 1e-3  # of full weight
 FADE = 0.1  # seconds in which an edit fades in and out
 MARGIN = 0.99  # share of the error for the keys; the rest is for rounding in files
 ROUNDING = 1e-6  # seconds
+MOST_STEPS = 300_000_000  # edits times frames and phones: 5000 edits of a line of ten minutes
 HEAD = frozenset(map(plain_name, TURNS))
 
 
@@ -93,6 +94,7 @@ def apply_edits(
     Where the animation or the edits have no phones, edits keep their times. `read` are the phones of the line
     before they were corrected, which edits may have been made on.
     """
+    _check_work(edits, animation)
     notes = []
     if edits.rig != animation.rig:
         notes.append(f"the edits were made on the rig {edits.rig}, this line moves {animation.rig}")
@@ -120,6 +122,16 @@ def moved_edit(edit: Edit, anchors: Anchors) -> Edit:
     ).tolist()
     times = tuple(anchors.moved(edit.times).tolist())
     return replace(edit, start=start, end=end, fade=(full - start, end - less), times=times)
+
+
+def _check_work(edits: Edits, animation: Animation) -> None:
+    """Raise OptionError for edits that would take long to apply."""
+    steps = len(edits.edits) * (len(animation.values) + len(edits.phones))
+    if steps > MOST_STEPS:
+        raise OptionError(
+            f"there are {len(edits.edits)} edits of {len(edits.phones)} phones for {len(animation.values)} "
+            "frames, which is too much work; edit the line in parts"
+        )
 
 
 def _check_pair(base: Animation, edited: Animation) -> None:

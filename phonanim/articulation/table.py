@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -11,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.articulation.channels import CHANNELS
+from phonanim.core.decode import DecodeError
 from phonanim.core.lexicon import LEXICON
+from phonanim.core.tables import parse_cell, read_records
 from phonanim.errors import ModelError
 from phonanim.speech.gestures import GESTURES
 
@@ -42,10 +43,13 @@ def read_targets(targets: Path = TARGETS_FILE, channels: Path = CHANNELS_FILE) -
     """Read both tables. Raises ModelError that names the invalid or missing row."""
     shape = len(GESTURES.names), len(CHANNELS)
     target, weight = np.full(shape, np.nan), np.full(shape, np.nan)
-    for number, row in enumerate(_rows(targets), start=2):
+    for number, row in _rows(targets):
         try:
             place = GESTURES.names.index(row["gesture"]), CHANNELS.index(row["channel"])
-            target[place], weight[place] = float(row["target"]), float(row["weight"])
+            target[place], weight[place] = (
+                parse_cell(row["target"], "target"),
+                parse_cell(row["weight"], "weight"),
+            )
         except (KeyError, ValueError, TypeError) as error:
             raise ModelError(
                 f"{targets} row {number}: needs a gesture, a channel, a target and a weight ({error})"
@@ -62,9 +66,9 @@ def read_targets(targets: Path = TARGETS_FILE, channels: Path = CHANNELS_FILE) -
 
 def _timing(path: Path) -> tuple[Array, Array]:
     found: dict[str, tuple[float, float]] = {}
-    for number, row in enumerate(_rows(path), start=2):
+    for number, row in _rows(path):
         try:
-            found[row["channel"]] = float(row["sigma"]), float(row["lead"])
+            found[row["channel"]] = parse_cell(row["sigma"], "sigma"), parse_cell(row["lead"], "lead")
         except (KeyError, ValueError, TypeError) as error:
             raise ModelError(f"{path} row {number}: needs a channel, a sigma and a lead ({error})") from error
         if not found[row["channel"]][0] > 0 or not found[row["channel"]][1] >= 0:
@@ -75,9 +79,8 @@ def _timing(path: Path) -> tuple[Array, Array]:
     return sigma, lead
 
 
-def _rows(path: Path) -> list[dict[str, str]]:
+def _rows(path: Path) -> list[tuple[int, dict[str, str]]]:
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            return list(csv.DictReader(file))
-    except (OSError, UnicodeDecodeError) as error:
+        return read_records(path)
+    except (OSError, DecodeError) as error:
         raise ModelError(f"{path}: cannot be read: {error}") from error

@@ -43,10 +43,13 @@ def articulate(
     targets = targets or read_targets()
     gestures, bounds = _gestures(track)
     values = np.empty((len(times), len(CHANNELS)))
+    alike: dict[tuple[float, float], list[int]] = {}  # channels with the same timing
+    for channel, timing in enumerate(zip(targets.sigma.tolist(), targets.lead.tolist(), strict=True)):
+        alike.setdefault(timing, []).append(channel)
     for start in range(0, len(times), BLOCK):
         block = slice(start, start + BLOCK)
-        for channel in range(len(CHANNELS)):
-            values[block, channel] = _blend(gestures, bounds, times[block], targets, channel)
+        for channels in alike.values():
+            values[block, channels] = _blend(gestures, bounds, times[block], targets, channels)
     if contacts:
         enforce_contacts(values, track, times)
     return Articulation(values)
@@ -89,23 +92,27 @@ def _gestures(track: PhoneTrack) -> tuple[NDArray[np.int64], Array]:
     return gestures, np.concatenate([[-np.inf], parts.bounds, [np.inf]])
 
 
-def _blend(gestures: NDArray[np.int64], bounds: Array, times: Array, targets: Targets, channel: int) -> Array:
-    """One channel at instants, (frames,).
+def _blend(
+    gestures: NDArray[np.int64], bounds: Array, times: Array, targets: Targets, channels: list[int]
+) -> Array:
+    """Channels of the same timing at instants, (frames, channels).
 
     The sums run over the gestures near an instant, in time order, so that the result does not depend on which
     other instants are computed in the same call.
     """
-    sigma, lead = targets.sigma[channel], targets.lead[channel]
+    sigma, lead = targets.sigma[channels[0]], targets.lead[channels[0]]
     begins, ends = bounds[:-1] - lead * ROUNDED[gestures], bounds[1:]
-    weight = targets.weight[gestures, channel]
-    pull = weight * targets.target[gestures, channel]
     first = np.searchsorted(ends, times - CUT * sigma, side="left")
     last = np.searchsorted(bounds[:-1], times + CUT * sigma + lead, side="right")
     frames, near = pair_rows(first, np.minimum(last, len(gestures)))
     kernel = box_kernel(times[frames], begins[near], ends[near], sigma)
-    above = np.bincount(frames, pull[near] * kernel, len(times))
-    below = np.bincount(frames, weight[near] * kernel, len(times))
-    return np.asarray(above / below)
+    blended = np.empty((len(times), len(channels)))
+    for column, channel in enumerate(channels):
+        weight = targets.weight[gestures, channel]
+        pull = weight * targets.target[gestures, channel]
+        above = np.bincount(frames, pull[near] * kernel, len(times))
+        blended[:, column] = above / np.bincount(frames, weight[near] * kernel, len(times))
+    return blended
 
 
 def box_kernel(times: Array, begin: Array | float, end: Array | float, sigma: float) -> Array:

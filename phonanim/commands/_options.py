@@ -104,6 +104,13 @@ OPTIONS = (
         help="Frames per second, such as 25 or 29.97.",
     ),
     click.option(
+        "--most-frames",
+        metavar="COUNT",
+        type=click.IntRange(1, 100_000_000),
+        default=DEFAULTS.most_frames,
+        help="Longest line that is animated; longer ones take minutes.",
+    ),
+    click.option(
         "--language", metavar="LANGUAGE", default=DEFAULTS.language, help="Label set of the phone tier."
     ),
     renamed_option(

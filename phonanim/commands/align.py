@@ -120,9 +120,10 @@ def align_with_mfa(
 
 def read_text(path: Path) -> str:
     """The text of a file. Raises OptionError when it is not UTF-8."""
+    from phonanim.core.decode import MAX_TEXT, DecodeError, read_utf8
     from phonanim.errors import OptionError
 
     try:
-        return path.read_text("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise OptionError(f"{path}: is not UTF-8 text (byte {error.start}); save it as UTF-8") from error
+        return read_utf8(path, MAX_TEXT).removeprefix("\ufeff")
+    except DecodeError as error:
+        raise OptionError(f"{path}: {error}; save it as UTF-8") from error

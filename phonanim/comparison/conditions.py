@@ -21,14 +21,16 @@ from phonanim.comparison.degradations import babble_noise, mix_noise, shift_voic
 from phonanim.comparison.folds import all_frames, speech_frames
 from phonanim.comparison.plan import Condition, Plan
 from phonanim.comparison.scores import scores_by_frames
+from phonanim.core.decode import DAMAGE, decode_list, read_json
 from phonanim.core.files import write_text
 from phonanim.corpus.corpus import Corpus
 from phonanim.encoders._cache import fingerprint
-from phonanim.errors import AlignmentError
+from phonanim.errors import AlignmentError, ModelError
 from phonanim.face import contacts
 from phonanim.face.model import FaceModel
 from phonanim.media.audio import Sound, read_sound
 from phonanim.speech.alignment import Alignment, Interval
+from phonanim.speech.intervals import unpack_intervals
 from phonanim.speech.language import to_phones
 from phonanim.speech.phones import PhoneTrack, silent_track
 
@@ -92,10 +94,20 @@ def align_clip(sound: Sound, text: str | None, name: str, folder: Path) -> Phone
     if not path.is_file():
         folder.mkdir(parents=True, exist_ok=True)
         write_text(path, json.dumps(_phones(sound, text, name)) + "\n")
-    phones = [Interval(*phone) for phone in json.loads(path.read_text(encoding="utf-8"))]
+    phones = _read_phones(path)
     if not phones:
         return None
-    return to_phones(Alignment(tuple(phones), sound.duration, "phones", name), "english")[0]
+    return to_phones(Alignment(phones, sound.duration, "phones", name), "english")[0]
+
+
+def _read_phones(path: Path) -> tuple[Interval, ...]:
+    """The phones of a cached alignment. Raises ModelError."""
+    try:
+        return unpack_intervals(decode_list(read_json(path), "an alignment"))
+    except (OSError, *DAMAGE) as error:
+        raise ModelError(
+            f"{path}: is a damaged alignment ({error}); delete it, and it is made again"
+        ) from error
 
 
 def _phones(sound: Sound, text: str | None, name: str) -> list[tuple[str, float, float]]:
@@ -134,7 +146,7 @@ def _shapes(
 ) -> Iterable[tuple[int, NDArray[np.floating]]]:
     for take, path in zip(given, modes, strict=True):
         if closing:
-            path = contacts.enforce_lip_contacts(path, take.track, model.face, corpus.fps, 0.5 / corpus.fps)
+            path = contacts.enforce_lip_contacts(path, take.track, model.face, corpus.times(take.clip))
         yield take.clip, model.face.instance(path)
 
 

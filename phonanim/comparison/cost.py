@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import multiprocessing
 import os
 import statistics
@@ -14,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from phonanim import regressors
-from phonanim.comparison.fit import Job
+from phonanim.comparison.fit import Job, read_job
 from phonanim.corpus.corpus import Corpus
 from phonanim.encoders._cache import FOLDER
 from phonanim.errors import ModelError
@@ -124,8 +123,5 @@ _AHEAD: dict[str, Callable[[Any], str]] = {
 
 def training_cost(jobs: Sequence[Job]) -> dict[str, float]:
     """Processor seconds of all trainings of a comparison, of the longest one, and their number."""
-    seconds = [
-        float(json.loads((job.folder / "job.json").read_text(encoding="utf-8"))["seconds"])
-        for job in {job.folder: job for job in jobs}.values()
-    ]
+    seconds = [float(read_job(job.folder)["seconds"]) for job in {job.folder: job for job in jobs}.values()]
     return {"jobs": len(seconds), "training_s": sum(seconds), "longest_s": max(seconds, default=0.0)}

@@ -37,9 +37,7 @@ def ema_modes(model: regressors.Model, utterance: Utterance, closing: bool) -> N
     modes = model.regressor.predict(utterance.track, utterance.times, sound)
     if not closing:
         return modes
-    return contacts.enforce_lip_contacts(
-        modes, utterance.track, model.face, utterance.fps, float(utterance.times[0])
-    )
+    return contacts.enforce_lip_contacts(modes, utterance.track, model.face, utterance.times)
 
 
 def _lag(aperture: NDArray[np.float64], utterance: Utterance) -> float:

@@ -17,13 +17,18 @@ from typing import Any
 import numpy as np
 
 from phonanim import regressors
+from phonanim.core.decode import DAMAGE, decode_number, decode_table, decode_text, read_json
 from phonanim.core.files import content_hash, write_text
 from phonanim.core.threads import use_one_thread
 from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
+from phonanim.errors import ModelError
 from phonanim.face.fit import fit_face
 from phonanim.face.model import FaceModel
 
+JOB = "job.json"
+MAX_JOB = 1 << 20  # bytes
+LONGEST = 1e9  # seconds of a training
 CLIPS = "clips"  # the sweep setting that is the share of the training clips
 
 
@@ -112,8 +117,7 @@ def fit_all(jobs: Sequence[Job], workers: int, progress: Callable[[float], None]
 
 def is_cached(job: Job) -> bool:
     """Whether the folder of a job has the model that it would train."""
-    path = job.folder / "job.json"
-    return path.is_file() and json.loads(path.read_text(encoding="utf-8"))["key"] == job.key
+    return job.folder.joinpath(JOB).is_file() and read_job(job.folder)["key"] == job.key
 
 
 def train_job(job: Job) -> None:
@@ -137,7 +141,21 @@ def train_job(job: Job) -> None:
         regressors.save(model, job.folder)
     seconds = time.process_time() - begin
     facts = {"key": job.key, "seconds": round(seconds, 1), "settings": job.settings}
-    write_text(job.folder / "job.json", json.dumps(facts, indent=1) + "\n")
+    write_text(job.folder / JOB, json.dumps(facts, indent=1) + "\n")
+
+
+def read_job(folder: Path) -> dict[str, Any]:
+    """The facts that `train_job` wrote into a folder. Raises ModelError."""
+    path = folder / JOB
+    try:
+        facts = decode_table(read_json(path, MAX_JOB), "the file")
+        decode_text(facts["key"], "key")
+        decode_number(facts["seconds"], "seconds", 0, LONGEST)
+    except (OSError, *DAMAGE) as error:
+        raise ModelError(
+            f"{path}: is damaged ({error}); delete its folder, and the model is trained again"
+        ) from error
+    return facts
 
 
 def folder_name(name: str) -> str:
@@ -147,8 +165,7 @@ def folder_name(name: str) -> str:
 
 def load_trained(folder: Path) -> Trained:
     """A model folder, with the seconds of its training if `train_job` trained it."""
-    path = folder / "job.json"
-    seconds = json.loads(path.read_text(encoding="utf-8"))["seconds"] if path.is_file() else None
+    seconds = read_job(folder)["seconds"] if (folder / JOB).is_file() else None
     return Trained(regressors.load(folder), seconds)
 
 

@@ -172,7 +172,7 @@ def enforce_contacts(
     modes: NDArray[np.float32], model: regressors.Model, corpus: Corpus, clip: int
 ) -> NDArray[np.float32]:
     """Predicted modes of a clip with the closures that `animate` guarantees."""
-    return contacts.enforce_lip_contacts(modes, corpus.tracks[clip], model.face, corpus.fps, 0.5 / corpus.fps)
+    return contacts.enforce_lip_contacts(modes, corpus.tracks[clip], model.face, corpus.times(clip))
 
 
 def _cost(model: regressors.Model, folder: Path, corpus: Corpus, fold: Fold) -> Document:

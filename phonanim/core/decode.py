@@ -21,7 +21,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.files import read_bounded
+from phonanim.core.files import open_plain, read_bounded
 from phonanim.core.text import printable
 
 if sys.version_info >= (3, 11):
@@ -34,6 +34,9 @@ MAX_JSON = 1 << 30
 
 MAX_TOML = 1 << 20
 """Bytes of a TOML file: the rig of an artist has about 20 kB."""
+
+MAX_TEXT = 1 << 22
+"""Bytes of a text that is spoken: a novel has about a million."""
 
 MAX_DEPTH = 64
 """Levels of tables and lists: our own files have ten."""
@@ -63,8 +66,9 @@ def read_json(path: Path, most: int = MAX_JSON) -> Any:
 
 def read_toml(path: Path) -> dict[str, Any]:
     """The content of a TOML file. Raises DecodeError, OSError."""
+    text = read_utf8(path, MAX_TOML).removeprefix("\ufeff")
     try:
-        tree = tomllib.loads(read_utf8(path, MAX_TOML).removeprefix("\ufeff"))
+        tree = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise DecodeError(f"it is not TOML: {_reason(error)}") from error
     check_depth(tree)
@@ -81,10 +85,13 @@ def read_utf8(path: Path, most: int = MAX_JSON) -> str:
         raise DecodeError(str(error)) from error
 
 
-def parse_json(text: str | bytes) -> Any:
-    """JSON of limited depth, without NaN and Infinity and with valid Unicode texts. Raises DecodeError."""
+def parse_json(text: str | bytes, numbers_only: bool = True) -> Any:
+    """JSON of limited depth and with valid Unicode texts. Raises DecodeError.
+
+    NaN and Infinity are refused with `numbers_only`. Recognizers write them for an unknown confidence.
+    """
     try:
-        tree = json.loads(text, parse_constant=_refuse_constant)
+        tree = json.loads(text, parse_constant=_refuse_constant if numbers_only else None)
     except (ValueError, RecursionError) as error:
         raise DecodeError(f"it is not JSON: {_reason(error)}") from error
     written = text.decode("utf-8", "replace") if isinstance(text, bytes) else text
@@ -119,6 +126,19 @@ def check_plain_file(stream: IO[Any]) -> None:
         raise DecodeError("it is a pipe or a device; save its content to a plain file")
 
 
+def read_tensors(path: Path) -> dict[str, NDArray[Any]]:
+    """The arrays of a safetensors file, by name. Raises DecodeError, OSError."""
+    from safetensors import SafetensorError
+    from safetensors.numpy import load_file
+
+    try:
+        open_plain(path).close()
+        tensors: dict[str, NDArray[Any]] = load_file(path)
+    except (ValueError, SafetensorError) as error:
+        raise DecodeError(f"it has no tensors: {_reason(error)}") from error
+    return tensors
+
+
 def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
     """The arrays of a NumPy archive (.npz). Raises DecodeError, OSError."""
     size = path.stat().st_size
@@ -134,6 +154,15 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
             }
     except DecodeError:
         raise
+    except (*DAMAGE, zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+        raise DecodeError(f"it is not an archive of arrays: {_reason(error)}") from error
+
+
+def array_names(path: Path) -> set[str]:
+    """The names of the arrays in a NumPy archive, which are not read. Raises DecodeError, OSError."""
+    try:
+        with open_plain(path) as stream, zipfile.ZipFile(stream) as archive:
+            return {name.removesuffix(".npy") for name in archive.namelist()}
     except (*DAMAGE, zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
         raise DecodeError(f"it is not an archive of arrays: {_reason(error)}") from error
 

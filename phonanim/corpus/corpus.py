@@ -20,6 +20,7 @@ from phonanim.core.decode import (
     decode_rate,
     read_arrays,
     read_json,
+    read_tensors,
     read_utf8,
 )
 from phonanim.core.files import atomic_path
@@ -248,14 +249,11 @@ def save_corpus(corpus: Corpus, folder: Path) -> None:
 
 def load_corpus(folder: Path) -> Corpus:
     """Read a corpus that `build_corpus` wrote. Raises CorpusError when it is missing or damaged."""
-    from safetensors import SafetensorError
-    from safetensors.numpy import load_file
-
     try:
         document = read_json(folder / "corpus.json")
-        arrays = load_file(folder / "landmarks.safetensors")
+        arrays = read_tensors(folder / "landmarks.safetensors")
         return Corpus(**decode_corpus(document, arrays, folder))
-    except (OSError, *DAMAGE, SafetensorError) as error:
+    except (OSError, *DAMAGE) as error:
         raise CorpusError(
             f"{folder}: not a corpus ({error}); make one with `phonanim corpus build`"
         ) from error

@@ -24,6 +24,7 @@ from phonanim.core.decode import (
     decode_text,
     decode_whole,
     read_json,
+    read_tensors,
 )
 from phonanim.core.files import atomic_path, write_text
 from phonanim.corpus.document import decode_track, decode_word
@@ -154,12 +155,9 @@ def _relative(path: Path, folder: Path) -> str:
 
 def load_motion_corpus(folder: Path) -> MotionCorpus:
     """Read what `save_motion_corpus` wrote. Raises CorpusError when it is missing or damaged."""
-    from safetensors import SafetensorError
-    from safetensors.numpy import load_file
-
     try:
         document = decode_table(read_json(folder / INDEX), INDEX)
-        arrays = load_file(folder / TEMPLATES) if (folder / TEMPLATES).is_file() else {}
+        arrays = read_tensors(folder / TEMPLATES) if (folder / TEMPLATES).is_file() else {}
         triangles = arrays.pop(TRIANGLES, None)
         fps = decode_rate(document["fps"])
         source = Source(
@@ -175,7 +173,7 @@ def load_motion_corpus(folder: Path) -> MotionCorpus:
         )
         provenance = dict(decode_table(document["provenance"], "provenance"))
         return MotionCorpus(decode_text(document["kind"], "kind"), fps, source, clips, provenance)
-    except (OSError, *DAMAGE, SafetensorError) as error:
+    except (OSError, *DAMAGE) as error:
         raise CorpusError(
             f"{folder}: not a corpus ({error}); make one with `phonanim corpus build`"
         ) from error

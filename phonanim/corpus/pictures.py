@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DecodeError, read_tensors
 from phonanim.core.files import atomic_path
 from phonanim.corpus.corpus import Corpus, load_corpus, read_clips, read_landmarks
 from phonanim.corpus.examples import make_examples
@@ -233,15 +234,12 @@ def save_captured(captured: Captured, destination: Path, corpus: Corpus) -> None
 
 def load_captured(destination: Path) -> Captured:
     """Read the output of `build_appearance` from a corpus folder. Raises ModelError or CorpusError."""
-    from safetensors import SafetensorError
-    from safetensors.numpy import load_file
-
     folder = destination / FOLDER
     model = load_appearance(folder)
     try:
-        stored = load_file(folder / "captured.safetensors")
+        stored = read_tensors(folder / "captured.safetensors")
         return Captured(model, stored["joint"], stored["grey"], stored["rows"])
-    except (OSError, KeyError, SafetensorError) as error:
+    except (OSError, KeyError, DecodeError) as error:
         raise CorpusError(
             f"{folder}: is damaged ({error}); make it again with `phonanim corpus appearance`"
         ) from error

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.aligners.pocketsphinx import align
+from phonanim.core.decode import MAX_TEXT, DecodeError, read_utf8
 from phonanim.core.files import atomic_path, write_text
 from phonanim.corpus.tracking import Quality, Track, Tracker, measure_quality, track_film
 from phonanim.errors import AlignmentError, CorpusError, OptionError, PhonanimError
@@ -166,9 +167,9 @@ def find_phones(
 ) -> tuple[Sequence[Interval], Sequence[Interval]]:
     """Words and phones by `phonanim align`. Raises CorpusError with the name of the video."""
     try:
-        text = spoken.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise CorpusError(f"{spoken}: is not UTF-8 text (byte {error.start}); save it as UTF-8") from error
+        text = read_utf8(spoken, MAX_TEXT).removeprefix("\ufeff")
+    except (OSError, DecodeError) as error:
+        raise CorpusError(f"{spoken}: cannot be read: {error}; save it as UTF-8") from error
     with TemporaryDirectory() as folder:
         audio = Path(folder) / f"{film.path.stem}.flac"
         write_sound(sound, audio)

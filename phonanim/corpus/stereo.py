@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import read_array
 from phonanim.errors import CorpusError
 
 Array = NDArray[np.float64]
@@ -153,15 +154,10 @@ def _number(text: str | None, path: Path, line: int) -> float:
 def read_view(path: Path) -> Array:
     """What a camera saw: an array (frames, points, 2) of pixels in .npy, NaN where nothing was seen."""
     try:
-        found = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
+        found = read_array(path)
+    except (OSError, ValueError) as error:
         raise CorpusError(f"{path}: cannot be read as an array ({error}); save it with numpy.save") from error
-    if (
-        not isinstance(found, np.ndarray)
-        or found.ndim != 3
-        or found.shape[2] != 2
-        or found.dtype.kind not in "fiu"
-    ):
+    if found.ndim != 3 or found.shape[2] != 2 or found.dtype.kind not in "fiu":
         raise CorpusError(f"{path}: must be an array of pixels of the shape (frames, points, 2)")
     return found.astype(np.float64)
 

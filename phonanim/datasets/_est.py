@@ -9,8 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.files import read_bounded
 from phonanim.datasets import Frames
 from phonanim.errors import CorpusError
+
+MAX_BYTES = 1 << 28  # of a track
 
 MARK, END = b"EST_File Track", b"EST_Header_End\n"
 BEFORE = 2  # columns before the channels: time, and whether the frame is valid
@@ -28,9 +31,9 @@ class Track:
 def read_est(path: Path) -> Track:
     """Read a track, text or binary. Raises CorpusError when it is not a track, or is truncated."""
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise CorpusError(f"{path}: cannot be read: {error.strerror}") from error
+        data = read_bounded(path, MAX_BYTES)
+    except (OSError, ValueError) as error:
+        raise CorpusError(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from error
     head, end, body = data.partition(END)
     if not (data.startswith(MARK) and end):
         raise CorpusError(f"{path}: is not an EST track; its first line is not {MARK.decode()!r}")

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import MAX_TEXT, DecodeError, read_array, read_utf8
 from phonanim.datasets import Frames, Recording
 from phonanim.datasets._pickles import read_pickle
 from phonanim.errors import CorpusError
@@ -26,8 +27,8 @@ def sound_loader(path: Path) -> Callable[[], Sound] | None:
 def load_array(path: Path) -> NDArray[np.float32]:
     """Numbers of a `.npy` file. Raises CorpusError when it is damaged; pickled objects are refused."""
     try:
-        return np.load(path, allow_pickle=False).astype(np.float32)
-    except (OSError, ValueError, EOFError) as error:
+        return read_array(path).astype(np.float32)
+    except (OSError, ValueError) as error:
         raise CorpusError(f"{path}: cannot be read as an array of numbers: {error}") from error
 
 
@@ -40,8 +41,8 @@ def last_number(path: Path) -> tuple[int, str]:
 def read_list(path: Path) -> tuple[str, ...]:
     """The names in a text file, one per line. Raises CorpusError."""
     try:
-        return tuple(path.read_text(encoding="utf-8").split())
-    except (OSError, UnicodeDecodeError) as error:
+        return tuple(read_utf8(path, MAX_TEXT).split())
+    except (OSError, DecodeError) as error:
         raise CorpusError(f"{path}: cannot be read as a list of names: {error}") from error
 
 

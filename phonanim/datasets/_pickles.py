@@ -17,6 +17,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.files import open_plain
 from phonanim.errors import CorpusError
 
 PLAIN_DTYPE = re.compile(r"[<>|=]?([biufc]\d{1,2}|S\d{1,9}|U\d{1,9})")
@@ -41,7 +42,7 @@ FAULTS = (
 def read_pickle(path: Path) -> Any:
     """The content of a pickle of Python 2 or 3. Raises CorpusError when it is damaged or not of arrays."""
     try:
-        with path.open("rb") as stream:
+        with open_plain(path) as stream:
             _check_steps(stream, path.stat().st_size)
             stream.seek(0)
             return _finished(_Arrays(stream, encoding="latin1").load())

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.files import read_bounded
 from phonanim.datasets import Card, Frames, Recording, not_found
 from phonanim.datasets._files import faceformer_recordings, last_number, read_templates, sound_loader
 from phonanim.errors import CorpusError
@@ -26,6 +27,8 @@ CARD = Card(
     source="Fanelli et al. 2010; split of Fan et al. 2022 (FaceFormer), Stan 2023, section 4.1.1",
     assumed="unit of length; prepared numbers above 40 are the emotional sentences",
 )
+
+MAX_BYTES = 1 << 28  # of a frame: 23,370 vertices have 280 kB
 FPS = 25.0
 UNIT = "as distributed"
 TRAINING = ("F2", "F3", "F4", "M3", "M4", "M5")
@@ -78,7 +81,10 @@ def load(sequence: Path) -> Frames:
 
 def read_vl(path: Path) -> NDArray[np.float32]:
     """Vertices (vertices, 3): a 32-bit count, then three 32-bit floats each. Raises CorpusError."""
-    data = path.read_bytes()
+    try:
+        data = read_bounded(path, MAX_BYTES)
+    except (OSError, ValueError) as error:
+        raise CorpusError(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from error
     count = int.from_bytes(data[:4], "little")
     if count == 0 or len(data) != 4 + 12 * count:
         raise CorpusError(f"{path}: has {len(data)} bytes, which is not a count and as many vertices")

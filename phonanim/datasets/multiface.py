@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import read_utf8
+from phonanim.core.files import read_bounded
 from phonanim.datasets import Card, Frames, Recording, not_found
 from phonanim.datasets._files import last_number, read_templates, sound_loader
 from phonanim.errors import CorpusError
@@ -28,6 +30,8 @@ CARD = Card(
     "case; there is a split only if all 50 are available; `.bin` has three 32-bit floats per vertex, "
     "little-endian, mm",
 )
+
+MAX_MESH = 1 << 28  # bytes of a frame: 7306 vertices have 90 kB
 FPS = 30.0
 SENTENCES, TRAINING = 50, 9
 
@@ -79,8 +83,8 @@ def read_mesh(path: Path) -> NDArray[np.float32]:
     """Vertices (vertices, 3) of a file of floats, or of the lines of an OBJ. Raises CorpusError."""
     try:
         if path.suffix == ".bin":
-            return np.frombuffer(path.read_bytes(), "<f4").reshape(-1, 3)
-        rows = [line.split()[1:4] for line in path.read_text().splitlines() if line.startswith("v ")]
+            return np.frombuffer(read_bounded(path, MAX_MESH), "<f4").reshape(-1, 3)
+        rows = [line.split()[1:4] for line in read_utf8(path, MAX_MESH).splitlines() if line.startswith("v ")]
         return np.array(rows, np.float32).reshape(-1, 3)
     except ValueError as error:
         raise CorpusError(f"{path}: has no vertices ({error}); fetch it again") from error

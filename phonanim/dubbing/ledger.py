@@ -8,11 +8,11 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import replace
+from io import TextIOWrapper
 from pathlib import Path
 from typing import IO
 
-from phonanim.core.decode import DecodeError, check_plain_file
-from phonanim.core.files import atomic_path
+from phonanim.core.files import atomic_path, open_plain
 from phonanim.dubbing import ledger_parts
 from phonanim.dubbing.outcome import Outcome, decode_outcomes, encode_outcome
 from phonanim.dubbing.storage import Place, Remote
@@ -30,12 +30,11 @@ def read_ledger(folder: Place) -> dict[str, Outcome]:
         return ledger_parts.read(folder, NAME)
     path = folder / NAME
     try:
-        with path.open(encoding="utf-8", errors="replace") as stream:
-            check_plain_file(stream)
+        with open_plain(path) as data, TextIOWrapper(data, "utf-8", errors="replace") as stream:
             return decode_outcomes(stream)
     except FileNotFoundError:
         return {}
-    except (OSError, DecodeError) as error:
+    except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise OutputError(
             f"{path}: cannot be read: {reason}; move it away, and all lines are made again"

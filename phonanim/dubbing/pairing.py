@@ -7,6 +7,7 @@ import unicodedata
 from collections.abc import Iterable, Sequence
 from pathlib import Path, PurePosixPath
 
+from phonanim.core.files import read_bounded
 from phonanim.dubbing.storage import Place
 
 # Suffixes that are used in a folder; a pattern or a table may name any, since readers detect the content.
@@ -62,8 +63,8 @@ def _transcript(file: Place) -> str:
     if not isinstance(file, Path) or not file.is_file() or file.stat().st_size > MOST:
         return ""
     try:
-        text = file.read_bytes().decode("utf-8-sig").strip()
-    except (OSError, UnicodeDecodeError):
+        text = read_bounded(file, MOST).decode("utf-8-sig").strip()
+    except (OSError, ValueError):
         return ""
     rows = [line for line in text.splitlines() if line.strip()]
     timed = any(_TIME.match(row) or row.startswith(("#", '"')) for row in rows)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hmac
 import html
 import json
+import sys
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from http import HTTPStatus
@@ -13,6 +14,7 @@ from threading import Lock
 from urllib.parse import parse_qs, urlsplit
 
 from phonanim.core.decode import parse_json
+from phonanim.core.text import printable
 from phonanim.dubbing.review import Review, list_page
 from phonanim.dubbing.review_line import ACTIONS, Desk, act, line_page
 from phonanim.dubbing.review_table import review_csv
@@ -52,6 +54,11 @@ class ReviewServer(ThreadingHTTPServer):
         self.desk = Desk(review, review.decisions())
         self.lock = Lock()  # lines are made one at a time
 
+    def handle_error(self, request: object, client_address: object) -> None:
+        """Tell of faults, but not of a client that leaves before its answer."""
+        if not isinstance(sys.exc_info()[1], OSError):
+            super().handle_error(request, client_address)  # type: ignore[arg-type]
+
     @property
     def address(self) -> str:
         """The address of the list, with the token."""
@@ -59,8 +66,11 @@ class ReviewServer(ThreadingHTTPServer):
 
     def answer(self, target: str, headers: Mapping[str, str]) -> Answer:
         """The page for a request."""
-        url = urlsplit(target)
-        query = {name: values[0] for name, values in parse_qs(url.query).items()}
+        try:
+            url = urlsplit(target)
+            query = {name: values[0] for name, values in parse_qs(url.query).items()}
+        except ValueError:
+            return Answer(HTTPStatus.BAD_REQUEST, "this is no address")
         if why := self._refusal(headers, query.get("token", "")):
             return Answer(HTTPStatus.FORBIDDEN, why)
         try:
@@ -135,7 +145,7 @@ class _Handler(BaseHTTPRequestHandler):
         return {name.title(): value for name, value in self.headers.items()}
 
     def _send(self, answer: Answer) -> None:
-        data = answer.text.encode()
+        data = printable(answer.text).encode()
         self.send_response(answer.status)
         for name, value in {**HEADERS, "Content-Type": answer.kind}.items():
             self.send_header(name, value)

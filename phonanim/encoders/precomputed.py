@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import read_array
 from phonanim.encoders import STEPS, Features
 from phonanim.errors import AudioError
 from phonanim.media.audio import Sound
@@ -63,10 +64,10 @@ def read_features(sound: Sound) -> Features:
 
 def _read_array(path: Path) -> NDArray[np.float16]:
     try:
-        found = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
+        found = read_array(path)
+    except (OSError, ValueError) as error:
         raise AudioError(f"{path}: cannot be read as an array ({error}); save it with numpy.save") from error
-    if not isinstance(found, np.ndarray) or found.ndim not in (2, 3) or found.dtype.kind not in "fiu":
+    if found.ndim not in (2, 3) or found.dtype.kind not in "fiu":
         raise AudioError(f"{path}: must hold numbers of the shape (steps, dims) or (steps, layers, dims)")
     if found.size == 0 or not np.isfinite(found).all():
         raise AudioError(f"{path}: has numbers that are not finite, or none at all; compute it again")

@@ -8,7 +8,6 @@ what is seen is not, so that a mouth that hardly moves is not read.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 
 from phonanim.core.files import write_text
 from phonanim.core.lexicon import LEXICON
+from phonanim.core.tables import parse_cell, read_rows
 from phonanim.errors import EvaluationError
 from phonanim.metrics import speech_mask
 from phonanim.speech.inventory import INVENTORY
@@ -223,13 +223,12 @@ def fit_reader(sights: Iterable[Sight], lips: tuple[str, ...] = LIPS, ridge: flo
 def load_reader(path: Path = READER_FILE) -> Reader:
     """Read a table of weights. Raises EvaluationError when it is damaged."""
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            header, *rows = list(csv.reader(file))
-        table = np.array([row[1:] for row in rows], np.float64)
+        header, *rows = read_rows(path)
+        table = np.array([[parse_cell(cell, "a weight") for cell in row[1:]] for row in rows])
         lips = tuple(dict.fromkeys(column.partition(" ")[0] for column in header[2:]))
-    except (OSError, ValueError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise EvaluationError(f"{path}: cannot be read as a reader of visemes ({error})") from error
-    if [row[0] for row in rows] != list(VISEMES) or table.shape[1] != 1 + len(lips) * len(OFFSETS):
+    if [row[0] for row in rows] != list(VISEMES) or table.shape[1:] != (1 + len(lips) * len(OFFSETS),):
         raise EvaluationError(f"{path}: needs a row for each of {', '.join(VISEMES)}; fetch it again")
     return Reader(lips, table[:, 1:], table[:, 0])
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
+from phonanim.core.decode import MAX_TEXT, read_utf8
 from phonanim.errors import EvaluationError, MissingExtraError
 from phonanim.face.model import MOUTH_CORNER_LEFT, MOUTH_CORNER_RIGHT
 from phonanim.rig.head import load_head
@@ -63,7 +64,7 @@ def load_word_reader(network: Path, words: Path) -> WordReader:
         raise MissingExtraError("a reader of words needs torch: pip install 'phonanim[train]'") from error
     try:
         listed = tuple(
-            line.strip().lower() for line in words.read_text(encoding="utf-8").splitlines() if line.strip()
+            line.strip().lower() for line in read_utf8(words, MAX_TEXT).splitlines() if line.strip()
         )
         load: Any = torch.jit.load
         module = load(str(network), map_location="cpu").eval()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterator, Sequence
+from io import TextIOWrapper
 from itertools import chain
 from pathlib import Path
 
@@ -13,8 +14,8 @@ from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.animation.timecode import Timecode, timecode_for_label
-from phonanim.core.decode import DecodeError, check_plain_file
-from phonanim.core.files import atomic_path
+from phonanim.core.decode import DecodeError
+from phonanim.core.files import atomic_path, open_plain
 from phonanim.errors import OptionError, OutputError
 from phonanim.exporters._curves import estimate_rate
 from phonanim.exporters._decimals import CELL, LARGEST, decimal_cells, number_cells
@@ -67,13 +68,11 @@ def _pieces(animation: Animation, names: tuple[str, ...], clock: Timecode, origi
     row = np.frombuffer(b"".join([clock.mark.join(LABEL).encode(), b",%d," % len(names), *cells]), np.uint8)
     ends = np.cumsum([len(cell) for cell in cells]) + len(row) - sum(map(len, cells))
     places = [int(end) - CELL for name, end in zip(names, ends, strict=True) if name in moving]
-    curves = np.zeros((len(animation.values), len(moving)), np.float32)
-    for column, name in enumerate(name for name in names if name in moving):
-        curves[:, column] = moving[name]
+    chosen = [animation.channels.index(name) for name in names if name in moving]
     turned = [name in turns() for name in names if name in moving]
     times = origin + animation.times
     for begin in range(0, len(times), PIECE):
-        block = curves[begin : begin + PIECE].astype(np.float64)
+        block = animation.values[begin : begin + PIECE, chosen].astype(np.float64)
         block[:, turned] = np.radians(block[:, turned])
         yield _rows(row, clock.counts(times[begin : begin + PIECE]), block, places)
 
@@ -109,12 +108,11 @@ def read(path: Path) -> Animation:
     Raises OutputError, which names the file and the row.
     """
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            check_plain_file(file)
+        with open_plain(path) as data, TextIOWrapper(data, "utf-8-sig", newline="") as file:
             return _read(path, (row for row in csv.reader(file) if row))
     except DecodeError as error:
         raise OutputError(f"{path}: is not a recording: {error}") from error
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except (OSError, ValueError, csv.Error) as error:
         raise OutputError(f"{path}: cannot be read: {error}") from error
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from phonanim.animation.animation import Animation
 from phonanim.articulation import CHANNELS
-from phonanim.core.files import write_text
+from phonanim.core.files import read_bounded, write_text
 from phonanim.core.pages import fill_page, script_data
 from phonanim.errors import OutputError, RigError
 from phonanim.exporters._head import RIG as RIG
@@ -26,6 +26,7 @@ from phonanim.viewer.page import base64_text, character_targets, read_page_part
 SUMMARY = "viewer in one file that works offline: head, sound, timeline, curves, two takes side by side"
 INLINE = "<script>\n{{script}}\n</script>"
 SCRIPTS = ("three.js", "data.js", "stage.js", "timeline.js", "player.js")
+MAX_SOUND = 1 << 29  # bytes of a recording within a page: an hour of stereo at 48 kHz has 690 MB
 AUDIO_TYPES = {".wav": "audio/wav", ".flac": "audio/flac", ".ogg": "audio/ogg", ".mp3": "audio/mpeg"}
 
 
@@ -132,6 +133,6 @@ def sound_address(path: Path) -> str:
             f"{path}: a browser plays {' '.join(AUDIO_TYPES)}; convert the recording to one of them"
         )
     try:
-        return f"data:{kind};base64,{base64_text(path.read_bytes())}"
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be read: {error.strerror}") from error
+        return f"data:{kind};base64,{base64_text(read_bounded(path, MAX_SOUND))}"
+    except (OSError, ValueError) as error:
+        raise OutputError(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from error

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.decode import DAMAGE, read_json
+from phonanim.core.decode import DAMAGE, read_json, read_tensors
 from phonanim.core.files import atomic_path, write_text
 from phonanim.core.version import __version__
 from phonanim.errors import ModelError
@@ -226,16 +226,13 @@ def save_appearance(model: AppearanceModel, folder: Path, card: dict[str, Any]) 
 
 def load_appearance(folder: Path) -> AppearanceModel:
     """Read the output of `save_appearance`. Raises ModelError when it is missing or damaged."""
-    from safetensors import SafetensorError
-    from safetensors.numpy import load_file
-
     try:
         facts = read_json(folder / "appearance.json")
-        tensors = load_file(folder / "appearance.safetensors")
+        tensors = read_tensors(folder / "appearance.safetensors")
         if facts["format"] != FORMAT:
             raise ValueError(f"format {facts['format']}, not {FORMAT}")
         return _checked(_from_tensors(tensors, facts))
-    except (OSError, *DAMAGE, SafetensorError) as error:
+    except (OSError, *DAMAGE) as error:
         raise ModelError(
             f"{folder}: is not an appearance model ({error}); make one with `phonanim corpus appearance`"
         ) from error

@@ -71,13 +71,12 @@ SWEEPS = 8  # of the alternating projections; the bounds then hold to a hundredt
 
 
 def enforce_lip_contacts(
-    modes: NDArray[np.float32], track: PhoneTrack, face: FaceModel, fps: float, start: float = 0.0
+    modes: NDArray[np.float32], track: PhoneTrack, face: FaceModel, times: Array
 ) -> NDArray[np.float32]:
-    """Bound the lips of predicted motion, (frames, modes) at start + n / fps -> the same shape.
+    """Bound the lips of predicted motion, (frames, modes) at rising instants (frames,) -> the same shape.
 
     Frames without such a phone nearby are unchanged, and so are frames within the bounds.
     """
-    times = start + np.arange(len(modes)) / fps
     gap, width = contact_limits(track, times, "gap"), contact_limits(track, times, "width")
     near = np.flatnonzero(np.isfinite(gap) | np.isfinite(width))
     if len(near) == 0:

@@ -56,7 +56,11 @@ def emotion_offsets(emotions: Sequence[Emotion], rig: Rig, times: Array) -> Arra
     offsets = np.zeros((len(times), len(rig.controls)))
     names = [plain_name(name) for name in rig.controls] if emotions else []
     for name in dict.fromkeys(emotion.name for emotion in emotions):
-        own = [weight(emotion, times) for emotion in emotions if emotion.name == name]
+        most: Array | None = None
+        for emotion in (emotion for emotion in emotions if emotion.name == name):
+            own = weight(emotion, times)
+            most = own if most is None else np.maximum(most, own, out=most)
         pose = emotion_pose(name)
-        offsets += np.max(own, axis=0)[:, None] * np.array([pose.get(control, 0.0) for control in names])
+        moved = np.array([pose.get(control, 0.0) for control in names])
+        offsets += np.asarray(most)[:, None] * moved
     return offsets

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from phonanim.animation.option_parsing import parse_gain, parse_overlay
+from phonanim.core.decode import MAX_TIME, DecodeError
 from phonanim.errors import OptionError
 from phonanim.life.emotion import emotion_names
 from phonanim.life.layer import BEHAVIOURS, check_name
@@ -14,6 +15,7 @@ from phonanim.options import Emotion
 
 COLUMNS = ("emotion", "weight", "start", "end")
 FARTHEST = 1000.0  # metres
+MOST_SPANS = 2000  # emotions of a line
 
 
 def parse_life(text: str) -> float | Mapping[str, float]:
@@ -69,16 +71,17 @@ def _emotions(text: str) -> Iterable[Emotion]:
 
 def read_emotions(path: Path) -> tuple[Emotion, ...]:
     """Read spans from a CSV: emotion, weight, start, end. Raises OptionError naming the row."""
-    import csv  # few lines have such a file
+    from phonanim.core.tables import read_rows  # few lines have such a file
 
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(file) if row]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        rows = [(number, row) for number, row in enumerate(read_rows(path), start=1) if row]
+    except (OSError, DecodeError) as error:
         raise OptionError(f"{path}: cannot be read: {error}") from error
-    if not rows or tuple(cell.strip().lower() for cell in rows[0]) != COLUMNS:
+    if len(rows) > 1 + MOST_SPANS:
+        raise OptionError(f"{path}: has {len(rows) - 1} emotions, more than {MOST_SPANS}; join some")
+    if not rows or tuple(cell.strip().lower() for cell in rows[0][1]) != COLUMNS:
         raise OptionError(f"{path}: its first row must be {','.join(COLUMNS)}")
-    return tuple(_span(path, number, row) for number, row in enumerate(rows[1:], start=2))
+    return tuple(_span(path, number, row) for number, row in rows[1:])
 
 
 def _span(path: Path, number: int, row: list[str]) -> Emotion:
@@ -91,6 +94,6 @@ def _span(path: Path, number: int, row: list[str]) -> Emotion:
         span = float(start), float(end)
     except ValueError:
         span = math.nan, math.nan
-    if not 0 <= span[0] < span[1] < math.inf:
+    if not 0 <= span[0] < span[1] <= MAX_TIME:
         raise OptionError(f"{place}: start {start!r} and end {end!r} must be seconds, and rise")
     return Emotion(name, parse_gain(f"{place}: weight", weight), span)

@@ -13,7 +13,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.files import concatenate_pieces
+from phonanim.core.files import concatenate_pieces, open_plain
 from phonanim.errors import AudioError, MissingExtraError
 
 SUFFIXES = (".wav", ".flac", ".ogg", ".mp3")
@@ -25,6 +25,8 @@ UNTOLD = 0x7FFFF000  # bytes; a header with this size or more was written before
 SPARE = 0.01  # seconds that may be missing at the end of a file without a warning
 LOWEST_RATE, HIGHEST_RATE = 1000, 768_000  # hertz
 LONGEST = 4 * 3600  # seconds of a recording that is held whole
+MOST_SAMPLES, MOST_VALUES = 150_000_000, 1_200_000_000  # of a small file: 52 minutes at 48 kHz; all channels
+MOST_PER_BYTE = 25  # of a larger file: Opus at 16 kbit/s has 24
 FULL_SCALE = 0.999
 CLIPPED = 1.0  # percent of samples at full scale above which a recording counts as clipped
 
@@ -104,8 +106,12 @@ def _wav_blocks(path: Path, size: int) -> Iterator[NDArray[np.float32]]:
 
 
 def _other_blocks(path: Path, size: int) -> Iterator[NDArray[np.float32]]:
+    count = 0
     with _soundfile(path) as soundfile:
         for block in soundfile.blocks(str(path), size, dtype="float32", always_2d=True):
+            count += block.size
+            if count > max(MOST_VALUES, MOST_PER_BYTE * path.stat().st_size):
+                raise AudioError(f"{path}: unpacks to over {count:,} samples of all channels; cut it")
             yield block.mean(axis=1)
 
 
@@ -127,6 +133,8 @@ def _numbers(path: Path, rate: int, blocks: Iterator[NDArray[np.float32]]) -> It
             place = f"after {count / rate:.1f} s"
             raise AudioError(f"{path}: has samples {place} that are not finite numbers; export it again")
         count += len(block)
+        if count > max(MOST_SAMPLES, MOST_PER_BYTE * path.stat().st_size):
+            raise AudioError(f"{path}: unpacks to over {count:,} samples; cut it in parts, or save it as WAV")
         if count > LONGEST * rate:
             raise AudioError(f"{path}: is longer than {LONGEST // 3600} hours; cut it in parts")
         yield block
@@ -236,9 +244,11 @@ def audio_notes(sound: Sound) -> tuple[str, ...]:
 
 def _open(path: Path) -> BinaryIO:
     try:
-        return path.open("rb")
+        return open_plain(path)
     except OSError as error:
         raise AudioError(f"{path}: cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise AudioError(f"{path}: cannot be read: {error}") from error
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.decode import DAMAGE, DecodeError, read_json
+from phonanim.core.decode import DAMAGE, DecodeError, read_json, read_tensors
 from phonanim.core.files import atomic_path
 from phonanim.core.plugins import Registry
 from phonanim.core.typed import check_types
@@ -350,12 +350,9 @@ def _load_card(folder: Path) -> dict[str, Any]:
 
 
 def _load_tensors(path: Path) -> Tensors:
-    from safetensors import SafetensorError
-    from safetensors.numpy import load_file
-
     try:
-        tensors: Tensors = load_file(path)
-    except (OSError, SafetensorError, ValueError) as error:
+        tensors: Tensors = read_tensors(path)
+    except (OSError, DecodeError) as error:
         raise ModelError(f"{path}: cannot be read ({error}); fetch or train the model again") from error
     for name, tensor in tensors.items():
         if tensor.dtype.kind == "f" and not np.isfinite(tensor).all():

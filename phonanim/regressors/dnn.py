@@ -107,7 +107,10 @@ def _layers(config: Config, tensors: Tensors, prefix: str) -> Layers:
 def _silu(signal: NDArray[np.float32]) -> NDArray[np.float32]:
     # x * sigmoid(x) through tanh, which numpy vectorizes and which cannot overflow.
     half = signal * np.float32(0.5)
-    return np.asarray(half * (1 + np.tanh(half)), np.float32)
+    grown = np.tanh(half)
+    grown += 1
+    grown *= half
+    return np.asarray(grown, np.float32)
 
 
 def _tanh(signal: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -8,13 +8,14 @@ the contacts (phonanim/face/contacts.py).
 
 from __future__ import annotations
 
-import csv
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DecodeError
+from phonanim.core.tables import parse_cell, read_records
 from phonanim.errors import RigError
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.phones import PhoneTrack
@@ -28,15 +29,14 @@ def read_accents(path: Path, controls: tuple[str, ...]) -> NDArray[np.float32]:
     """A table of accents as amounts (41, controls). Raises RigError naming the row that is wrong."""
     table = np.zeros((len(INVENTORY.phones), len(controls)), np.float32)
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
-    except (OSError, UnicodeDecodeError) as error:
+        rows = read_records(path, ("phones", "control", "amount"))
+    except (OSError, DecodeError) as error:
         raise RigError(f"{path}: cannot be read: {error}") from error
-    for number, row in enumerate(rows, start=2):
+    for number, row in rows:
         try:
             codes = INVENTORY.codes(row["phones"].split())
-            table[codes, controls.index(row["control"])] = float(row["amount"])
-        except (KeyError, ValueError, AttributeError, TypeError) as error:
+            table[codes, controls.index(row["control"])] = parse_cell(row["amount"], "amount")
+        except (KeyError, ValueError) as error:
             raise RigError(
                 f"{path} row {number}: needs phones, a control of the rig and an amount ({error})"
             ) from error

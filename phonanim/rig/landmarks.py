@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,8 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DecodeError
 from phonanim.core.files import write_text
 from phonanim.core.lexicon import LEXICON
+from phonanim.core.tables import parse_cell, read_rows
 from phonanim.errors import RigError
 
 Array = NDArray[np.float64]
@@ -19,6 +20,7 @@ SHIPPED = LEXICON / "rigs" / "arkit.landmarks.csv"
 MARK = "phonanim rig landmarks, then --landmarks with the points"
 """What messages say to do where a face is not found."""
 HEADER = ("landmark", "vertex_a", "vertex_b", "vertex_c", "weight_a", "weight_b", "weight_c")
+MOST_VERTICES = 1e8  # of a number of a vertex
 
 
 @dataclass(frozen=True)
@@ -57,9 +59,8 @@ def shipped_landmarks() -> MeshLandmarks:
 def read_landmarks(path: Path) -> MeshLandmarks:
     """Read a landmark table (CSV). Raises RigError naming the file and the row."""
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = list(csv.reader(file))
-    except (OSError, UnicodeDecodeError) as error:
+        rows = read_rows(path)
+    except (OSError, DecodeError) as error:
         raise RigError(f"{path}: cannot be read: {error}") from error
     if not rows or tuple(rows[0]) != HEADER:
         raise RigError(f"{path}: must begin with the header {','.join(HEADER)}")
@@ -70,10 +71,10 @@ def read_landmarks(path: Path) -> MeshLandmarks:
 
 def _parse(path: Path, line: int, row: list[str]) -> list[float]:
     try:
-        values = [float(cell) for cell in row]
+        values = [parse_cell(cell, name, 0, MOST_VERTICES) for name, cell in zip(HEADER, row, strict=True)]
     except ValueError as error:
         raise RigError(f"{path}, line {line}: {error}; write numbers alone") from error
-    if len(values) != len(HEADER) or not np.isclose(sum(values[4:]), 1.0, atol=1e-3):
+    if not np.isclose(sum(values[4:]), 1.0, atol=1e-3):
         raise RigError(f"{path}, line {line}: needs a landmark, three vertices and three weights of sum 1")
     return values
 

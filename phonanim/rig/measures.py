@@ -7,14 +7,15 @@ beside the rig as a CSV.
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DecodeError
 from phonanim.core.files import write_text
+from phonanim.core.tables import parse_cell, read_records
 from phonanim.errors import RigError
 
 Array = NDArray[np.float64]
@@ -57,18 +58,18 @@ class MouthMeasures:
 
 def read_measures(path: Path, controls: tuple[str, ...]) -> MouthMeasures:
     """Read a table of measures. Raises RigError naming the row that is wrong."""
+    columns = ("effort", *MEASURES)
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
-    except (OSError, UnicodeDecodeError) as error:
+        rows = read_records(path, ("controls", "uses", *columns))
+    except (OSError, DecodeError) as error:
         raise RigError(f"{path}: cannot be read: {error}") from error
     names, uses, table = [], [], []
-    for number, row in enumerate(rows, start=2):
+    for number, row in rows:
         try:
             names.append(tuple(row["controls"].split()))
             uses.append([row["uses"].split().count(use) for use in USES])
-            table.append([float(row[key] or 0) for key in ("effort", *MEASURES)])
-        except (KeyError, ValueError, AttributeError, TypeError) as error:
+            table.append([parse_cell(row[key] or "0", key) for key in columns])
+        except DecodeError as error:
             raise RigError(
                 f"{path} row {number}: needs controls, uses, effort, {', '.join(MEASURES)} ({error})"
             ) from error

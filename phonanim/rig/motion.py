@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DecodeError
 from phonanim.core.files import write_text
 from phonanim.core.lexicon import LEXICON
+from phonanim.core.tables import parse_cell, read_rows
 from phonanim.errors import RigError
 from phonanim.face.correspondence import map_faces
 from phonanim.face.model import FaceModel, lip_aperture
@@ -55,10 +56,12 @@ def sample_motion(modes: Array, face: FaceModel, frames: int, rng: np.random.Gen
 def read_motion(path: Path = SHIPPED) -> Motion:
     """Read a motion sample: a CSV whose header is the face's id and the modes. Raises RigError."""
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = list(csv.reader(file))
-        values = np.array(rows[1:], np.float64)
-    except (OSError, ValueError, IndexError) as error:
+        rows = read_rows(path)
+        cells = [[parse_cell(cell, "a mode") for cell in row] for row in rows[1:]]
+        values = np.array(cells, np.float64)
+        if len(cells) == 0 or values.shape != (len(cells), len(rows[0])):
+            raise DecodeError("its rows are not all as long as its header")
+    except (OSError, ValueError) as error:
         raise RigError(
             f"{path}: is not a motion sample ({error}); rebuild it: python scripts/fit_rig.py"
         ) from error

@@ -6,7 +6,6 @@ share of the control's value that the shape takes. A shape may have several rows
 
 from __future__ import annotations
 
-import csv
 import math
 import re
 from collections.abc import Iterable, Iterator
@@ -15,7 +14,9 @@ from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
 
+from phonanim.core.decode import DecodeError
 from phonanim.core.lexicon import LEXICON
+from phonanim.core.tables import read_records
 from phonanim.errors import RigError
 
 SIDES = {"l": "left", "r": "right"}
@@ -58,7 +59,7 @@ def read_names(paths: Iterable[Path]) -> dict[str, Shares]:
     """The controls of each shape by its plain name, from tables `shape,control[,weight]`. Raises RigError."""
     found: dict[str, dict[str, float]] = {}
     for path in paths:
-        for number, row in enumerate(_rows(path), 2):
+        for number, row in _rows(path):
             shape, control = row.get("shape"), row.get("control")
             try:
                 weight = float(row.get("weight") or 1)
@@ -172,14 +173,10 @@ def _tables() -> dict[str, Shares]:
     return read_names(sorted((LEXICON / "rigs" / "names").glob("*.csv")))
 
 
-def _rows(path: Path) -> list[dict[str, str]]:
+def _rows(path: Path) -> list[tuple[int, dict[str, str]]]:
     try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            reader = csv.DictReader(stream)
-            if not {"shape", "control"} <= set(reader.fieldnames or ()):
-                raise RigError(f"{path}: its first line is not shape,control,weight; write that line")
-            return list(reader)
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        return read_records(path, ("shape", "control"))
+    except (OSError, DecodeError) as error:
         raise RigError(
             f"{path}: cannot be read as a table of names: {error}; save it as CSV, UTF-8"
         ) from error

@@ -56,7 +56,7 @@ def load_portrait(path: Path, channels: tuple[str, ...], height: int, width: int
     head = replace(head, vertices=head.vertices * scale, deltas=head.deltas * scale)
     middle, tall = middle * scale, tall * scale
     middle[1] += 0 if lids else RAISED * tall
-    front = float(head.vertices[np.abs(head.vertices[:, 1] - middle[1]) < tall, 2].max())
+    front = float(head.vertices[np.abs(head.vertices[:, 1] - middle[1]) < tall, 2].max(initial=-np.inf))
     centre = (float(middle[0]), float(middle[1]), min(float(middle[2]), front))
     return Portrait(head, View(centre, (AROUND if lids else ALONE) * tall, height, width, yaw))
 
@@ -92,6 +92,8 @@ def _cropped(head: Head, middle: Array, reach: float) -> Head:
 def _facing(head: Head, face: Array, tall: float) -> tuple[Head, Array]:
     """The head and its face, a place, turned by quarters until it is in front of the middle of the head."""
     level = head.vertices[np.abs(head.vertices[:, 1] - face[1]) < tall / 2]
+    if not len(level):
+        raise RigError("the shapes of the character move nothing that has a height; export the head whole")
     ahead = face - (level.min(axis=0) + level.max(axis=0)) / 2
     quarter = round(float(np.arctan2(ahead[0], ahead[2])) / (np.pi / 2))
     sine, cosine = (0, -1, 0, 1)[quarter % 4], (1, 0, -1, 0)[quarter % 4]

@@ -176,7 +176,8 @@ def minimize(
     inverse = np.linalg.inv(gram + np.diag(firmness[:, 0]))
     shrink = effort[:, None] / 2 / firmness
     values: Array = np.asarray(np.linalg.solve(gram, pull), np.float64)
-    _limit_within(values, low, high, shared, firmness)
+    rows = np.flatnonzero(shared)
+    _limit_within(values, low, high, rows, firmness)
     owed = np.zeros_like(values)
     other, free = np.empty_like(values), np.empty_like(values)
     for _ in range(ROUNDS):  # in place, because new arrays would take most of the time
@@ -190,20 +191,20 @@ def minimize(
         free += owed
         np.minimum(np.maximum(free, -shrink, out=other), shrink, out=other)
         np.subtract(free, other, out=values)
-        _limit_within(values, low, high, shared, firmness)
+        _limit_within(values, low, high, rows, firmness)
         np.subtract(free, values, out=owed)
     return values
 
 
-def _limit_within(values: Array, low: Array, high: Array, shared: NDArray[np.bool_], firmness: Array) -> None:
-    """The nearest values within bounds, in place, (unknowns, frames); the shared ones in sum at most 1.
+def _limit_within(values: Array, low: Array, high: Array, rows: NDArray[np.int64], firmness: Array) -> None:
+    """The nearest values within bounds, in place, (unknowns, frames); those of `rows` in sum at most 1.
 
     Near is measured by `firmness` (unknowns, 1). Where the sum is too great, all fall by the same over their
     firmness, and bisection finds by how much.
     """
-    rows = np.flatnonzero(shared)
-    over = np.flatnonzero(np.clip(values[rows], low[rows], high[rows]).sum(axis=0) > 1)
-    if len(over):
+    over = rows[:0]
+    if len(rows):
+        over = np.flatnonzero(np.clip(values[rows], low[rows], high[rows]).sum(axis=0) > 1)
         part, floor, roof = (of[np.ix_(rows, over)] for of in (values, low, high))
     np.minimum(np.maximum(values, low, out=values), high, out=values)
     if len(over) == 0:

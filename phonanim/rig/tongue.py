@@ -12,7 +12,6 @@ table of its tongue, with a row for each control:
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -21,7 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.articulation import Articulation
+from phonanim.core.decode import DecodeError
 from phonanim.core.files import write_text
+from phonanim.core.tables import parse_cell, read_records
 from phonanim.errors import RigError
 from phonanim.rig.pronounce import minimize
 
@@ -61,24 +62,21 @@ class Tongue:
 def read_tongue(path: Path, controls: tuple[str, ...]) -> Tongue:
     """Read a table of the tongue. Raises RigError naming the row that is wrong."""
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
-    except (OSError, UnicodeDecodeError) as error:
+        rows = read_records(path, COLUMNS)
+    except (OSError, DecodeError) as error:
         raise RigError(f"{path}: cannot be read: {error}") from error
     places, uses, numbers = [], [], []
-    for number, row in enumerate(rows, start=2):
+    for number, row in rows:
         try:
             places.append(controls.index(row["control"]))
             uses.append(USES[USES.index(row["use"])])
-            numbers.append([float(row[name] or 0) for name in COLUMNS[2:]])
-        except (KeyError, ValueError, AttributeError, TypeError) as error:
+            numbers.append([parse_cell(row[name] or "0", name) for name in COLUMNS[2:]])
+        except ValueError as error:
             raise RigError(
                 f"{path} row {number}: needs a control of the rig, a use ({', '.join(USES)}) and numbers in "
                 f"{', '.join(COLUMNS[2:])} ({error})"
             ) from error
     table = np.array(numbers, np.float64).reshape(-1, len(COLUMNS) - 2)
-    if not np.isfinite(table).all():
-        raise RigError(f"{path}: holds a value that is not finite; write numbers")
     return Tongue(np.array(places, np.int64), tuple(uses), table[:, 0], table[:, 1], table[:, 2:])
 
 

@@ -38,6 +38,10 @@ MAX_DURATION = 7200.0
 """Seconds. A longer file has a wrong unit of time or is a whole session: 2 h at 60 fps are 432,000 frames."""
 
 
+MOST_TIERS = 1000
+"""A session of twenty speakers with five tiers each has a hundred."""
+
+
 @dataclass(frozen=True, slots=True)
 class Alignment:
     """The phone tier of one recording.
@@ -135,6 +139,10 @@ def _check_header(recording: Recording, source: AlignmentFile) -> None:
     """Raise AlignmentError for a start or an end that cannot be."""
     if not (math.isfinite(recording.start) and math.isfinite(recording.end)):
         raise source.error(f"starts at {recording.start} s and ends at {recording.end} s; correct its header")
+    if len(recording.tiers) > MOST_TIERS:
+        raise source.error(
+            f"has {len(recording.tiers)} tiers, more than {MOST_TIERS}; save those of the speaker alone"
+        )
     if recording.start < -ROUNDING:
         raise source.error(f"starts at {recording.start:g} s, before 0; shift its times to zero")
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from phonanim.core.decode import DecodeError, parse_json
 from phonanim.core.files import read_bounded
 from phonanim.errors import AlignmentError
 
@@ -41,8 +41,8 @@ class AlignmentFile:
         if self.text.lstrip()[:1] not in ("{", "["):
             return None
         try:
-            return json.loads(self.text)
-        except (ValueError, RecursionError):
+            return parse_json(self.text, numbers_only=False)
+        except DecodeError:
             return None
 
     @cached_property
@@ -57,8 +57,8 @@ class AlignmentFile:
         if not lines or not lines[0].lstrip().startswith("{"):
             return []
         try:
-            return [json.loads(line) for line in lines]
-        except (ValueError, RecursionError):
+            return [parse_json(line, numbers_only=False) for line in lines]
+        except DecodeError:
             return []
 
     def error(self, what: str) -> AlignmentError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
@@ -9,10 +10,12 @@ from difflib import SequenceMatcher
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.errors import OptionError
 from phonanim.speech.intervals import Interval
 
 Array = NDArray[np.float64]
 
+MOST_PAIRS = 20_000_000  # of equal phones of both takes: lines of half an hour have 15 million
 FAR = 1e6  # seconds; before the first phone and after the last, times move with that phone
 
 
@@ -33,7 +36,12 @@ class Anchors:
 
 
 def match_phones(before: tuple[Interval, ...], after: tuple[Interval, ...]) -> Anchors:
-    """Match the phones of two takes by their labels, in order."""
+    """Match the phones of two takes by their labels, in order. Raises OptionError for very long takes."""
+    here, there = Counter(_labels(before)), Counter(_labels(after))
+    if sum(count * there[label] for label, count in here.items()) > MOST_PAIRS:
+        raise OptionError(
+            f"lines of {len(before)} and {len(after)} phones are too long to be matched; cut them in parts"
+        )
     matcher = SequenceMatcher(None, _labels(before), _labels(after), autojunk=False)
     pairs = [(b.a + k, b.b + k) for b in matcher.get_matching_blocks() for k in range(b.size)]
     old = [time for one, _ in pairs for time in (before[one].start, before[one].end)] or [0.0]

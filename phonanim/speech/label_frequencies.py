@@ -52,14 +52,9 @@ class Notation:
     silences: frozenset[str]
     shares: Mapping[str, float]
 
-    def log_shares(self, counts: Mapping[str, int]) -> float:
-        """The logarithm of the probability of labels, one by one, each with its count."""
-        found = self._found
-        total = 0.0
-        for label, count in counts.items():
-            known = found.get(label) or self._known(label)
-            total += count * known[1]
-        return total
+    def log_share(self, label: str) -> float:
+        """The logarithm of the probability of a label alone."""
+        return self._known(label)[1]
 
     def lists(self, labels: Iterable[str]) -> bool:
         """Whether the notation has every label, as it is written."""

@@ -44,6 +44,9 @@ SILENCE_SOUND = Sound((SILENT,), "silence")
 NOISE_SOUND = Sound((SILENT,), "noise")
 
 
+LONGEST = 200
+"""Characters of a label. Text of any length costs no time, then."""
+
 MARKS = (":", '"', "%", "~", "=", "_", "'", "_=", "_h", "_0", "`", "-")
 """Marks of SAMPA that may stand on a label that a language lists."""
 
@@ -91,7 +94,9 @@ class Language:
 
     @lru_cache(maxsize=4096)  # noqa: B019 - the few languages live as long as the program
     def resolve(self, label: str) -> Sound | None:
-        """The meaning of a label, None when it is unknown in this language."""
+        """The meaning of a label, None when it is unknown in this language, or longer than any label."""
+        if len(label) > LONGEST:
+            return None
         known = self.resolve_listed(label) or _silences().get(_bare(label)) or self._in_alphabets(label)
         return known or (None if label.isascii() else self._in_letters(label))
 
@@ -112,6 +117,7 @@ class Language:
         """The known labels with the most similar spelling, best first."""
         from difflib import get_close_matches
 
+        label = label[:LONGEST]
         known = [
             *self.phones,
             *self.ipa,

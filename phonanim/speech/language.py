@@ -31,6 +31,7 @@ __all__ = [
 ]
 
 NOISE_NOTE = "not a phone, shown as silence"
+MOST_GUESSED = 1000  # different labels whose nearest is shown
 Unknown = Literal["error", "nearest", "silence"]
 
 
@@ -86,6 +87,16 @@ class _Notes:
         self.alignment = alignment
         self.lines: list[str] = []
         self._places: dict[tuple[str, str], list[float]] = {}
+        self._guessed: set[str] = set()
+
+    def count_guess(self, interval: Interval) -> None:
+        """Remember a label whose nearest is shown. Raises LabelError for more than MOST_GUESSED of them."""
+        self._guessed.add(interval.label)
+        if len(self._guessed) > MOST_GUESSED:
+            raise LabelError(
+                f"{self.alignment.source}: has more than {MOST_GUESSED} different labels that are no phones; "
+                "choose another --tier or --language"
+            )
 
     def add(self, what: str, interval: Interval) -> None:
         place = interval.start + self.alignment.offset
@@ -115,6 +126,7 @@ def _replaced(interval: Interval, language: Language, unknown: Unknown, notes: _
     if unknown == "silence":
         notes.add(f"unknown in language {language.name}, shown as silence", interval)
         return SILENCE_SOUND
+    notes.count_guess(interval)
     near = next(iter(language.nearest(interval.label, 1)), "")
     shown = f'"{near}"' if near else "silence: no label is similar"
     notes.add(f"unknown in language {language.name}, shown as {shown}", interval)

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
 
 from phonanim.speech.label_frequencies import (
     ANY,
@@ -17,7 +22,7 @@ from phonanim.speech.label_frequencies import (
     notations,
     united_notations,
 )
-from phonanim.speech.labels import Language, is_silent, load_language
+from phonanim.speech.labels import LONGEST, Language, is_silent, load_language
 from phonanim.speech.language_names import language_names, language_weights
 from phonanim.speech.letters import script_languages
 
@@ -42,6 +47,9 @@ UNREADABLE = 1e-2
 
 LISTED = 0.1
 """Share of a language that lists every label, where no probable language can read them all."""
+
+MOST_LABELS = 1000
+"""Different labels that decide; the syllables of Mandarin with tones, which are the most, are 1300."""
 
 TOLD = 0.01
 """Share from which a language is among the candidates."""
@@ -97,7 +105,7 @@ def rank_languages(labels: Iterable[str], expected: str = "") -> LanguageChoice:
 
     `expected` is the language that the labels are in unless they tell otherwise.
     """
-    labels = tuple(labels)
+    labels = _most_frequent(labels)
     spoken = tuple(label for label in labels if not is_silent(label))
     if not spoken:
         return LanguageChoice(load_language(expected or "english"))
@@ -125,6 +133,16 @@ def rank_languages(labels: Iterable[str], expected: str = "") -> LanguageChoice:
     )
 
 
+def _most_frequent(labels: Iterable[str]) -> tuple[str, ...]:
+    """Labels in their order, without those beyond the MOST_LABELS most frequent, each cut to LONGEST."""
+    kept = tuple(label[:LONGEST] for label in labels)
+    counts = Counter(kept)
+    if len(counts) <= MOST_LABELS:
+        return kept
+    frequent = {label for label, _ in counts.most_common(MOST_LABELS)}
+    return tuple(label for label in kept if label in frequent)
+
+
 def _candidates(shares: dict[str, float]) -> dict[str, float]:
     """The most probable languages."""
     ranked = sorted(shares, key=lambda name: -shares[name])
@@ -141,17 +159,16 @@ def _without_unreadable(
     shares: dict[str, float], readings: dict[str, tuple[object, ...]]
 ) -> dict[str, float]:
     """Probabilities where a language that lacks a label gives way to those that have them all."""
-    weighed = {
-        name: share * UNREADABLE ** sum(sound is None for sound in readings[name])
-        for name, share in shares.items()
-    }
+    missing = {name: sum(sound is None for sound in readings[name]) for name in shares}
+    least = min(missing.values())  # a power of many labels would be 0 for every language
+    weighed = {name: share * UNREADABLE ** (missing[name] - least) for name, share in shares.items()}
     total = sum(weighed.values())
     return {name: weight * sum(shares.values()) / total for name, weight in weighed.items()}
 
 
 def language_probabilities(labels: Iterable[str], expected: str = "") -> dict[str, float]:
     """The probability of each language, given the labels of a line, without those that are far off."""
-    labels = tuple(labels)
+    labels = _most_frequent(labels)
     if written := script_languages(label for label in labels if not is_silent(label)):
         return written
     spoken = tuple(EDGE if is_silent(label) else label.strip() for label in labels)
@@ -204,13 +221,28 @@ def _near(singles: dict[str, int]) -> list[Notation]:
 
     Those of a language are also taken as one, unless a single one has every label, about as often as in text.
     """
-    fits = {one: one.log_shares(singles) for one in notations()}
+    fits = dict(zip(notations(), _log_shares(singles, notations()), strict=True))
     usual = USUAL * sum(singles.values())
     if not any(fit > usual and one.language != ANY and one.lists(singles) for one, fit in fits.items()):
-        fits |= {one: one.log_shares(singles) for one in united_notations()}
+        fits |= zip(united_notations(), _log_shares(singles, united_notations()), strict=True)
     ranked = sorted(fits, key=lambda one: -fits[one])[:CONSIDERED]
     least = fits[ranked[0]] - APART * sum(singles.values()) - HOPELESS
     return [one for one in ranked if fits[one] >= least]
+
+
+def _log_shares(singles: dict[str, int], among: tuple[Notation, ...]) -> list[float]:
+    """The logarithm of the probability of labels, one by one, each with its count, in each notation."""
+    total = np.zeros(len(among))
+    for label, count in singles.items():
+        total += count * _label_shares(label, among)
+    found: list[float] = total.tolist()
+    return found
+
+
+@lru_cache(maxsize=4096)
+def _label_shares(label: str, among: tuple[Notation, ...]) -> NDArray[np.float64]:
+    """The logarithm of the probability of a label in each notation, (notations,)."""
+    return np.array([notation.log_share(label) for notation in among])
 
 
 def _most_even(name: str, singles: dict[str, int]) -> float:

@@ -10,6 +10,7 @@ from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 
+from phonanim.core.decode import DecodeError, read_utf8
 from phonanim.errors import AlignmentError, LabelError
 from phonanim.speech.alignment_file import AlignmentFile, quote_label
 from phonanim.speech.cmu_dictionary import find_cmu_dictionary
@@ -29,6 +30,8 @@ from phonanim.speech.word_times import settle_words
 
 NOTE = "the phones come from a dictionary and share the time of each word equally"
 MOST_SHOWN = 5
+MAX_BYTES = 1 << 26  # of a dictionary: that of CMU, with 135,000 words, has 4 MB
+MOST_COMPARED = 2_500_000  # words of the dictionary, in the search of all similar ones
 
 UNNAMED = "labels"  # what readers call a tier in formats that have no names
 LOOKED_AT = 1000  # words of a dictionary that tell its phone set
@@ -52,9 +55,9 @@ def load_pronunciations(path: Path) -> Mapping[str, tuple[str, ...]]:
     AlignmentError when it cannot be read or has no entries.
     """
     try:
-        text = path.read_text("utf-8-sig")
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "is not UTF-8 text"
+        text = read_utf8(path, MAX_BYTES).removeprefix("\ufeff")
+    except (OSError, DecodeError) as error:
+        reason = getattr(error, "strerror", None) or error
         raise AlignmentError(f"{path}: cannot be read: {reason}") from error
     words: dict[str, tuple[str, ...]] = {}
     for line in text.splitlines():
@@ -158,6 +161,7 @@ class Speller:
     source: AlignmentFile
     unknown: str = "error"
     _told: dict[str, Counter[str]] = field(default_factory=dict)
+    _compared: int = 0
 
     def spell(self, tier: Tier) -> tuple[Interval, ...]:
         """The phones of a tier of words; they share the time of each word equally."""
@@ -205,6 +209,12 @@ class Speller:
         if self.unknown == "nearest":
             from difflib import get_close_matches
 
+            self._compared += len(self.words)
+            if self._compared > max(MOST_COMPARED, len(self.words)):
+                raise self.source.error(
+                    f"has too many words that are not in {self.path}; add them there, or leave them out with "
+                    "--on-unknown-label silence"
+                )
             if near := get_close_matches(part, self.words, 1, cutoff=0.5):
                 self._tell(f"are not in {self.path.name}, and are shown as {near[0]!r}", part)
                 return self.words[near[0]]

@@ -90,8 +90,7 @@ def _joined(intervals: tuple[Interval, ...]) -> tuple[Interval, ...]:
             joined[-1] = replace(last, label=last.label + interval.label.strip(LENGTH_MARKS), end=end)
         elif not mark:
             near = stress is not None and interval.label and interval.start - stress.end < JOINING
-            start = stress.start if near and stress is not None else interval.start
-            joined.append(replace(interval, start=start))
+            joined.append(replace(interval, start=stress.start) if near and stress is not None else interval)
             stress = None
     return tuple(joined)
 

@@ -9,11 +9,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.animation.motion import predict_controls
 from phonanim.errors import LabelError, OptionError, StreamError
 from phonanim.features.context import EDGES
 from phonanim.life import AHEAD, life_of
 from phonanim.options import Options
-from phonanim.pipeline import load_cached_rig, load_model, predict_controls
+from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.regressors import NEEDS
 from phonanim.speech.alignment import ROUNDING, Alignment, Interval
 from phonanim.speech.labels import is_silent

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from typing import Any, TypeGuard
@@ -10,6 +9,7 @@ from typing import Any, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DecodeError, parse_json
 from phonanim.errors import StreamError
 from phonanim.speech.alignment_file import quote_label
 
@@ -57,10 +57,9 @@ Event = Phone | Tick | Samples | End | Problem
 def parse_event(line: str) -> Event:
     """Parse a line of JSON. Raises StreamError when it has none of the forms."""
     try:
-        table = json.loads(line)
-    except (ValueError, RecursionError) as error:
-        reason = error.args[0] if isinstance(error, RecursionError) else str(error)
-        raise StreamError(f"a line is not JSON ({reason}) and is ignored: {quote_label(line)}") from error
+        table = parse_json(line)
+    except DecodeError as error:
+        raise StreamError(f"a line is ignored ({error}): {quote_label(line)}") from error
     if isinstance(table, dict):
         if "phone" in table:
             return _phone(table, line)

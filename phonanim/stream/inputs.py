@@ -8,7 +8,8 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
-from phonanim.errors import AudioError, MissingExtraError, StreamError
+from phonanim.core.files import open_plain
+from phonanim.errors import AlignmentError, AudioError, MissingExtraError, StreamError
 from phonanim.inputs.speech_input import read_with_options
 from phonanim.media.audio import open_audio, to_mono, truncation_note
 from phonanim.options import Options
@@ -169,8 +170,11 @@ def is_lines(path: Path) -> bool:
     """Whether a file has lines of JSON instead of an alignment, by its name or its first bytes."""
     if path.suffix.lower() in (".jsonl", ".ndjson"):
         return True
-    with path.open("rb") as file:
-        return _is_event(file.readline(LONGEST_LINE))
+    try:
+        with open_plain(path) as file:
+            return _is_event(file.readline(LONGEST_LINE))
+    except ValueError as error:
+        raise AlignmentError(f"{path}: {error}") from error
 
 
 def _is_event(line: bytes) -> bool:

@@ -10,9 +10,11 @@ from itertools import pairwise
 from pathlib import Path
 
 from phonanim.core.decode import read_utf8
+from phonanim.core.files import read_bounded
 from phonanim.errors import StudyError
 
 MAX_BYTES = 1 << 26  # of a file
+MAX_FILM = 1 << 28  # bytes of a film, which a page holds as text
 TYPES = {".mp4": "video/mp4", ".webm": "video/webm"}
 TABLES = (".csv", ".tsv")
 KINDS = ("test", "practice")
@@ -54,9 +56,9 @@ def check_film(path: Path) -> None:
     if path.suffix.lower() not in TYPES:
         raise StudyError(f"{path}: browsers play {' and '.join(TYPES)}; convert it to one of them")
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise StudyError(f"{path}: cannot be read: {error.strerror}") from error
+        data = read_bounded(path, MAX_FILM)
+    except (OSError, ValueError) as error:
+        raise StudyError(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from error
     if data[4:8] != b"ftyp" and data[:4] != b"\x1a\x45\xdf\xa3":
         raise StudyError(f"{path}: is not an MP4 or WebM video; make it again")
     if not any(mark in data for mark in SOUND_MARKS):

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.decode import DAMAGE, read_json
+from phonanim.core.decode import DAMAGE, read_json, read_tensors
 from phonanim.core.files import atomic_path, write_text
 from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
@@ -110,16 +110,15 @@ def save_mouth(mouth: Mouth, folder: Path) -> None:
 
 def load_mouth(folder: Path) -> Mouth:
     """Read the output of `save_mouth`. Raises ModelError when it is missing or damaged."""
-    from safetensors import SafetensorError
-    from safetensors.numpy import load_file
-
     try:
         card = read_json(folder / CARD)
         if card["inventory"] != list(INVENTORY.phones):
             raise ValueError("made for another phone inventory")
         config = make_config(card["kind"], card["config"], str(folder / CARD))
-        learned = regressor_class(card["kind"]).from_tensors(config, load_file(folder / "joint.safetensors"))
-    except (OSError, *DAMAGE, SafetensorError) as error:
+        learned = regressor_class(card["kind"]).from_tensors(
+            config, read_tensors(folder / "joint.safetensors")
+        )
+    except (OSError, *DAMAGE) as error:
         raise ModelError(
             f"{folder}: is not a mouth ({error}); make one with `phonanim mouth train`"
         ) from error

@@ -251,3 +251,16 @@ def test_a_phone_under_a_fade_may_change(rig, base, label, span, fade):
         edit = replace(edit, values=np.full(2, 0.1))
         notes = apply_edits(other, replace(found, edits=(edit,)), rig)[1]
         assert any(note.endswith(f"{label} is no longer spoken there") for note in notes) is told
+
+
+def test_work_without_end_is_refused(rig, base, monkeypatch):
+    edits = diff_animations(base, bump(base, "jawOpen", 0.5, 0.3))
+    monkeypatch.setattr("phonanim.animation.edits.MOST_STEPS", len(edits.edits) * 200)
+    with pytest.raises(
+        OptionError, match=r"there are 1 edits of \d+ phones for 241 frames, which is too much"
+    ):
+        apply_edits(base, edits, rig)
+    monkeypatch.undo()
+    monkeypatch.setattr("phonanim.speech.anchors.MOST_PAIRS", 1)
+    with pytest.raises(OptionError, match="are too long to be matched"):
+        apply_edits(base, edits, rig)

@@ -135,7 +135,7 @@ def test_an_unknown_channel_is_named() -> None:
         ({"target": "open"}, "row 2: needs a gesture, a channel, a target and a weight"),
         ({"gesture": "xx"}, "row 2: needs a gesture, a channel, a target and a weight"),
         ({"weight": "0"}, "row 2: the target must be a number, the weight above 0"),
-        ({"target": "nan"}, "row 2: the target must be a number, the weight above 0"),
+        ({"target": "nan"}, "row 2: needs a gesture, .*target is nan; it is a number from"),
         (None, "has no row for sil, jaw; add it"),
     ],
 )

@@ -7,11 +7,12 @@ import pytest
 from speech import track_of
 from voices import RATE, TIMES, TRACK, voiced
 
+from phonanim.animation.motion import Motion, predict_controls
 from phonanim.articulation.styles import read_styles
 from phonanim.face.model import FaceModel
 from phonanim.media.voice import hear_voice
 from phonanim.options import Options
-from phonanim.pipeline import Motion, load_cached_rig, load_model, predict_controls
+from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.rig.head import load_head
 from phonanim.rig.landmark_rig import to_face_axes
 from phonanim.rig.landmarks import shipped_landmarks

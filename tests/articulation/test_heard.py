@@ -12,6 +12,7 @@ import pytest
 from speech import track_of
 
 from phonanim import regressors
+from phonanim.animation.motion import predict_controls
 from phonanim.articulation import CHANNELS, articulate
 from phonanim.articulation.heard import (
     HeardArticulation,
@@ -23,7 +24,7 @@ from phonanim.errors import ModelError
 from phonanim.media.audio import Sound
 from phonanim.metrics import correlation, speech_mask
 from phonanim.options import Options
-from phonanim.pipeline import load_cached_rig, load_model, predict_controls
+from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.regressors import Examples, make_config
 from phonanim.speech.phones import PhoneTrack, silent_track
 from phonanim.training import recipes

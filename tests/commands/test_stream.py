@@ -59,8 +59,8 @@ def test_a_file_of_phones_gives_what_animate_gives(line: Path, capfd: pytest.Cap
 def test_lines_and_what_is_wrong_with_them(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     wrong = {
         '{"phone": "HH", "start": 0.1, "end": 0.2}': 'phone "HH" at 0.1 s was sent twice; the second is left',
-        "garbage": "a line is not JSON (Expecting value: line 1 column 1 (char 0)) and is ignored: garbage",
-        "[" * 5000: "a line is not JSON (",
+        "garbage": "a line is ignored (it is not JSON: Expecting value: line 1 column 1 (char 0)): garbage",
+        "[" * 5000: "a line is ignored (it is not JSON: it is nested deeper than 64 levels): [",
         '{"phone": "AA1", "start": 0.1}': "a phone needs a label, a start and an end, and is ignored",
         '{"phone": "AA1", "start": 0.3, "end": true}': "a phone needs a label, a start and an end",
         '{"phone": "AA1", "start": 0.3, "end": NaN}': "a phone needs a label, a start and an end",

@@ -169,6 +169,6 @@ def test_trainings_are_counted_once(tmp_path: Path) -> None:
     jobs = []
     for name, seconds in (("a", 90.0), ("b", 30.0), ("a", 90.0)):
         (tmp_path / name).mkdir(exist_ok=True)
-        (tmp_path / name / "job.json").write_text(json.dumps({"seconds": seconds}))
+        (tmp_path / name / "job.json").write_text(json.dumps({"key": name, "seconds": seconds}))
         jobs.append(Job(Path("r.toml"), Path("corpus"), (), (), tmp_path / name))
     assert training_cost(jobs) == {"jobs": 2, "training_s": 120.0, "longest_s": 90.0}

@@ -107,7 +107,7 @@ def test_an_alignment_of_another_length(tmp_path: Path) -> None:
 def test_a_text_that_is_not_utf8(tmp_path: Path) -> None:
     film = make_film(tmp_path / "a.mp4")
     film.with_suffix(".txt").write_bytes(b"\xffma")
-    assert "a.txt: is not UTF-8 text (byte 0); save it as UTF-8" in why(film)
+    assert "a.txt: cannot be read: it is not UTF-8 text (byte 0); save it as UTF-8" in why(film)
 
 
 def test_a_text_that_nobody_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,6 +3,8 @@
 import json
 import re
 import shutil
+import socket
+import struct
 import threading
 import urllib.error
 import urllib.request
@@ -117,6 +119,23 @@ def test_the_server_answers_those_with_the_token(server, review):
 )
 def test_the_server_refuses(server, path, headers, status):
     assert fetch(f"http://127.0.0.1:{server.server_port}{path}", **headers)[0] == status
+
+
+def test_what_is_no_address_is_told(server):
+    assert server.answer("http://[x", {}).status == 400
+
+
+def test_a_client_that_leaves_is_no_fault(server, capsys):
+    with socket.create_connection(("127.0.0.1", server.server_port)) as client:
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # reset when closed
+        client.sendall(f"GET /?token={server.token} HTTP/1.1\r\nHost: 127.0.0.1:1\r\n\r\n".encode())
+    for error in (ConnectionResetError(), BrokenPipeError(), TimeoutError()):
+        try:
+            raise error
+        except OSError:
+            server.handle_error(None, None)
+    assert fetch(server.address)[0] == 200
+    assert capsys.readouterr().err == ""
 
 
 def test_a_folder_without_a_run_is_told(tmp_path):

@@ -23,8 +23,8 @@ OPEN = np.tile(FACE.std * [2, 0, 0], (92, 1)).astype(np.float32)
 def test_the_middle_of_p_closes_at_any_rate() -> None:
     for fps in (24, 25, 29.97, 60, 120):
         frames = int(TRACK.duration * fps)
-        moved = enforce_lip_contacts(np.tile(OPEN[:1], (frames, 1)), TRACK, FACE, fps)
         times = np.arange(frames) / fps
+        moved = enforce_lip_contacts(np.tile(OPEN[:1], (frames, 1)), TRACK, FACE, times)
         core = np.abs(times - 0.625) <= 0.01
         gaps = lip_gap(FACE.instance(moved[core]), FACE)
         assert (gaps <= CONTACTS[0].limit + 1e-3).all()
@@ -36,8 +36,8 @@ def test_teeth_leave_more_room_than_lips() -> None:
 
 
 def test_far_frames_stay_as_they_were() -> None:
-    moved = enforce_lip_contacts(OPEN, TRACK, FACE, 60)
     times = np.arange(len(OPEN)) / 60
+    moved = enforce_lip_contacts(OPEN, TRACK, FACE, times)
     far = ~np.isfinite(contact_limits(TRACK, times, "gap"))
     assert far.any()
     assert np.array_equal(moved[far], OPEN[far])
@@ -47,12 +47,12 @@ def test_closed_lips_are_left_alone() -> None:
     weights, offset = lip_functionals(FACE)
     shut = np.linalg.lstsq(weights[:7], -offset[:7], rcond=None)[0].astype(np.float32)
     modes = np.tile(shut, (92, 1))
-    assert np.allclose(enforce_lip_contacts(modes, TRACK, FACE, 60), modes, atol=1e-5)
+    assert np.allclose(enforce_lip_contacts(modes, TRACK, FACE, np.arange(len(modes)) / 60), modes, atol=1e-5)
 
 
 def test_without_such_phones_the_very_same_array_comes_back() -> None:
     track = track_of("sil 0.4 aa 0.5 sil 0.4")
-    assert enforce_lip_contacts(OPEN, track, FACE, 60) is OPEN
+    assert enforce_lip_contacts(OPEN, track, FACE, np.arange(len(OPEN)) / 60) is OPEN
 
 
 def test_the_bound_is_smooth() -> None:
@@ -65,7 +65,7 @@ def test_postalveolars_round() -> None:
     track = track_of("sil 0.2 iy 0.2 sh 0.1 iy 0.2 sil 0.2")
     wide = np.sign(lip_width(FACE.instance(np.eye(3)[1:2]), FACE) - lip_width(FACE.mean[None], FACE))
     spread = np.tile(FACE.std * [0, 3, 0] * wide, (54, 1)).astype(np.float32)
-    moved = enforce_lip_contacts(spread, track, FACE, 60)
+    moved = enforce_lip_contacts(spread, track, FACE, np.arange(len(spread)) / 60)
     assert lip_width(FACE.instance(spread[27:28]), FACE)[0] > CONTACTS[2].limit
     assert lip_width(FACE.instance(moved[27:28]), FACE)[0] <= CONTACTS[2].limit + 0.1
 
@@ -89,8 +89,9 @@ def test_bounds_that_overlap_take_the_lower() -> None:
 
 
 def test_frames_may_begin_later() -> None:
-    later = enforce_lip_contacts(OPEN[30:], TRACK, FACE, 60, start=0.5)
-    np.testing.assert_allclose(later, enforce_lip_contacts(OPEN, TRACK, FACE, 60)[30:], atol=1e-6)
+    times = np.arange(len(OPEN)) / 60
+    later = enforce_lip_contacts(OPEN[30:], TRACK, FACE, times[30:])
+    np.testing.assert_allclose(later, enforce_lip_contacts(OPEN, TRACK, FACE, times)[30:], atol=1e-6)
 
 
 def test_the_change_is_the_smallest_in_standard_deviations() -> None:

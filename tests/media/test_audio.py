@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from phonanim.errors import AudioError, MissingExtraError
+from phonanim.media import audio
 from phonanim.media.audio import (
     Sound,
     audio_duration,
@@ -189,3 +190,18 @@ def test_recordings_that_never_end(tmp_path, monkeypatch):
         stream.writeframes(bytes(200))
     with pytest.raises(AudioError, match=r"a\.wav: is longer than 0 hours; cut it in parts"):
         read_audio(tmp_path / "a.wav")
+
+
+def test_a_small_recording_that_unpacks_without_end_is_refused(tmp_path, monkeypatch):
+    soundfile = pytest.importorskip("soundfile")
+    path = tmp_path / "zeros.flac"
+    soundfile.write(path, np.zeros((160_000, 2)), 16_000)
+    assert len(read_audio(path)[0]) == 160_000
+    monkeypatch.setattr(audio, "MOST_PER_BYTE", 1)
+    monkeypatch.setattr(audio, "MOST_VALUES", 300_000)
+    with pytest.raises(AudioError, match=r"zeros\.flac: unpacks to over 320,000 samples of all channels"):
+        read_audio(path)
+    monkeypatch.setattr(audio, "MOST_VALUES", 400_000)
+    monkeypatch.setattr(audio, "MOST_SAMPLES", 100_000)
+    with pytest.raises(AudioError, match=r"unpacks to over 160,000 samples; cut it in parts"):
+        read_audio(path)

@@ -74,7 +74,7 @@ def test_names_of_ones_own_win(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("name,control\na,b\n", r"own\.csv: its first line is not shape,control,weight"),
+        ("name,control\na,b\n", r"own\.csv: cannot be read as a table of names: it has no column 'shape'"),
         ("shape,control,weight\na,jawOpen,2\n", r"own\.csv:2: is not a shape, a control and a weight"),
         ("shape,control,weight\na,jawOpen,nan\n", r"own\.csv:2"),
         ("shape,control\n,jawOpen\n", r"own\.csv:2"),

@@ -9,10 +9,11 @@ import pytest
 from numpy.typing import NDArray
 from speech import track_of
 
+from phonanim.animation.motion import predict_controls
 from phonanim.articulation import CHANNELS, Articulation, articulate
 from phonanim.errors import RigError
 from phonanim.options import Options
-from phonanim.pipeline import load_model, predict_controls
+from phonanim.pipeline import load_model
 from phonanim.rig import load_rig
 from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmark_rig import to_face_axes

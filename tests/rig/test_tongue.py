@@ -9,10 +9,11 @@ import pytest
 from numpy.typing import NDArray
 from speech import track_of
 
+from phonanim.animation.motion import predict_controls
 from phonanim.articulation import articulate
 from phonanim.errors import RigError
 from phonanim.options import Options
-from phonanim.pipeline import load_model, predict_controls
+from phonanim.pipeline import load_model
 from phonanim.rig import load_rig
 from phonanim.rig.head import TONGUE, Head, load_head
 from phonanim.rig.tongue import COLUMNS, place_tongue, read_tongue
@@ -143,7 +144,9 @@ def test_a_row_that_is_amiss_is_named(tmp_path: Path, row: str) -> None:
 def test_numbers_are_finite(tmp_path: Path) -> None:
     path = tmp_path / "mine.tongue.csv"
     path.write_text(f"{HEADER}\ntip,free,0,0,nan,0,0,0\n")
-    with pytest.raises(RigError, match=r"mine.tongue.csv: holds a value that is not finite; write numbers"):
+    with pytest.raises(
+        RigError, match=r"mine.tongue.csv row 2: needs .*tongue_tip_height is nan; it is a number"
+    ):
         read_tongue(path, ("tip",))
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import pytest
 
+from phonanim.speech import language_choice
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.label_frequencies import notations
 from phonanim.speech.labels import load_language
 from phonanim.speech.language import read_phones
 from phonanim.speech.language_choice import language_probabilities, rank_languages, recognized_share
+from phonanim.speech.language_names import language_names
 from phonanim.speech.reading import describe_language
 
 
@@ -137,3 +139,14 @@ def test_languages_that_read_the_labels_alike_are_told() -> None:
     facts = read_phones(line("~ m a p u ~")).language.facts()
     assert facts["probability"] < 0.95 < facts["certainty"]
     assert "% sure of the phones (of the language " in describe_language(facts)
+
+
+def test_labels_that_no_language_has_still_give_one():
+    labels = [f"q{number}x7" for number in range(400)]
+    assert rank_languages(labels).language.name in language_names()
+
+
+def test_only_the_most_frequent_labels_decide(monkeypatch):
+    english = ["AA1", "S", "T", "IH0", "N"] * 20
+    monkeypatch.setattr(language_choice, "MOST_LABELS", 5)
+    assert rank_languages([*english, *(f"q{n}" for n in range(50))]).language.name == "english"

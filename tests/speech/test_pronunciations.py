@@ -137,7 +137,7 @@ def test_without_a_dictionary_english_is_looked_up_where_one_is_installed(
     ("data", "message"),
     [
         (None, r"d.txt: cannot be read: No such file"),
-        (b"\xff\xfe\xff", r"d.txt: cannot be read: is not UTF-8 text"),
+        (b"\xff\xfe\xff", r"d.txt: cannot be read: it is not UTF-8 text"),
         (b"\n;;; nothing\n", r"d.txt: has no line of a word and its phones; name a pronunciation dictionary"),
     ],
 )

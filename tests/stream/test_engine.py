@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from speech import random_track
 
+from phonanim.animation.motion import predict_controls
 from phonanim.animation.rates import frame_count
 from phonanim.articulation.styles import read_styles
 from phonanim.errors import OptionError, StreamError
 from phonanim.options import Options, Overlay
-from phonanim.pipeline import load_cached_rig, load_model, predict_controls
+from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.language import to_phones

@@ -7,12 +7,13 @@ import pytest
 from prosodies import sentences, track_of
 from streams import made_up_model
 
+from phonanim.animation.motion import predict_controls
 from phonanim.animation.rates import frame_count
 from phonanim.inputs.prosody import life_ahead
 from phonanim.life import add_life, life_of, mouth_freedom
 from phonanim.media.voice import hear_voice
 from phonanim.options import Emotion, Options
-from phonanim.pipeline import load_cached_rig, load_model, predict_controls
+from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.speech.alignment import Interval
 from phonanim.speech.phones import silent_track
 from phonanim.speech.prosody import hear_prosody, read_prosody

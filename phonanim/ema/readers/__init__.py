@@ -11,6 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Protocol, cast
 
+from phonanim.core.files import open_plain
 from phonanim.ema.articulation import Articulation
 from phonanim.errors import CorpusError
 
@@ -43,7 +44,7 @@ def read_articulation(path: Path) -> Articulation:
 def first_bytes(path: Path, count: int) -> bytes:
     """The beginning of a file. Raises CorpusError when it cannot be read."""
     try:
-        with path.open("rb") as stream:
+        with open_plain(path) as stream:
             return stream.read(count)
-    except OSError as error:
-        raise CorpusError(f"{path}: cannot be read: {error.strerror}") from error
+    except (OSError, ValueError) as error:
+        raise CorpusError(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from error

@@ -156,10 +156,13 @@ def refuse_origin(headers: Mapping[str, str], host: str, origins: frozenset[str]
         socket.gethostname().lower(),
         *(urlsplit(o).hostname for o in origins),
     }
-    name = urlsplit(f"//{asked}").hostname or ""
+    try:
+        name, page = urlsplit(f"//{asked}").hostname or "", urlsplit(origin or "").netloc
+    except ValueError:
+        return "its host or its origin is no address"
     if name not in known and not _is_address(name):
         return f"the host {asked!r:.80} is not served here; name it with --origin http://HOST:PORT"
-    if origin is not None and urlsplit(origin).netloc != asked:
+    if origin is not None and page != asked:
         return f"pages of {origin!r:.80} may not connect; allow them with --origin {origin:.80}"
     return ""
 
