@@ -109,6 +109,8 @@ def command(
     )
     if dry_run:
         return SOME_FAILED if report_dry_run(lines, target, formats, console, verbose) else 0
+    for note in lines.notes:
+        console.print(note)
     started = time.monotonic()
     with console.progress(source) as progress:
         reporter = RunReporter(len(lines.lines), console, progress, verbose)

@@ -6,9 +6,10 @@ import multiprocessing
 import os
 import signal
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
@@ -100,7 +101,8 @@ def _start(job: Job, task: Task, tries: int = 1) -> Worker:
     try:
         ours, theirs = context.Pipe()
         process = context.Process(target=_serve, args=(theirs, task), daemon=True)
-        process.start()
+        with _without_interrupts():
+            process.start()
     except OSError as error:
         raise OutputError(
             f"a worker cannot be started: {error.strerror}; use fewer --workers, or raise the limit (ulimit)"
@@ -108,6 +110,20 @@ def _start(job: Job, task: Task, tries: int = 1) -> Worker:
     theirs.close()
     ours.send(job)
     return Worker(process, ours, task, job, tries)
+
+
+@contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Block Ctrl-C: here for a moment, and for good in a process that starts now; its parent handles it."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # starting it would unblock the signal again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _serve(pipe: Connection, task: Task) -> None:
