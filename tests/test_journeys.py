@@ -15,9 +15,11 @@ ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted(path for path in (ROOT / "docs").rglob("*.md") if "\n```sh\n" in path.read_text("utf-8"))
 NEEDS = {
     "game": ("ctranslate2", "pocketsphinx", "trimesh"),
+    "studio": ("espeakng_loader",),
+    "localization": ("espeakng_loader",),
     "student": ("torch", "sklearn", "matplotlib", "setuptools"),
 }
-SMALLER: dict[str, dict[str, str]] = {}
+SMALLER = {"localization": {"2000": "12", " 500": " 3", "INT 5": "INT 3"}}
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +29,7 @@ def pages() -> dict[str, Any]:
 
 
 def test_there_is_a_page_for_each_reader() -> None:
-    assert {path.stem for path in PAGES} >= {"game", "student", "timings"}
+    assert {path.stem for path in PAGES} >= {"game", "localization", "student", "studio", "timings"}
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
