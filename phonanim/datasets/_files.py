@@ -73,16 +73,27 @@ def frames_of(path: Path, fps: float, axes: int, names: tuple[str, ...] = (), un
     return Frames(flat.reshape(len(flat), -1, axes) if axes > 1 else flat, fps, names, unit)
 
 
-def read_templates(folder: Path, scale: float = 1.0) -> dict[str, NDArray[np.float32]]:
-    """Faces at rest by subject, (vertices, 3), of `templates.pkl`, if it is there. Raises CorpusError."""
-    path = folder / "templates.pkl"
+def read_obj(path: Path) -> NDArray[np.float32]:
+    """Vertices (vertices, 3) of the lines of an OBJ file. Raises CorpusError."""
+    try:
+        rows = [line.split()[1:4] for line in path.read_text("utf-8").splitlines() if line.startswith("v ")]
+        return np.array(rows, np.float32).reshape(-1, 3)
+    except (OSError, ValueError) as error:
+        raise CorpusError(f"{path}: has no vertices ({error}); fetch it again") from error
+
+
+def read_templates(
+    folder: Path, scale: float = 1.0, name: str = "templates.pkl"
+) -> dict[str, NDArray[np.float32]]:
+    """Faces at rest by subject, (vertices, 3), of a pickle, if it is there. Raises CorpusError."""
+    path = folder / name
     if not path.is_file():
         return {}
     tree = read_pickle(path)
     try:
         return {
-            str(name): np.asarray(points, np.float32).reshape(-1, 3) * np.float32(scale)
-            for name, points in tree.items()
+            str(subject): np.asarray(points, np.float32).reshape(-1, 3) * np.float32(scale)
+            for subject, points in tree.items()
         }
     except (AttributeError, TypeError, ValueError) as error:
         raise CorpusError(f"{path}: is no set of faces by subject ({error}); fetch it again") from error

@@ -11,6 +11,7 @@ import math
 import pickle
 import pickletools
 import re
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -49,6 +50,31 @@ def read_pickle(path: Path) -> Any:
     except FAULTS as error:
         reason = str(error) or type(error).__name__
         raise CorpusError(f"{path}: cannot be read as a pickle of arrays: {reason}") from error
+
+
+@dataclass(frozen=True)
+class Scaler:
+    """The inverse of a scaling: value times `factor` plus `offset`, (values,) each."""
+
+    factor: NDArray[np.float64]
+    offset: NDArray[np.float64]
+
+
+def read_scaler(path: Path) -> Scaler:
+    """The inverse of scikit-learn's MinMaxScaler or StandardScaler in a pickle. Raises CorpusError."""
+    try:
+        with path.open("rb") as stream:
+            _check_steps(stream, path.stat().st_size)
+            stream.seek(0)
+            found = _Scalers(stream, encoding="latin1").load()
+        state = {name: _finished(found.state[name]) for name in (*found.needs, "scale_")}
+        scale, shift = (np.asarray(state[name], np.float64) for name in ("scale_", found.needs[0]))
+        if scale.ndim != 1 or scale.shape != shift.shape or not scale.all() or not np.isfinite(scale).all():
+            raise ValueError("its scale is not one number for each value")
+    except (*FAULTS, AttributeError) as error:
+        reason = str(error) or type(error).__name__
+        raise CorpusError(f"{path}: cannot be read as a scaler of scikit-learn: {reason}") from error
+    return Scaler(1 / scale, -shift / scale) if found.needs == ("min_",) else Scaler(scale, shift)
 
 
 def _check_steps(stream: BinaryIO, size: int) -> None:
@@ -150,6 +176,43 @@ class _Arrays(pickle.Unpickler):
         if (public, name) not in CONSTRUCTORS:
             raise pickle.UnpicklingError(f"it tries to run {module}.{name}")
         return CONSTRUCTORS[public, name]
+
+
+class _ScalerState:
+    """A scaler's attributes, of which the names in `needs` are used; nothing of it is run."""
+
+    needs: tuple[str, ...] = ()
+    state: dict[str, Any]
+
+    def __setstate__(self, state: Any) -> None:
+        if not isinstance(state, dict):
+            raise pickle.UnpicklingError("its scaler has no attributes")
+        self.state = state
+
+
+class _MinMax(_ScalerState):
+    """Scaled values are value times scale_ plus min_."""
+
+    needs = ("min_",)
+
+
+class _Standard(_ScalerState):
+    """Scaled values are value less mean_, over scale_."""
+
+    needs = ("mean_",)
+
+
+SCALERS = {"MinMaxScaler": _MinMax, "StandardScaler": _Standard}
+
+
+class _Scalers(_Arrays):
+    """Unpickles scalers of scikit-learn, too, as their attributes."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        """The constructor of this module for a name. Raises UnpicklingError for every other name."""
+        if module in ("sklearn.preprocessing._data", "sklearn.preprocessing.data") and name in SCALERS:
+            return SCALERS[name]
+        return super().find_class(module, name)
 
 
 def _finished(value: Any, depth: int = 0, done: dict[int, Any] | None = None) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from phonanim.core.decode import DAMAGE, read_json
 from phonanim.datasets import Card, Frames, Recording, intervals, not_found
-from phonanim.datasets._files import sound_loader
+from phonanim.datasets._files import faceformer_recordings, sound_loader
 from phonanim.datasets._splits import EIGHTY_TEN_TEN, cut_pieces, draw_splits
 from phonanim.errors import CorpusError
 from phonanim.media.audio import audio_duration
@@ -22,7 +23,8 @@ CARD = Card(
     content="30 speakers, 76 h, 51 ARKit weights, 60 fps, phones and words (MFA)",
     licence="non-commercial research (version 0.2.1)",
     ask="pantomatrix.github.io/BEAT",
-    layout="`<speaker>/<speaker>_<name>_<type>_<first>_<last>.json`, `.wav`, `.TextGrid`",
+    layout="`<speaker>/<speaker>_<name>_<type>_<first>_<last>.json`, `.wav`, `.TextGrid`; or prepared: "
+    "`vertices_npy/<speaker>_<emotion>_<number>.npy` (300 frames of 51 weights) and `wav/`",
     split="English reading of four native speakers in pieces of 10 s, 80-10-10, speakers and emotions in "
     "equal parts",
     source="Liu et al. 2022; split of Stan 2023, section 4.2.2",
@@ -31,6 +33,7 @@ CARD = Card(
 )
 SPEAKERS = ("2", "4", "6", "8")
 PIECE = 10.0  # seconds
+PREPARED_FPS = 30.0
 SEED = 42
 NAME = re.compile(r"(\d+)_([^_]+)_(\d+)_(\d+)_(\d+)")
 READ = "0"  # the type of English reading; 1 is conversation, higher numbers are other languages
@@ -41,6 +44,9 @@ EMOTIONS = {64: "neutral", 72: "happiness", 80: "anger", 86: "sadness", 94: "con
 
 def recordings(folder: Path) -> Iterator[Recording]:
     """Pieces of 10 s, sorted by name. Raises CorpusError for another layout."""
+    if any((folder / "vertices_npy").glob("*_*_*.npy")):
+        yield from _prepared(folder)
+        return
     paths = [path for path in sorted(folder.glob("*/*.json")) if NAME.fullmatch(path.stem)]
     if not paths:
         raise not_found(folder, "BEAT", "<speaker>/<speaker>_<name>_<type>_<first>_<last>.json")
@@ -48,7 +54,21 @@ def recordings(folder: Path) -> Iterator[Recording]:
     groups = {name: group for name, (_, group) in found.items() if group}
     splits = draw_splits(groups, EIGHTY_TEN_TEN, np.random.default_rng(SEED))
     for name, (piece, _) in sorted(found.items()):
-        yield Recording(name, piece.speaker, splits.get(name, ""), piece.frames, piece.sound, piece.phones)
+        emotion = groups.get(name, "").partition(" ")[2]
+        yield replace(piece, split=splits.get(name, ""), emotion=emotion)
+
+
+def _prepared(folder: Path) -> Iterator[Recording]:
+    """Pieces as the released code of FaceDiffuser cuts them, at 30 fps; the emotion is a number from 0."""
+    pieces, names = [], tuple(EMOTIONS.values())
+    for piece in faceformer_recordings(folder, PREPARED_FPS, lambda speaker, sentence: "", 1):
+        speaker, _, emotion = piece.speaker.rpartition("_")
+        known = names[int(emotion)] if emotion.isdigit() and int(emotion) < len(names) else ""
+        pieces.append(replace(piece, speaker=speaker, emotion=known))
+    groups = {one.name: f"{one.speaker} {one.emotion}" for one in pieces if one.speaker in SPEAKERS}
+    splits = draw_splits(groups, EIGHTY_TEN_TEN, np.random.default_rng(SEED))
+    for piece in pieces:
+        yield replace(piece, split=splits.get(piece.name, ""))
 
 
 def group_of(stem: str) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -11,7 +12,13 @@ from numpy.typing import NDArray
 
 from phonanim.core.files import read_bounded
 from phonanim.datasets import Card, Frames, Recording, not_found
-from phonanim.datasets._files import faceformer_recordings, last_number, read_templates, sound_loader
+from phonanim.datasets._files import (
+    faceformer_recordings,
+    last_number,
+    read_obj,
+    read_templates,
+    sound_loader,
+)
 from phonanim.errors import CorpusError
 
 CARD = Card(
@@ -20,12 +27,15 @@ CARD = Card(
     content="14 speakers, 40 sentences neutral and emotional, 23,370 vertices, 25 fps",
     licence="research only, signed agreement",
     ask="ETH Zurich, Computer Vision Laboratory (data.vision.ee.ethz.ch/cvl/datasets/b3dac2.en.html)",
-    layout="`faces/<speaker>/<sentence>/*.vl` and `audio/<speaker>_<sentence>_cut.wav`; "
-    "or prepared: `vertices_npy/<speaker>_<sentence>.npy` and `wav/`",
+    layout="`faces/<speaker>/<sentence>/*.vl`, `audio/<speaker>_<sentence>_cut.wav` and "
+    "`rigid_scans/<speaker>.obj`; or prepared: `vertices_npy/<speaker>_<sentence>.npy`, `wav/` and "
+    "`templates.pkl`",
     split="emotional sentences of F2 F3 F4 M3 M4 M5: 1-32 train, 33-36 validation, 37-40 test; "
     "37-40 of the other eight: test_b",
     source="Fanelli et al. 2010; split of Fan et al. 2022 (FaceFormer), Stan 2023, section 4.1.1",
-    assumed="unit of length; prepared numbers above 40 are the emotional sentences",
+    assumed="unit of length; prepared numbers above 40 are the emotional sentences, or all are where none is "
+    "above 40 and none begins with e; prepared frames and templates are scaled alike, and with "
+    "`templates_orig.pkl` both are brought back to the scale of these",
 )
 
 MAX_BYTES = 1 << 28  # of a frame: 23,370 vertices have 280 kB
@@ -33,12 +43,14 @@ FPS = 25.0
 UNIT = "as distributed"
 TRAINING = ("F2", "F3", "F4", "M3", "M4", "M5")
 SENTENCES = 40
+EMOTIONAL = "emotional"
+ORIGINAL = "templates_orig.pkl"
 
 
 def recordings(folder: Path) -> Iterator[Recording]:
     """The recordings, sorted by name. Raises CorpusError for another layout."""
     if (folder / "vertices_npy").is_dir():
-        yield from faceformer_recordings(folder, FPS, split_of, 3, UNIT)
+        yield from _prepared(folder)
         return
     sequences = sorted(path for path in folder.glob("faces/*/*") if any(path.glob("*.vl")))
     if not sequences:
@@ -52,12 +64,47 @@ def recordings(folder: Path) -> Iterator[Recording]:
             split_of(speaker, sentence),
             partial(load, path),
             sound_loader(audio),
+            emotion=emotion_of(sentence),
         )
 
 
+def _prepared(folder: Path) -> Iterator[Recording]:
+    """Recordings of `vertices_npy`, in their own scale where the templates in it are at hand."""
+    names = [path.stem.rpartition("_")[2] for path in (folder / "vertices_npy").glob("*.npy")]
+    alone = not any(emotion_of(name) == EMOTIONAL for name in names)  # the emotional sentences, from 1
+    originals = read_templates(folder, name=ORIGINAL)
+
+    def split(speaker: str, sentence: str) -> str:
+        return split_of(speaker, f"e{sentence}" if alone else sentence)
+
+    for one in faceformer_recordings(folder, FPS, split, 3, UNIT):
+        emotion = EMOTIONAL if alone else emotion_of(one.name.rpartition("_")[2])
+        rest = originals.get(one.speaker)
+        frames = one.frames if rest is None else partial(_in_scale_of, one.frames, rest)
+        yield replace(one, emotion=emotion, frames=frames)
+
+
+def _in_scale_of(scaled: Callable[[], Frames], rest: NDArray[np.float32]) -> Frames:
+    """Frames whose axes were divided by the reach of a face, and centred on its mean, in its own scale."""
+    frames = scaled()
+    if frames.values.shape[1:] != rest.shape:
+        raise CorpusError(f"{ORIGINAL}: has faces of {rest.shape}, and frames are {frames.values.shape[1:]}")
+    values = frames.values * np.ptp(rest, axis=0) + rest.mean(axis=0)
+    return replace(frames, values=values.astype(np.float32))
+
+
+def emotion_of(sentence: str) -> str:
+    """Whether a sentence was said with emotion: "e05", or its number plus 40."""
+    number = int("".join(filter(str.isdigit, sentence)) or 0)
+    return EMOTIONAL if sentence.startswith("e") or number > SENTENCES else "neutral"
+
+
 def templates(folder: Path) -> dict[str, NDArray[np.float32]]:
-    """Faces at rest by speaker, in the unit of the frames, of `templates.pkl`."""
-    return read_templates(folder)
+    """Faces at rest by speaker, in the scale of the frames: `rigid_scans`, or a pickle of prepared files."""
+    scans = sorted((folder / "rigid_scans").glob("*.obj"))
+    if scans and not (folder / "vertices_npy").is_dir():
+        return {path.stem: read_obj(path) for path in scans}
+    return read_templates(folder, name=ORIGINAL) or read_templates(folder)
 
 
 def split_of(speaker: str, sentence: str) -> str:

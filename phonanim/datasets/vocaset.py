@@ -23,7 +23,7 @@ CARD = Card(
     licence="non-commercial research, registration",
     ask="Max Planck Institute for Intelligent Systems (voca.is.tue.mpg.de)",
     layout="`data_verts.npy`, `raw_audio_fixed.pkl`, `subj_seq_to_idx.pkl`; "
-    "or prepared: `vertices_npy/<speaker>_sentence<NN>.npy` and `wav/`",
+    "or prepared: `vertices_npy/<speaker>_sentence<NN>.npy` and `wav/`; and `templates.pkl`",
     split="eight speakers train, all 40 sentences; two validation and two test, sentences 21-40",
     source="Cudeiro et al. 2019; split as in Fan et al. 2022 (FaceFormer), Stan 2023, section 4.1.2",
     assumed="metres in `data_verts.npy`; the prepared files keep the unit that they have",

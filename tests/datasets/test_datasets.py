@@ -135,9 +135,10 @@ def test_damaged_vocaset(made):
 def test_multiface_numbers_sentences_without_regard_to_case(made):
     _, recordings = made("multiface")
     counts = split_counts(recordings)
-    assert counts == {"train": 9 * 40, "validation": 9 * 5, "test": 9 * 5, "test_b": 5, "": 45}
+    assert counts == {"train": 9 * 40, "validation": 9 * 5, "test": 9 * 5, "test_b": 4 * 5, "": 4 * 45}
     first = by_name(recordings)["m--20180000--0000--0--GHS_SEN_A_00"]
-    assert (first.split, first.text) == ("train", "A 00")
+    assert (first.split, first.text) == ("", "A 00")
+    assert by_name(recordings)["m--20180000--0000--0--GHS_SEN_b_24"].split == "test_b"
     np.testing.assert_array_equal(first.frames().values, [[[1, 2, 3], [4, 5, 6]]])
     assert by_name(recordings)["m--20180001--0000--1--GHS_SEN_b_24"].split == "test"
     assert by_name(recordings)["m--20180001--0000--1--GHS_SEN_b_24"].sound is None
@@ -146,7 +147,7 @@ def test_multiface_numbers_sentences_without_regard_to_case(made):
 def test_multiface_without_all_sentences_has_no_split(tmp_path):
     samples.multiface(tmp_path, sentences=3)
     recordings = list(load_dataset("multiface").recordings(tmp_path))
-    assert split_counts(recordings) == {"": 30}
+    assert split_counts(recordings) == {"": 39}
     mesh = tmp_path / "m--20180001--0000--1--GHS/tracked_mesh/SEN_A_00"
     (mesh / "000102.bin").write_bytes(bytes(10))
     broken = by_name(recordings)["m--20180001--0000--1--GHS_SEN_A_00"]

@@ -67,7 +67,7 @@ def vocaset(folder):
 
 
 def multiface(folder, sentences=50):
-    for number in range(10):
+    for number in range(13):
         capture = folder / f"m--2018{number:04d}--0000--{number}--GHS"
         for sentence in [f"SEN_{letter}_{number:02d}" for number in range(25) for letter in "bA"][:sentences]:
             mesh = capture / "tracked_mesh" / sentence
