@@ -23,7 +23,15 @@ from phonanim.regressors._decoders import decode
 from phonanim.regressors._steps import cached_encoder, step_times
 from phonanim.regressors._torch import device, seeded_generator, tensor
 from phonanim.regressors._torch_decoders import Network, export_weights
-from phonanim.regressors._training_steps import BLOCK, Scaling, Steps, blocks_of, gather_steps, release
+from phonanim.regressors._training_steps import (
+    BLOCK,
+    Scaling,
+    Steps,
+    blocks_of,
+    column_means,
+    gather_steps,
+    release,
+)
 from phonanim.speech.inventory import N_PHONES
 
 Floats = NDArray[np.float32]
@@ -57,7 +65,7 @@ def fit_audio(
     if config.labels == "allophones":
         steps, labels = with_allophones(steps, config, train)
     network = Network(config, layers, dims, steps.targets.shape[1], labels).to(device())
-    network.start_from((steps.targets.mean(axis=0) - scaling.low) / scaling.span)
+    network.start_from((column_means(steps.targets) - scaling.low) / scaling.span)
     optimizer = OPTIMIZERS[config.optimizer](network.parameters(), lr=config.learning_rate)
     state = State(network, optimizer, [], [], training_key(config, seed, steps), journal)
     state.resume()

@@ -19,9 +19,11 @@ from phonanim.regressors import Examples
 from phonanim.regressors._audio_input import AudioInput
 from phonanim.regressors._steps import features_at_steps, step_times
 
+Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 LARGE = 1 << 28  # bytes of an array of all steps that stays in memory
 BLOCK = 1 << 25  # bytes of such an array that are handled at a time
+COLUMNS = 1024  # of targets that are interpolated at a time
 STILL = 1e-6  # standard deviation below which a feature counts as constant
 
 
@@ -66,8 +68,9 @@ def gather_steps(kind: type[AudioInput], config: Any, examples: Examples, layers
             targets = new_rows((int(lengths.sum()), target.shape[1]), np.float32)
         rows = slice(first, first + len(grid))
         values[rows] = heard
-        for column, mode in enumerate(target.T):
-            targets[rows, column] = np.interp(grid, times, mode)
+        for column in range(0, target.shape[1], COLUMNS):
+            some = slice(column, column + COLUMNS)
+            targets[rows, some] = interpolate_columns(grid, times, target[:, some])
         release(values)
         release(targets)
         codes.append(track.sample(grid))
@@ -83,6 +86,17 @@ def gather_steps(kind: type[AudioInput], config: Any, examples: Examples, layers
         lengths,
         np.asarray(examples.weights, np.float32),
     )
+
+
+def interpolate_columns(at: Array, times: Array, values: NDArray[np.floating]) -> Array:
+    """What np.interp gives for each column, (steps,) and (frames,) seconds, (frames, n) -> (steps, n)."""
+    left = np.clip(np.searchsorted(times, at, side="right") - 1, 0, max(len(times) - 2, 0))
+    right = np.minimum(left + 1, len(times) - 1)
+    low, high = values[left].astype(np.float64), values[right].astype(np.float64)
+    apart = np.where(right > left, times[right] - times[left], 1.0)
+    found = (high - low) / apart[:, None] * (at - times[left])[:, None] + low
+    found[at <= times[0]], found[at >= times[-1]] = values[0], values[-1]
+    return np.asarray(found)
 
 
 def new_rows(shape: tuple[int, ...], kind: Any) -> NDArray[Any]:
@@ -115,17 +129,36 @@ class Scaling:
         scale = (deviation > STILL) / (deviation + 1e-3)
         targets = steps.targets
         if config.normalize == "minmax":
-            low, span = targets.min(axis=0), np.ptp(targets, axis=0) + 1e-6
+            low, high = column_range(targets)
+            span = high - low + 1e-6
         else:
-            low, span = targets.mean(axis=0), np.full(targets.shape[1], overall_deviation(targets))
+            low, span = column_means(targets), np.full(targets.shape[1], overall_deviation(targets))
         return cls(*(np.asarray(part, np.float32) for part in (centre, scale, low, span)))
+
+
+def column_means(targets: Floats) -> Floats:
+    """Mean of each column, (steps, modes) -> (modes,); of one on disk without all of it in memory."""
+    total: Floats | None = None
+    for rows in blocks_of(targets):
+        # As one sum over all rows, row by row in single precision.
+        total = (rows if total is None else np.concatenate([total[None], rows])).sum(axis=0)
+    assert total is not None
+    return np.asarray(total / np.float32(len(targets)), np.float32)
+
+
+def column_range(targets: Floats) -> tuple[Floats, Floats]:
+    """Least and greatest of each column, (steps, modes) -> (modes,) each."""
+    low, high = targets[0].copy(), targets[0].copy()
+    for rows in blocks_of(targets):
+        low, high = np.minimum(low, rows.min(axis=0)), np.maximum(high, rows.max(axis=0))
+    return low, high
 
 
 def overall_deviation(targets: Floats) -> float:
     """Standard deviation of all numbers of an array, without a copy of one on disk."""
     if not isinstance(targets, np.memmap):
         return float(targets.std())
-    mean, total = targets.mean(axis=0, dtype=np.float64).mean(), 0.0
+    mean, total = np.mean(column_means(targets), dtype=np.float64), 0.0
     for rows in blocks_of(targets):
         total += float(((rows - mean) ** 2).sum(dtype=np.float64))
     return float(np.sqrt(total / targets.size))
@@ -135,7 +168,7 @@ def column_deviations(targets: Floats) -> NDArray[Any]:
     """Standard deviation of each column, (steps, modes) -> (modes,), without a copy of one on disk."""
     if not isinstance(targets, np.memmap):
         return np.asarray(targets.std(axis=0))
-    mean = targets.mean(axis=0, dtype=np.float64)
+    mean = column_means(targets).astype(np.float64)
     square = np.zeros_like(mean)
     for rows in blocks_of(targets):
         square += ((rows - mean) ** 2).sum(axis=0)

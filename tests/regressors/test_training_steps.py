@@ -51,6 +51,26 @@ def test_steps_on_disk_are_those_in_memory(data: Examples, monkeypatch: pytest.M
         assert np.array_equal(one, other)
 
 
+@pytest.mark.parametrize("frames", [1, 2, 40])
+def test_all_columns_at_once_are_each_column(frames: int) -> None:
+    rng = np.random.default_rng(frames)
+    times, values = 0.013 + np.arange(frames) / 29.97, rng.standard_normal((frames, 7)).astype(np.float32)
+    at = np.sort(np.concatenate([rng.uniform(-0.5, 2, 200), times]))
+    each = np.stack([np.interp(at, times, column) for column in values.T], axis=1)
+    assert np.array_equal(training_steps.interpolate_columns(at, times, values), each)
+
+
+def test_means_and_ranges_in_blocks_are_those_of_the_whole(
+    data: Examples, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    targets = gathered(data).targets
+    monkeypatch.setattr(training_steps, "BLOCK", 1000)
+    assert np.array_equal(training_steps.column_means(targets), targets.mean(axis=0))
+    low, high = training_steps.column_range(targets)
+    assert np.array_equal(low, targets.min(axis=0))
+    assert np.array_equal(high - low, np.ptp(targets, axis=0))
+
+
 @pytest.mark.usefixtures("on_disk")
 def test_deviations_without_a_copy(data: Examples) -> None:
     targets = gathered(data).targets
