@@ -120,7 +120,9 @@ def _quivers(figure: Any, report: Report) -> None:
     for axes in every[-(len(every) // 2) :]:
         axes.set_xlabel("backward, mm")
     figure.supylabel(AXES[2], fontsize="medium")
-    figure.legend(*every[0].get_legend_handles_labels(), fontsize="small", ncols=3, loc="outside lower center")
+    figure.legend(
+        *every[0].get_legend_handles_labels(), fontsize="small", ncols=3, loc="outside lower center"
+    )
 
 
 def _jaw(figure: Any, report: Report) -> None:

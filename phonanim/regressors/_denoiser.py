@@ -15,11 +15,14 @@ from phonanim.media.audio import Sound
 from phonanim.regressors._audio_input import AudioInput
 from phonanim.regressors._diffusion import embed, no_sound, sample_motion, step_noise
 from phonanim.regressors._facediffuser_config import Config
+from phonanim.regressors._steps import cached_encoder
+from phonanim.regressors._tuned import last_blocks, run_blocks
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 UNHEARD = 10**6  # the turn of the noise that replaces the sound, beyond all turns of sampling
+SAME = 1e-6  # relative difference of two rates that are the same
 BEYOND = 5  # extra steps that are sampled after the last one
 Self = TypeVar("Self", bound="Denoiser")
 
@@ -45,7 +48,13 @@ class Denoiser(AudioInput):
     def input_features(cls, config: Any, sound: Sound, track: PhoneTrack | None) -> Features:
         """The features of a sound; with `pairs` "concatenate", two of the encoder's steps side by side."""
         heard = super().input_features(config, sound, track)
-        return PairedFeatures(heard.values, heard.rate, heard.start) if config.pairs != "average" else heard
+        if config.pairs == "average":
+            return heard
+        values = heard.values
+        if config.tuned:  # the input of the blocks that are trained further, beside the output of the last
+            last_blocks(cached_encoder(config.encoder), config.tuned)
+            values = values[:, [-1 - config.tuned, -1]]
+        return PairedFeatures(values, heard.rate, heard.start)
 
     def with_settings(self: Self, **settings: Any) -> Self:
         """The same model with another `seed`, `steps`, `guidance` or `style`. Raises ModelError."""
@@ -72,9 +81,14 @@ class Denoiser(AudioInput):
         """Noise of some steps at one turn of the sampling, (1, count, modes)."""
         return step_noise(self.config.seed, turn, first, count, len(self.low))[None]
 
-    def normalize_features(self, values: Floats) -> Floats:
-        """The network's input for features, (steps, layers, dims) -> (steps, dims)."""
-        return np.asarray((values[:, -1] - self.centre[0]) * self.scale[0])
+    def normalize_features(self, values: NDArray[np.floating]) -> Floats:
+        """The network's input for features, (..., steps, layers, dims) -> (..., steps, dims)."""
+        last = values[..., -1, :]
+        if self.config.tuned:
+            heads = last_blocks(cached_encoder(self.config.encoder), self.config.tuned)[1]
+            blocks = tensors_with_prefix(self.weights, "tuned_")
+            last = run_blocks(blocks, self.config.tuned, heads, values[..., 0, :])
+        return np.asarray((last - self.centre[0]) * self.scale[0])
 
     def embed_sound(self, values: Floats) -> Floats:
         """The part that is constant during sampling, (n, steps, dims) -> (n, steps, size)."""
@@ -90,9 +104,16 @@ class PairedFeatures(Features):
     """Features at both halves of every step, side by side (Stan 2023, section 6.4)."""
 
     def at(self, times: Array, span: float = 0.0) -> Floats:
-        """(times,) seconds -> (times, layers, 2 dims); a step is `span` seconds long."""
-        halves = [super(PairedFeatures, self).at(times + side * span / 4, span / 2) for side in (-1, 1)]
-        return np.concatenate(halves, axis=2)
+        """(times,) seconds -> (times, layers, 2 dims); a step is `span` seconds long.
+
+        Where a step is two of the encoder's long, these are taken as they are, not interpolated.
+        """
+        halves = [times + side * span / 4 for side in (-1, 1)]
+        if abs(span * self.rate - 2) < SAME:
+            halves = [
+                self.start + np.floor((half - self.start) * self.rate + SAME) / self.rate for half in halves
+            ]
+        return np.concatenate([super(PairedFeatures, self).at(half, span / 2) for half in halves], axis=2)
 
 
 def extend_steps(grid: Array, rate: float) -> Array:

@@ -15,6 +15,7 @@ from phonanim.core.neural import sigmoid, tensors_with_prefix
 from phonanim.regressors._decoders import attentive, in_windows, recurrent_shapes, transformer_shapes
 from phonanim.regressors._facediffuser_config import Config
 from phonanim.regressors._recurrent import run_recurrent
+from phonanim.regressors._tuned import block_shapes
 
 Floats = NDArray[np.float32]
 Weights = Mapping[str, Floats]
@@ -225,6 +226,7 @@ def weight_shapes(config: Config, dims: int, modes: int) -> Shapes:
     body = transformer_shapes if config.decoder == "transformer" else recurrent_shapes
     layers, before = body(config, before)
     shapes |= layers
+    shapes |= {f"tuned_{name}": shape for name, shape in block_shapes(config.tuned, dims // 2).items()}
     return shapes | {"style": (config.styles, before), "output": (before, modes), "output_bias": (modes,)}
 
 

@@ -12,6 +12,7 @@ from phonanim.errors import ModelError
 # (section 8.3 of the thesis). The thesis does not define the pooling: here pairs of channels are merged.
 EMBEDDINGS = ("none", "linear", "mlp", "conv", "max", "average")
 MASKS = ("none", "full zero", "partial zero", "full random", "partial random")
+OWN_RATE = 50.0  # steps per second of every encoder
 SCHEDULES = ("linear", "cosine")
 SAMPLINGS = ("rediffuse", "posterior", "strided")
 DECODERS = ("gru", "rnn", "transformer")
@@ -28,13 +29,13 @@ class Config:
     each step: their "average", or side by side (section 6.4: "concatenate"). `decoder` is one of DECODERS
     (section 6.2), with `heads` for the transformer. `schedule` is how noise grows
     (`_diffusion.signal_share`), `sampling` one of SAMPLINGS (`_diffusion.sample_motion`). With `zero_output`
-    the last layer starts at zero, as in the released code. `masking`
-    is one of MASKS, for the share `masked`; `guidance` weights the prediction with audio against the one
-    without (eq. 8), and 1 uses audio only. `steps` of the `timesteps` are sampled. `autoencoder` is the
-    number of epochs of a first stage that trains the decoder without sound (appendix B). `style` is the style
-    of the output, out of the `styles` of Examples.styles. Without `diffusion` it is the recurrent network of
-    the ablation (8.4). `delta` is where the Huber loss (eq. 5) becomes linear, in the targets' scale: `scale`
-    is one number for all modes, `modes` one for each.
+    the last layer starts at zero, as in the released code. The last `tuned` blocks of the encoder are trained
+    further (section 8.1); 0 leaves it frozen. `masking` is one of MASKS, for the share `masked`; `guidance`
+    weights the prediction with audio against the one without (eq. 8), and 1 uses audio only. `steps` of the
+    `timesteps` are sampled. `autoencoder` is the number of epochs of a first stage that trains the decoder
+    without sound (appendix B). `style` is the style of the output, out of the `styles` of Examples.styles.
+    Without `diffusion` it is the recurrent network of the ablation (8.4). `delta` is where the Huber loss
+    (eq. 5) becomes linear, in the targets' scale: `scale` is one number for all modes, `modes` one for each.
     """
 
     encoder: str = "whisper"
@@ -42,6 +43,7 @@ class Config:
     noise: str = "max"
     noise_over: Literal["time", "features"] = "time"
     pairs: Literal["average", "concatenate"] = "average"
+    tuned: int = 0
     latent: int = 512
     decoder: str = "gru"
     heads: int = 4
@@ -100,6 +102,13 @@ class Config:
 
 
 def _check_decoder(config: Config) -> None:
+    if config.tuned < 0:
+        raise ModelError(f"facediffuser: tuned is {config.tuned}; take 0 or more blocks")
+    if config.tuned and (config.pairs != "concatenate" or config.rate != OWN_RATE / 2):
+        raise ModelError(
+            f'facediffuser: tuned needs pairs "concatenate" and the rate {OWN_RATE / 2:g}, so that the '
+            "blocks get the encoder's own steps"
+        )
     if config.decoder == "transformer" and config.hidden % config.heads:
         raise ModelError(
             f"facediffuser: hidden is {config.hidden}; take a multiple of heads, which is {config.heads}"

@@ -164,24 +164,24 @@ class Attentive(nn.Module):
         found: dict[str, Tensor] = {"embed": self.embed.weight.T, "embed_bias": self.embed.bias}
         found["positions"] = self.positions
         for number, block in enumerate(self.blocks):
-            assert isinstance(block, nn.TransformerEncoderLayer)
-            attention = block.self_attn
-            assert attention.in_proj_weight is not None
-            assert attention.in_proj_bias is not None
-            parts = dict(zip(("query", "key", "value"), attention.in_proj_weight.chunk(3), strict=True))
-            biases = dict(zip(parts, attention.in_proj_bias.chunk(3), strict=True))
-            for name, layer in (
-                ("out", attention.out_proj),
-                ("wide", block.linear1),
-                ("narrow", block.linear2),
-            ):
-                parts[name], biases[name] = layer.weight, layer.bias
-            for name, norm in (("norm1", block.norm1), ("norm2", block.norm2)):
-                parts[name], biases[name] = norm.weight, norm.bias
-            for name, part in parts.items():
-                found[f"block{number}_{name}"] = part.T if part.ndim == 2 else part
-                found[f"block{number}_{name}_bias"] = biases[name]
+            found |= {f"block{number}_{name}": part for name, part in export_block(block).items()}
         return found
+
+
+def export_block(block: nn.Module) -> dict[str, Tensor]:
+    """Views of the weights of a transformer layer, by the names of `core.neural.transformer_block`."""
+    assert isinstance(block, nn.TransformerEncoderLayer)
+    attention = block.self_attn
+    assert attention.in_proj_weight is not None
+    assert attention.in_proj_bias is not None
+    parts = dict(zip(("query", "key", "value"), attention.in_proj_weight.chunk(3), strict=True))
+    biases = dict(zip(parts, attention.in_proj_bias.chunk(3), strict=True))
+    for name, layer in (("out", attention.out_proj), ("wide", block.linear1), ("narrow", block.linear2)):
+        parts[name], biases[name] = layer.weight, layer.bias
+    for name, norm in (("norm1", block.norm1), ("norm2", block.norm2)):
+        parts[name], biases[name] = norm.weight, norm.bias
+    turned = {name: part.T if part.ndim == 2 else part for name, part in parts.items()}
+    return turned | {f"{name}_bias": bias for name, bias in biases.items()}
 
 
 class Convolved(nn.Module):

@@ -30,6 +30,7 @@ from phonanim.regressors._steps import cached_encoder
 from phonanim.regressors._torch import array, device, seeded_generator, tensor
 from phonanim.regressors._torch_audio import State, batches, step, training_key
 from phonanim.regressors._torch_decoders import Attentive, Recurrent
+from phonanim.regressors._torch_tuned import Tuned
 from phonanim.regressors._training_steps import BLOCK, Scaling, Steps, column_deviations, gather_steps
 
 Floats = NDArray[np.float32]
@@ -44,6 +45,8 @@ class Network(nn.Module):
     def __init__(self, config: Config, dims: int, modes: int) -> None:
         super().__init__()
         self.config = config
+        encoder = cached_encoder(config.encoder) if config.tuned else None
+        self.tuned = Tuned(encoder, config.tuned, config.dropout) if encoder else None
         self.sound = Embedding(config.sound, dims, config.latent)
         self.face = Embedding(config.sound, modes, self.sound.size) if config.autoencoder else None
         size = self.sound.size
@@ -73,6 +76,8 @@ class Network(nn.Module):
         found = self.sound.export("sound_") | self.body.export()
         if self.config.diffusion:
             found |= self.noise.export("noise_") | self.time.export("time_")
+        if self.tuned:
+            found |= {f"tuned_{name}": part for name, part in self.tuned.export().items()}
         found |= {"style": self.style, "output": self.output.weight.T, "output_bias": self.output.bias}
         return {name: array(part).copy() for name, part in found.items()}
 
@@ -192,7 +197,7 @@ def fit_diffusion(
 
 def diffusion_steps(config: Any, examples: Examples) -> Steps:
     """Examples at the model's steps: the last layer of the encoder, and styles instead of phones."""
-    steps = gather_steps(Denoiser, config, examples, layers=1)
+    steps = gather_steps(Denoiser, config, examples, layers=2 if config.tuned else 1)
     styles = np.array(examples.styles or [0] * len(examples), np.int64)
     return replace(steps, codes=np.repeat(styles, steps.lengths))
 
@@ -200,16 +205,19 @@ def diffusion_steps(config: Any, examples: Examples) -> Steps:
 def scaled(config: Any, steps: Steps) -> Scaling:
     """Features to mean 0 and deviation 1; targets by one number for all modes, or one for each."""
     scaling = Scaling.of(config, steps)
+    scaling = replace(scaling, centre=scaling.centre[-1:], scale=scaling.scale[-1:])
     if config.normalize == "modes":
         return replace(scaling, span=np.asarray(column_deviations(steps.targets) + 1e-6, np.float32))
     return scaling
 
 
 def freeze_but_sound(network: Network) -> None:
-    """Start the second stage of appendix B: freeze the decoder and train the sound embedding."""
+    """Start the second stage of appendix B: freeze the decoder and train what hears."""
     for part in network.parameters():
         part.requires_grad_(False)
     network.sound.requires_grad_(True)
+    if network.tuned:
+        network.tuned.requires_grad_(True)
 
 
 @dataclass(frozen=True)
@@ -273,12 +281,21 @@ class Stage:
             assert self.network.face is not None
             heard = self.network.face(wanted)
         else:
-            normal = (array(values)[:, :, 0] - scaling.centre[0]) * scaling.scale[0]
-            heard = mask_sound(config.masking, config.masked, normal, rng)
-            heard = self.network.sound(tensor(heard))
+            heard = self.network.sound(self.masked(values, rng))
         found = self.network(heard, tensor(seen.astype(np.float32)), times, tensor(styles))
         apart = nn.functional.huber_loss(found, wanted, reduction="none", delta=config.delta)
         return (apart.mean(dim=(1, 2)) * weights.to(device())).mean()
+
+    def masked(self, values: Tensor, rng: np.random.Generator) -> Tensor:
+        """Normalized features with a share of them masked, (n, steps, layers, dims) -> (n, steps, dims)."""
+        config, centre, scale = self.config, self.scaling.centre[0], self.scaling.scale[0]
+        if self.network.tuned is None:
+            normal = (array(values)[:, :, 0] - centre) * scale
+            return tensor(mask_sound(config.masking, config.masked, normal, rng))
+        found = (self.network.tuned(values[:, :, 0].to(device())) - tensor(centre)) * tensor(scale)
+        nothing = np.full(tuple(found.shape), np.nan, np.float32)
+        covered = tensor(mask_sound(config.masking, config.masked, nothing, rng))
+        return torch.where(torch.isnan(covered), found, covered)
 
 
 def group_alike(steps: Steps, most: int = 100) -> Iterator[tuple[int, NDArray[np.int64]]]:
@@ -298,7 +315,7 @@ def sampled_error(model: Denoiser, steps: Steps | None) -> float:
     total = 0.0
     for style, rows in group_alike(steps):
         one = model.with_settings(style=style)
-        heard = one.embed_sound((steps.values[rows][:, :, 0] - one.centre[0]) * one.scale[0])
+        heard = one.embed_sound(one.normalize_features(steps.values[rows]))
         wide = (len(rows), rows.shape[1], len(one.low))
 
         def noise(turn: int, wide: tuple[int, int, int] = wide) -> Floats:

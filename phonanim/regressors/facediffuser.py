@@ -5,8 +5,8 @@ noise on, it gives a different animation of a line for each seed. The thesis tra
 ("V") and on controls of a rig ("B"). Here the targets of `fit` may be either: modes of the face, as for every
 regressor, or any other curves (benchmarks/facediffuser.py trains it on ARKit's controls).
 
-Differences: the encoder of the sound is not trained further. Its features are averaged at the model's
-steps, or concatenated in pairs, as in the thesis (`pairs`).
+Differences: by default the encoder of the sound is not trained further (`tuned`), and its features are
+averaged at the model's steps (`pairs`).
 """
 
 from __future__ import annotations
