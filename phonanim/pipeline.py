@@ -118,7 +118,7 @@ def animate_detailed(
     """
     options = corrected_options(options, corrections)
     model, rig = model_with_settings(options), load_cached_rig(options.rig)
-    line = read_speech_input(path, options, audio, model.regressor.input_modality, corrections.phones)
+    line = read_speech_input(path, options, audio, model.input_modality, corrections.phones, model.hearing)
     options = timed_options(options, corrections, line.alignment.intervals)
     frames = frame_count(line.track.duration, options.fps)
     _check_length(path, frames, rig, options)
@@ -126,7 +126,7 @@ def animate_detailed(
         animation = _animate_own(path, options, line, model)
         return AnimationResult(animation, line.track, line.notes, None, None, line.language, line.read)
     life = life_of(options, path.stem)
-    follows = options.loudness > 0 and articulates(options, rig, line.track)
+    follows = options.loudness > 0 and articulates(options, rig, line.track, line.sound)
     line = add_heard(line, model.regressor, options, loudness=follows, prosody=life.moves(rig))
     motion = predict_controls(
         line.track, model, rig, options, frames, sound=line.sound, loudness=line.loudness

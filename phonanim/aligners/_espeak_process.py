@@ -61,8 +61,9 @@ def speak(text: str, voice: str, words_per_minute: int | None = None) -> dict[st
     if rate <= 0:
         return {"error": "eSpeak NG does not start; install it again: pip install 'phonanim[espeak]'"}
     files = {key: file for code, name, file in reversed(_voices(library)) for key in (name, code)}
-    file = files.get(DEFAULT if voice.lower() == "english" else voice.lower(), "")
-    if not file or library.espeak_SetVoiceByName(file.encode()) != 0:
+    name, plus, variant = voice.partition("+")
+    file = files.get(DEFAULT if name.lower() == "english" else name.lower(), "")
+    if not file or library.espeak_SetVoiceByName(f"{file}{plus}{variant}".encode()) != 0:
         near = get_close_matches(voice.lower(), files, n=1)
         hint = f"did you mean {near[0]!r}?" if near else "voices are language codes, such as de or pt-br"
         return {"error": f"eSpeak NG has no voice {voice!r}; {hint}"}

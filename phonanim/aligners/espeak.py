@@ -83,9 +83,9 @@ def pronounce(word: str, voice: str = VOICE) -> tuple[str, ...]:
 def speak(text: str, voice: str = VOICE, words_per_minute: int | None = None) -> SpokenText:
     """Speak a text, at eSpeak NG's own rate (175 words a minute) unless another is given.
 
-    `voice` is a language code (`de`, `en-us`, `cmn`) or a name (`german`) that eSpeak NG has. Raises
-    OptionError for an unknown voice, suggesting the nearest, and for a text without anything to say;
-    MissingExtraError without the extra.
+    `voice` is a language code (`de`, `en-us`, `cmn`) or a name (`german`) that eSpeak NG has, and may name a
+    variant after a plus sign (`de+f2`). Raises OptionError for an unknown voice, suggesting the nearest, and
+    for a text without anything to say; MissingExtraError without the extra.
     """
     if not can_speak():
         raise MissingExtraError("speech from text needs eSpeak NG: pip install 'phonanim[espeak]'")

@@ -76,7 +76,7 @@ def _move_block(
     if options.contacts:
         modes = contacts.enforce_lip_contacts(modes, track, model.face, times)
     articulation = None
-    if articulates(options, rig, track):
+    if articulates(options, rig, track, sound):
         lips, closed = contacts.lip_part(model.face)
         mouth = blend_articulation(
             lips.instance(modes), lips, closed, track, times, options.contacts, options.quickness
@@ -94,9 +94,10 @@ def _move_block(
     return Motion(modes, values, articulation)
 
 
-def articulates(options: Options, rig: Rig, track: PhoneTrack) -> bool:
-    """Whether articulation moves the rig. False where modes move it, and where there are no phones."""
-    return options.retarget in ("auto", "articulation") and rig.speaks and bool(track.codes.any())
+def articulates(options: Options, rig: Rig, track: PhoneTrack, sound: Sound | None) -> bool:
+    """Whether articulation moves the rig. False where modes move it, and where sound has no phones."""
+    known = sound is None or bool(track.codes.any())
+    return options.retarget in ("auto", "articulation") and rig.speaks and known
 
 
 def hears_articulation(options: Options, rig: Rig, model: regressors.Model) -> bool:

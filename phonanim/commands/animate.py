@@ -99,7 +99,7 @@ def command(
       phonanim animate speech.wav --text "What is said."
       phonanim animate rede.wav --text "Guten Morgen." --voice de
       phonanim animate --text "Guten Morgen." --voice de -o morgen.glb
-      phonanim animate speech.wav --model models/phisanet
+      phonanim animate speech.wav --model audio
       phonanim animate speech.wav --model models/facediffuser --takes 3 --steps 50
     """
     if alignment is None or text is not None or needs_words(alignment, options):
@@ -159,7 +159,7 @@ def needs_words(path: Path, options: Options) -> bool:
     from phonanim.inputs.speech_input import is_recording
     from phonanim.pipeline import load_model
 
-    return is_recording(path) and load_model(options.model).regressor.input_modality != "audio"
+    return is_recording(path) and load_model(options.model).input_modality not in ("audio", "heard")
 
 
 def with_own_rig(options: Options, character: Any, console: Console) -> Options:

@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from phonanim.commands import Console, console_options
-from phonanim.commands._live_page import shown_places, sound_in_step, wait_for_page
 from phonanim.commands._options import animation_options
-from phonanim.commands.animate import with_own_rig
 
 if TYPE_CHECKING:
     from phonanim.options import Options
@@ -61,7 +60,9 @@ class LookAhead(click.ParamType):  # type: ignore[type-arg]
     help="Seconds after its time at which a frame is sent; by default the look-ahead.",
     show_default=False,
 )
-@click.option("--microphone", is_flag=True, help="Read the microphone; SOURCE is then its name or number.")
+@click.option(
+    "--microphone", "--mic", is_flag=True, help="Read the microphone; SOURCE is then its name or number."
+)
 @click.option(
     "--rate", type=click.IntRange(4000, 384000), default=16000, help="Sample rate of raw samples, in hertz."
 )
@@ -78,16 +79,6 @@ class LookAhead(click.ParamType):  # type: ignore[type-arg]
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="The recording of an alignment, whose level the mouth follows; by default the one beside it.",
 )
-@click.option(
-    "--character",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="GLB or VRM that the page of the WebSocket shows; the shipped head by default.",
-)
-@click.option(
-    "--view",
-    is_flag=True,
-    help="Open the page of the WebSocket in the browser, and begin in real time when it is ready.",
-)
 @animation_options
 @console_options
 def command(
@@ -101,37 +92,32 @@ def command(
     channels: int,
     origins: tuple[str, ...],
     audio: Path | None,
-    character: Path | None,
-    view: bool,
     options: Options,
     console: Console,
 ) -> None:
     """Animate phones or audio in real time, as they arrive.
 
     SOURCE is - (stdin) or a file: lines of JSON, such as {"phone": "AA1", "start": 0.1, "end": 0.2},
-    {"time": 0.3}, {"end": true}; or any alignment. For an audio-driven model (kind cnn, tcn) it is a
-    recording, or - for raw samples: 16-bit, little-endian.
+    {"time": 0.3}, {"end": true}; or any alignment. For a model that hears (audio, or of kind cnn, tcn) it is
+    a recording, or - for raw samples: 16-bit, little-endian. A recording and the microphone are heard by the
+    model audio unless another is named.
 
     \b
     Examples:
       recognizer | phonanim stream --realtime --to livelink=192.168.1.5:11111
-      phonanim stream line.TextGrid --view
-      phonanim stream line.TextGrid --view --character mine.vrm
+      phonanim stream line.TextGrid --realtime --to websocket
       phonanim stream line.TextGrid --audio line.wav --look-ahead exact
-      phonanim stream speech.wav --model models/cnn
-      arecord -f S16_LE -r 16000 | phonanim stream --model models/cnn --to osc=127.0.0.1:9000
+      phonanim stream --mic --to websocket
+      phonanim stream speech.wav --realtime --to livelink
+      arecord -f S16_LE -r 16000 | phonanim stream --model audio --to osc=127.0.0.1:9000
     """
     from phonanim.stream.play import Player, report_lines
     from phonanim.stream.sinks import Stage, open_named
 
-    places, realtime = shown_places(places, view, character), realtime or view
-    if character is not None:
-        options = with_own_rig(options, character, console)
+    options = with_model_that_hears(options, source, microphone)
     engine, events, ahead = open_engine(source, microphone, rate, channels, options, look_ahead, audio)
     check_options(realtime, ahead, delay)
-    sound, start = sound_in_step(source, microphone, audio, options) if realtime else (None, 0.0)
-    rest = tuple(float(value) for value in engine.rig.rest)
-    stage = Stage(engine.rig.name, engine.rig.controls, options.fps, origins, rest, character, sound, start)
+    stage = Stage(engine.rig.name, engine.rig.controls, options.fps, origins)
     sinks = [open_named(place, stage) for place in places]
     named = [sink.where for sink in sinks]
     player = Player(
@@ -143,13 +129,7 @@ def command(
     )
     console.print(f"{engine.rig.name} by {options.model}, {options.fps:g} fps, to {', '.join(named)}")
     try:
-        if view:
-            wait_for_page(sinks, console)
         run_stream(player, events, realtime, ahead, delay)
-    except KeyboardInterrupt:
-        if realtime:
-            player.go_to_rest()
-        raise
     finally:
         for sink in tuple(player.sinks):
             sink.close()
@@ -159,6 +139,17 @@ def command(
         console.print_event("end", **stream_facts(player))
     if not player.sinks:
         raise click.exceptions.Exit(1)
+
+
+def with_model_that_hears(options: Options, source: str, microphone: bool) -> Options:
+    """The options with the model audio for a recording and for the microphone, unless one was chosen."""
+    from phonanim.core.catalog import HEARING_MODEL
+    from phonanim.inputs.speech_input import is_recording
+
+    chosen = click.get_current_context().get_parameter_source("model") is not ParameterSource.DEFAULT
+    if chosen or not (microphone or is_recording(Path(source))):
+        return options
+    return replace(options, model=HEARING_MODEL)
 
 
 def open_engine(
@@ -176,11 +167,14 @@ def open_engine(
     from phonanim.pipeline import load_model
     from phonanim.stream import inputs
     from phonanim.stream.engine import PhoneStream
+    from phonanim.stream.heard import HeardStream
     from phonanim.stream.sound import SoundStream
 
     line = "stream" if microphone or source == "-" else Path(source).stem
-    hears = load_model(options.model).regressor.input_modality == "audio"
-    silent = not (hears or microphone or is_recording(Path(source)))
+    modality = load_model(options.model).input_modality
+    sounds = microphone or is_recording(Path(source))
+    hears = modality == "audio" or (modality == "heard" and (sounds or source == "-"))
+    silent = not (hears or sounds)
     lines = silent and (source == "-" or inputs.is_lines(Path(source)))
     if audio is not None and (hears or lines):
         raise OptionError(f"--audio {audio}: is for the recording of an alignment; leave it out")
@@ -191,11 +185,17 @@ def open_engine(
             heard = inputs.raw_samples(STDIN, channels)
         else:
             rate, heard = inputs.recording(Path(source))
+        if modality == "heard":
+            listening = HeardStream(options, rate, look_ahead, line)
+            waits = listening.look_ahead
+            return listening, heard, None if waits is None else waits + SLACK
         engine = SoundStream(options, rate, line)
         return engine, heard, engine.look_ahead + SLACK
-    if microphone or is_recording(Path(source)):
+    if sounds:
         given = "--microphone: gives audio" if microphone else f"{source}: is a recording"
-        raise OptionError(f"{given}, and {options.model} reads phones; choose a --model of kind cnn or tcn")
+        raise OptionError(
+            f"{given}, and {options.model} reads phones; choose --model audio, or one of kind cnn or tcn"
+        )
     if lines:
         events = inputs.json_lines(STDIN if source == "-" else os.open(source, os.O_RDONLY))
         return PhoneStream(options, look_ahead, line), events, look_ahead

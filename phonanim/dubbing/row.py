@@ -80,7 +80,7 @@ def parse_row(id: str, row: Row, root: Place, common: Common, speaks: bool = Tru
     """
     cells = _with_recording(common.characters.fill(row.cells))
     spoken = "alignment" not in cells
-    if spoken and ("text" not in cells or not (speaks or "audio" in cells)):
+    if spoken and "audio" not in cells and not (speaks and "text" in cells):
         raise OptionError("the row names no alignment; fill its cell, or those of audio and text")
     output = safe_name(cells.get("output", id))
     source = cells.get("audio" if spoken else "alignment")
@@ -92,7 +92,7 @@ def parse_row(id: str, row: Row, root: Place, common: Common, speaks: bool = Tru
         audio=_found(cells["audio"], root) if "audio" in cells else alignment and _beside(alignment),
         options=_options(cells, root, common),
         output=output,
-        text=cells["text"] if spoken else None,
+        text=cells.get("text") if spoken else None,
         edits=_found(cells["edits"], root)
         if "edits" in cells
         else _sidecar(common.edits, f"{output}{EDITS}"),

@@ -184,7 +184,7 @@ def _canonical(header: str) -> str | None:
 
 def _check(path: Place, columns: dict[str, str | None]) -> None:
     known = [column for column in columns.values() if column]
-    if not {"alignment", "text"} & set(known):
+    if not {"alignment", "audio", "text"} & set(known):
         near = get_close_matches("alignment", list(columns), n=1, cutoff=0.5)
         hint = f"; is it {near[0]!r}?" if near else ""
         raise OptionError(f"{path}: has no column 'alignment', only {', '.join(map(repr, columns))}{hint}")

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from phonanim.errors import AlignmentError, AudioError
+from phonanim.hearing.hearer import LANGUAGE, hear_phones
 from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import SUFFIXES, Sound, audio_notes, find_audio, read_sound, truncation_note
 from phonanim.media.voice import Voice
@@ -18,11 +19,12 @@ from phonanim.speech.phone_changes import PhoneChanges, correct_phones
 from phonanim.speech.phones import PhoneTrack, silent_track
 from phonanim.speech.prosody import Prosody
 
-InputModality = Literal["phones", "audio", "both"]
-"""What a model reads: phones, audio or both."""
+InputModality = Literal["phones", "audio", "both", "heard"]
+"""What a model reads: phones, audio, both, or phones that are heard where there is no alignment."""
 
 UNENFORCED = "there is no alignment: lip closures are as predicted from the audio, none is enforced"
 UNCHANGED = PhoneChanges()
+HEARD = "the phones were heard, not given, so some are wrong: an alignment or --text is surer"
 APART = 0.5  # seconds between the ends of a recording and its alignment above which a note is given
 
 
@@ -54,22 +56,25 @@ def read_speech_input(
     audio: Path | None,
     modality: InputModality,
     changes: PhoneChanges = UNCHANGED,
+    hearing: Path | None = None,
 ) -> SpeechInput:
     """Read an alignment or a recording, and for an audio-driven model the recording next to an alignment.
 
-    `changes` are phones that a person corrected.
+    `changes` are phones that a person corrected. `hearing` is the network of a model that hears phones.
 
     Raises AlignmentError when a recording is given to a phone-driven model, AudioError when an audio-driven
-    model has no recording, and the errors of reading either.
+    model has no recording or nothing is heard in it, and the errors of reading either.
     """
     if is_recording(path):
+        if hearing is not None:
+            return _hear_recording(path, hearing, changes)
         return _read_recording(path, modality, options.features)
     read = read_with_options(path, options, audio)
     alignment, left = correct_phones(read, changes)
     reading = read_phones(alignment, options.language, options.unknown, options.fallback)
     track, notes = reading.track, (*left, *reading.notes)
     sound = None
-    if modality != "phones":
+    if modality in ("audio", "both"):
         audio = audio or find_audio(path)
         if audio is None:
             raise AudioError(f"{path}: has no recording next to it for this audio-driven model; give --audio")
@@ -94,12 +99,22 @@ def _read_recording(path: Path, modality: InputModality, features: str | None) -
     if modality != "audio":
         raise AlignmentError(
             f"{path}: is a recording, and this model needs an alignment; give the spoken words with --text, "
-            "or choose an audio-driven --model"
+            "or choose --model audio, which hears phones"
         )
     sound = _read_sound(path, features)
     nothing = Alignment((), sound.duration, "", str(path))
     notes = (UNENFORCED, *audio_notes(sound), *truncation_note(path))
     return SpeechInput(nothing, silent_track(sound.duration), notes, sound, path)
+
+
+def _hear_recording(path: Path, hearing: Path, changes: PhoneChanges) -> SpeechInput:
+    """A recording with the phones that a network hears in it, and corrections of them."""
+    sound = read_sound(path)
+    read = hear_phones(sound, hearing, str(path))
+    heard, left = correct_phones(read, changes)
+    track = read_phones(heard, LANGUAGE).track
+    notes = (HEARD, *left, *audio_notes(sound), *truncation_note(path))
+    return SpeechInput(heard, track, notes, None, path, read=read.intervals)
 
 
 def _apart(audio: Path, heard: float, read: float) -> tuple[str, ...]:

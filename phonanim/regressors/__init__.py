@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, cast
@@ -15,12 +15,14 @@ from typing import Any, ClassVar, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.catalog import find_model
 from phonanim.core.decode import DAMAGE, DecodeError, read_json, read_tensors
 from phonanim.core.files import atomic_path
 from phonanim.core.plugins import Registry
 from phonanim.core.typed import check_types
 from phonanim.errors import ModelError
 from phonanim.face.model import FaceModel
+from phonanim.hearing.network import load_network
 from phonanim.inputs.speech_input import InputModality as InputModality
 from phonanim.media.audio import Sound
 from phonanim.regressors._contract import check_class, check_required
@@ -32,8 +34,14 @@ REGRESSORS = Registry("phonanim.regressors", needs=("REGRESSOR",))
 
 Tensors = dict[str, NDArray[Any]]
 Progress = Callable[[float], None]
-NEEDS = {"phones": "an alignment", "audio": "a recording", "both": "an alignment and a recording"}
+NEEDS = {
+    "phones": "an alignment",
+    "audio": "a recording",
+    "both": "an alignment and a recording",
+    "heard": "an alignment or a recording",
+}
 FORMAT = 1
+HEARING = "hearing"  # the kind of a model that hears phones and animates them by another model
 CHECKPOINT = "checkpoint.pt"  # the state of a training, in the model's folder until it ends
 
 
@@ -121,7 +129,8 @@ class Model:
 
     `target` is the reference face, or one of phonanim.targets.
 
-    `articulation` is what phonanim.articulation.heard has learned with it, for models that hear.
+    `articulation` is what phonanim.articulation.heard has learned with it, for models that hear. `hearing` is
+    the file of the network that hears the phones of a recording, for models that hear phones.
 
     Examples:
         >>> import phonanim
@@ -135,6 +144,12 @@ class Model:
     target: Target
     card: dict[str, Any]
     articulation: Tensors | None = None
+    hearing: Path | None = None
+
+    @property
+    def input_modality(self) -> InputModality:
+        """The input that is used, as of its regressor; "heard" where phones may be heard in a recording."""
+        return self.regressor.input_modality if self.hearing is None else "heard"
 
     @property
     def face(self) -> FaceModel:
@@ -280,6 +295,8 @@ def load(folder: Path) -> Model:
     Nothing in a model is executed: weights are safetensors, the rest is JSON.
     """
     card = _load_card(folder)
+    if card["kind"] == HEARING:
+        return _load_hearing(folder, card)
     target = _load_target(card, folder)
     tensors = _load_tensors(folder / "weights.safetensors")
     kind = card["kind"]
@@ -305,6 +322,18 @@ def _load_target(card: dict[str, Any], folder: Path) -> Target:
         return target_class(str(facts["kind"])).from_parts(facts, _load_tensors(path))
     except (*DAMAGE, AttributeError) as error:
         raise ModelError(f"{path}: does not match model.json ({error}); train the model again") from error
+
+
+def _load_hearing(folder: Path, card: dict[str, Any]) -> Model:
+    """A model that hears phones: the one that animates them, and the file of the network."""
+    name = card["config"].get("animated_by")
+    other = find_model(name) if isinstance(name, str) else folder
+    animated = None if _load_card(other)["kind"] == HEARING else load(other)
+    if animated is None or animated.input_modality != "phones":
+        raise ModelError(f"{folder / 'model.json'}: animated_by is no model of phones; name one, as default")
+    network = folder / "hearing.safetensors"
+    load_network(network)
+    return replace(animated, card=card, hearing=network)
 
 
 def _try_out(regressor: Regressor, n_modes: int) -> None:

@@ -56,6 +56,7 @@ class PhoneStream:
     now: float = 0.0
     ticked: float = 0.0
     known: list[Interval] = field(default_factory=list)
+    begun: Interval | None = None  # a phone that has begun, until now
     patience: ClassVar[float] = 0.0  # seconds that a due frame waits for a phone
 
     def __post_init__(self) -> None:
@@ -223,7 +224,7 @@ class PhoneStream:
     def _window(self, first: int, last: int) -> tuple[Alignment, float]:
         """The phones that affect some frames, on a clock that starts with the first of them."""
         begin = self._felt_from(first / self.options.fps)
-        felt = self.known[begin:]
+        felt = self.known[begin:] + ([self.begun] if self.begun else [])
         origin = felt[0].start if begin else 0.0
         # The unknown part counts as silence, as far as features use it.
         unknown = max(self.known_until, last / self.options.fps) + REACH

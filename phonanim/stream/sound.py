@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from phonanim.animation.rates import frame_count
 from phonanim.animation.style import scale_controls
 from phonanim.encoders import HOP, RATE, STEPS
 from phonanim.encoders._cepstra import Cepstra
-from phonanim.errors import MissingExtraError, OptionError, StreamError
+from phonanim.errors import OptionError, StreamError
 from phonanim.inputs.prosody import life_ahead
 from phonanim.life import life_of
 from phonanim.media.audio import Level
@@ -27,6 +27,7 @@ from phonanim.speech.prosody import Prosody
 from phonanim.stream.engine import ABREAST, reject_whole_line_layers
 from phonanim.stream.events import Event, Samples
 from phonanim.stream.life import HeardVoice, StreamedLife
+from phonanim.stream.resampling import Resampler
 
 Floats = NDArray[np.float32]
 
@@ -224,30 +225,6 @@ class Steps:
 
     def _none(self) -> Floats:
         return np.empty((0, 1, self.encoder.dims), np.float32)
-
-
-class Resampler:
-    """Resample arriving audio of any rate to that of the encoders. Raises MissingExtraError without soxr."""
-
-    def __init__(self, rate: int) -> None:
-        self.stream: Any = None
-        if rate == RATE:
-            return
-        try:
-            import soxr
-        except ImportError as error:
-            needed = "pip install 'phonanim[stream]'"
-            raise MissingExtraError(f"audio of {rate} Hz needs {needed}, or audio of {RATE} Hz") from error
-        self.stream = soxr.ResampleStream(rate, RATE, 1, dtype="float32")
-
-    def push(self, samples: Floats) -> Floats:
-        """Samples at the encoders' rate; some are returned later."""
-        return np.asarray(self.stream.resample_chunk(samples) if self.stream else samples, np.float32)
-
-    def end(self) -> Floats:
-        """The remaining samples."""
-        last = np.empty(0, np.float32)
-        return np.asarray(self.stream.resample_chunk(last, last=True) if self.stream else last, np.float32)
 
 
 def streamable(regressor: object, name: str) -> Streamed:

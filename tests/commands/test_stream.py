@@ -239,14 +239,16 @@ def test_a_recording_that_is_cut_short(ears: str, tmp_path: Path, capfd: pytest.
 
 def test_a_recording_for_a_model_that_reads(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     path = written(tmp_path / "a.wav", speech(0.1))
-    assert run(["stream", str(path)]) == 2
-    expected = f"{path}: is a recording, and default reads phones; choose a --model of kind cnn or tcn"
+    assert run(["stream", str(path), "--model", "default"]) == 2
+    choose = "choose --model audio, or one of kind cnn or tcn"
+    expected = f"{path}: is a recording, and default reads phones; {choose}"
     assert capfd.readouterr().err == f"phonanim: {expected}\n"
 
 
 def test_a_microphone_for_a_model_that_reads(capfd: pytest.CaptureFixture[str]) -> None:
-    assert run(["stream", "--microphone"]) == 2
-    expected = "--microphone: gives audio, and default reads phones; choose a --model of kind cnn or tcn"
+    assert run(["stream", "--microphone", "--model", "default"]) == 2
+    choose = "choose --model audio, or one of kind cnn or tcn"
+    expected = f"--microphone: gives audio, and default reads phones; {choose}"
     assert capfd.readouterr().err == f"phonanim: {expected}\n"
 
 

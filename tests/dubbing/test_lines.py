@@ -125,7 +125,7 @@ def test_bad_cells(folder, column, value, message):
         ("", "has no lines; give it a header and one row per line"),
         ("alignment\n", "has no lines"),
         ("id,algnment\n1,2\n", "has no column 'alignment', only 'id', 'algnment'; is it 'algnment'?"),
-        ("id,wav\n1,2\n", "has no column 'alignment', only 'id', 'wav'$"),
+        ("id,mood\n1,2\n", "has no column 'alignment', only 'id', 'mood'$"),
         (
             "textgrid,alignment\n1,2\n",
             "the columns 'textgrid' and 'alignment' both mean 'alignment'; drop one",

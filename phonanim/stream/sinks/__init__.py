@@ -9,8 +9,7 @@ import socket
 from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import get_close_matches
-from pathlib import Path
-from typing import Protocol, cast, runtime_checkable
+from typing import Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,20 +24,12 @@ Address = tuple[str, int]
 
 @dataclass(frozen=True)
 class Stage:
-    """What moves: a rig's controls, so many times a second; `origins` are sites whose pages may connect.
-
-    `rest` are the controls at rest; `character` is the file that pages show, the shipped head when it is
-    None; `sound` is the recording that they play in step, from `sound_start` seconds of it on.
-    """
+    """What moves: a rig's controls, so many times a second; `origins` are sites whose pages may connect."""
 
     rig: str
     controls: tuple[str, ...]
     fps: float
     origins: tuple[str, ...] = ()
-    rest: tuple[float, ...] = ()
-    character: Path | None = None
-    sound: Path | None = None
-    sound_start: float = 0.0
 
 
 class Sink(Protocol):
@@ -51,16 +42,6 @@ class Sink(Protocol):
 
     def close(self) -> None:
         """Close the destination."""
-
-
-@runtime_checkable
-class Waiting(Protocol):
-    """A sink whose receiver has to be ready before it makes sense to begin."""
-
-    where: str
-
-    def wait(self, seconds: float) -> bool:
-        """Wait until the receiver is ready; False when it is not after so long."""
 
 
 class SinkModule(Protocol):
