@@ -32,6 +32,8 @@ components = {components}
 encoder = "mfcc"
 rate = 30.0
 window = 30
+latent = {size}
+hidden = {size}
 epochs = {epochs}
 steps = {steps}
 """
@@ -43,10 +45,18 @@ steps = {steps}
 @click.option("--seconds", default=3.6, show_default=True, help="Of each clip.")
 @click.option("--epochs", default=1, show_default=True)
 @click.option("--components", default=0, show_default=True, help="Principal components; 0 learns all.")
+@click.option("--size", default=512, show_default=True, help="Of the layers: latent and hidden.")
 @click.option("--steps", default=500, show_default=True, help="Of the sampling of a line.")
 @click.option("--json", "output", type=click.Path(path_type=Path))
 def main(
-    folder: Path, clips: int, seconds: float, epochs: int, components: int, steps: int, output: Path | None
+    folder: Path,
+    clips: int,
+    seconds: float,
+    epochs: int,
+    components: int,
+    size: int,
+    steps: int,
+    output: Path | None,
 ) -> None:
     use_one_thread()
     from phonanim.corpus.motion_build import build_motion_corpus
@@ -57,11 +67,13 @@ def main(
         "seconds": round(clips * seconds, 1),
         "vertices": VERTICES,
     }
+    facts["size"] = size
     facts["frames_gb"] = round(clips * seconds * FPS * VERTICES * 12 / 1e9, 2)
-    timed("made", facts, lambda: write_data(folder, clips, seconds))
+    if not (folder / "dataset.json").is_file():
+        timed("made", facts, lambda: write_data(folder, clips, seconds))
     timed("built", facts, lambda: build_motion_corpus(folder, folder / "corpus"))
     recipe = folder / "recipe.toml"
-    recipe.write_text(RECIPE.format(components=components, epochs=epochs, steps=steps), "utf-8")
+    recipe.write_text(RECIPE.format(components=components, epochs=epochs, steps=steps, size=size), "utf-8")
     timed("trained", facts, lambda: train(recipe, folder / "model"))
     timed("sampled", facts, lambda: sample(folder))
     text = json.dumps(facts, indent=1)

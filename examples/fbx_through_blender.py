@@ -3,8 +3,8 @@
     blender --background --python examples/fbx_through_blender.py -- line.glb line.fbx
     blender --background --python examples/fbx_through_blender.py -- edited.fbx edited.glb
 
-Python with the package `bpy` (pip install bpy) runs it, too, without `blender ... --`. `--fps 30` is the rate
-`--fps 30` is the rate of the frames, 60 by default.
+Python with the package `bpy` (pip install bpy) runs it, too, without `blender ... --`. Frames have the rate
+of `--fps 30`, 60 by default.
 """
 
 from __future__ import annotations

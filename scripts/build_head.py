@@ -31,6 +31,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 
 from hair_cap import hair_cap
 from mouth_shapes import closed_lips, flat_stretch, low_tongue, rounded_lips, upright_teeth
+from shirt import shirt
 from tongue_shapes import lifted_out, tongue_shapes
 
 from phonanim.core.files import atomic_path
@@ -54,6 +55,7 @@ MATERIALS = {
     "eye_l": ((0.82, 0.80, 0.77), 0.12),
     "eye_r": ((0.82, 0.80, 0.77), 0.12),
     "hair": ((0.062, 0.034, 0.020), 0.50),
+    "shirt": ((0.060, 0.095, 0.135), 0.85),
 }
 # What the vertex colours multiply the skin by.
 LIPS = (0.72, 0.42, 0.42)
@@ -433,7 +435,7 @@ def primitive(buffer: Buffer, name: str, part: Part, material: int) -> dict[str,
     attributes = {"POSITION": buffer.vectors(part.points, True), "NORMAL": buffer.vectors(rest, False)}
     if not np.all(part.colors == 1):
         attributes["COLOR_0"] = buffer.colors(part.colors)
-    share = turning(part.points) if name == "skin" else np.ones(len(part.points))
+    share = turning(part.points) if name in ("skin", "shirt") else np.ones(len(part.points))
     attributes |= {"JOINTS_0": buffer.joints(share), "WEIGHTS_0": buffer.weights(share)}
     targets = []
     for delta in part.deltas:
@@ -445,32 +447,35 @@ def primitive(buffer: Buffer, name: str, part: Part, material: int) -> dict[str,
     return {"attributes": attributes, "indices": indices, "material": material, "targets": targets}
 
 
-def worn(buffer: Buffer, skin_: Part, material: int) -> dict[str, Any]:
-    """The hair as a glTF primitive without targets; it turns with the head."""
-    points, triangles, colors = hair_cap(
-        skin_.points, skin_.triangles, normals(skin_.points, skin_.triangles)
-    )
-    part = Part(points, triangles, colors, np.zeros((0, *points.shape)))
-    found = primitive(buffer, "hair", part, material)
-    return {key: value for key, value in found.items() if key != "targets"}
+def worn(buffer: Buffer, skin_: Part, first: int) -> dict[str, dict[str, Any]]:
+    """Hair and shirt as glTF primitives without targets, by name; they turn with head and neck."""
+    found = {}
+    for number, (name, made) in enumerate({"hair": hair_cap, "shirt": shirt}.items(), first):
+        points, triangles, colors = made(
+            skin_.points, skin_.triangles, normals(skin_.points, skin_.triangles)
+        )
+        part = Part(points, triangles, colors, np.zeros((0, *points.shape)))
+        one = primitive(buffer, name, part, number)
+        found[name] = {key: value for key, value in one.items() if key != "targets"}
+    return found
 
 
 def assemble(parts: dict[str, Part], names: tuple[str, ...]) -> bytes:
     """The GLB file."""
     buffer = Buffer()
     primitives = [primitive(buffer, name, part, i) for i, (name, part) in enumerate(parts.items())]
-    hair = worn(buffer, parts["skin"], len(parts))
+    clothes = worn(buffer, parts["skin"], len(parts))
     inverse = np.tile(np.eye(4), (2, 1, 1))
     inverse[1, :3, 3] = -np.array(PIVOT)
     tree = {
         "asset": {"version": "2.0", "generator": "phonanim scripts/build_head.py", "copyright": COPYRIGHT},
         "scene": 0,
-        "scenes": [{"nodes": [0, 1, 3]}],
+        "scenes": [{"nodes": [0, 1, 3, 4]}],
         "nodes": [
             {"name": "head", "mesh": 0, "skin": 0},
             {"name": "Neck", "children": [2]},
             {"name": "Head", "translation": list(PIVOT)},
-            {"name": "hair", "mesh": 1, "skin": 0},
+            *({"name": name, "mesh": 1 + n, "skin": 0} for n, name in enumerate(clothes)),
         ],
         "skins": [{"joints": [1, 2], "skeleton": 1, "inverseBindMatrices": buffer.matrices(inverse)}],
         "meshes": [
@@ -480,9 +485,9 @@ def assemble(parts: dict[str, Part], names: tuple[str, ...]) -> bytes:
                 "weights": [0.0] * len(names),
                 "extras": {"targetNames": list(names)},
             },
-            {"name": "hair", "primitives": [hair]},
+            *({"name": name, "primitives": [one]} for name, one in clothes.items()),
         ],
-        "materials": [material(name) for name in (*parts, "hair")],
+        "materials": [material(name) for name in (*parts, *clothes)],
         "accessors": buffer.accessors,
         "bufferViews": list(buffer.views()),
     }
@@ -495,7 +500,7 @@ def material(name: str) -> dict[str, Any]:
     """A glTF material. The skin is seen from both sides: the inner mouth is its back."""
     color, roughness = MATERIALS[name]
     pbr = {"baseColorFactor": [*color, 1.0], "metallicFactor": 0.0, "roughnessFactor": roughness}
-    return {"name": name, "pbrMetallicRoughness": pbr, "doubleSided": name in ("skin", "hair")}
+    return {"name": name, "pbrMetallicRoughness": pbr, "doubleSided": name in ("skin", "hair", "shirt")}
 
 
 if __name__ == "__main__":

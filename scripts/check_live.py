@@ -3,14 +3,17 @@
     python scripts/check_live.py -o work/check [--port 8799]
 
 Streams the example line, as often as it takes, and waits until the page has shown frames of it; then a
-picture is taken. Exit code 1, with one line, when the page stays still.
+picture is taken. Then `--view` must wait for the page, its sound stay in step, and the face go to rest when
+the stream is interrupted. Exit code 1, with one line, when the page does not.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -24,6 +27,7 @@ from phonanim.inputs.alignment import read_alignment
 ROOT = Path(__file__).resolve().parent.parent
 TIMES = 20  # the line is said so often
 FRAMES = 30  # pictures that must have been drawn
+AT_REST = "values.every((value, i) => Math.abs(value - data.rest[i]) < 0.01)"
 JAW = "stage.heads[0].morphs.find(({ channel }) => data.channels[channel] === 'jawOpen')"
 
 
@@ -54,6 +58,36 @@ def watch(browser: Browser, port: int, picture: Path) -> int:
     return len(seen)
 
 
+def watch_view(browser: Browser, port: int) -> None:
+    """A stream with sound that begins when the page is ready, and is interrupted."""
+    line = str(ROOT / "examples" / "line.TextGrid")
+    command = [sys.executable, str(ROOT / "cli.py"), "stream", line, "--to", f"websocket={port}", "--view"]
+    stream = subprocess.Popen(
+        command, env={**os.environ, "BROWSER": "true"}, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        assert stream.stderr
+        while "waiting for" not in stream.stderr.readline():
+            if stream.poll() is not None:
+                raise RuntimeError("the stream did not wait for its page")
+        browser.call("Page.navigate", url=f"http://127.0.0.1:{port}/")
+        browser.wait("typeof socket === 'object' && socket?.readyState === 1 && stage.heads.length === 1")
+        if browser.value("last !== null"):
+            raise RuntimeError("the stream did not wait for its page")
+        browser.press("begin")
+        browser.wait("last !== null && last.time > 1")
+        away = max(abs(browser.value("sound.currentTime - last.time")) for _ in range(20))
+        print(f"the sound is at most {1000 * away:.0f} ms away from the frames")
+        if away > 0.3:
+            raise RuntimeError("the sound is not in step")
+        stream.send_signal(signal.SIGINT)
+        browser.wait(f"document.getElementById('state').dataset.live === 'false' && {AT_REST}")
+        print("the face went to rest")
+    finally:
+        stream.kill()
+        stream.wait()
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-o", "--output", type=Path, required=True)
@@ -76,6 +110,7 @@ def main() -> int:
         browser = Browser(program, profile, options.output)
         try:
             print(f"{watch(browser, options.port, picture)} frames seen, {picture}")
+            watch_view(browser, options.port + 1)
         except RuntimeError as error:
             browser.picture(options.output / "failed.png")
             print(error, file=sys.stderr)

@@ -26,6 +26,7 @@ from typing import Any
 PATIENCE = 60.0  # seconds for anything that the page does
 KEYS = {
     "both": (" ", "Space", 32),
+    "begin": (" ", "Space", 32),
     "start": ("Enter", "Enter", 13),
     "next": ("Enter", "Enter", 13),
     "download": ("Enter", "Enter", 13),

@@ -1,6 +1,6 @@
 """Turn a film that phonanim wrote into an animated picture for a page.
 
-    phonanim animate examples/line.TextGrid -o line.mp4 --character lexicon/rigs/head.glb
+    phonanim animate examples/line.TextGrid -o line.mp4
     python scripts/film_picture.py line.mp4 docs/images/line.webp
 
 Needs phonanim[video].

@@ -10,7 +10,11 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 
 # The hair begins above this height (second row) at this distance to the front (first row), in metres.
-EDGE = ((-0.10, -0.02, 0.03, 0.055, 0.075, 0.10, 0.16), (0.665, 0.690, 0.728, 0.752, 0.762, 0.788, 0.803))
+EDGE = (
+    (-0.10, -0.02, 0.015, 0.030, 0.052, 0.060, 0.074, 0.086, 0.104, 0.16),
+    (0.655, 0.672, 0.712, 0.744, 0.748, 0.712, 0.708, 0.757, 0.790, 0.803),
+)
+EAR, EAR_TOP = 0.0755, 0.746  # metres to the side from where, and up to where, there are ears
 THICK, FULL = 0.013, 0.040  # metres of hair, and the height above its edge where it is as thick
 MARGIN, SINK = 0.012, 0.3  # metres of it below its edge, and how deep that lies under the skin
 LOCKS, DEPTH = 26.0, 0.0016  # ridges around the crown, and how deep they are in metres
@@ -20,14 +24,16 @@ SHADE = 0.45  # of the colour: how much darker the hair is between locks and at 
 
 def hair_cap(points: Array, triangles: Array, normals: Array) -> tuple[Array, Array, Array]:
     """Points (n, 3) metres, triangles (t, 3) and colour factors (n, 3) of the hair on a skin."""
-    over = points[:, 1] - np.interp(points[:, 2], *EDGE)
+    over = above_edge(points)
     faces = triangles[(over[triangles] > -MARGIN).any(axis=1)]
     rows = np.unique(faces)
     places = np.zeros(len(points), np.int64)
     places[rows] = np.arange(len(rows))
-    roots, faces, away, over = points[rows], places[faces], normals[rows], over[rows]
-    roots, faces, extra = halved(roots, faces, np.column_stack([away, over]))
-    away, over = extra[:, :3] / np.linalg.norm(extra[:, :3], axis=1, keepdims=True), extra[:, 3]
+    roots, faces, away = points[rows], places[faces], normals[rows]
+    for _ in range(2):
+        roots, faces, away = halved(roots, faces, away)
+        away = away / np.linalg.norm(away, axis=1, keepdims=True)
+    over = above_edge(roots)
     share = np.clip(over / FULL, 0, 1)
     share = np.sqrt(share * (2 - share))
     around = np.arctan2(roots[:, 0] - CROWN[0], roots[:, 2] - CROWN[2])
@@ -37,6 +43,12 @@ def hair_cap(points: Array, triangles: Array, normals: Array) -> tuple[Array, Ar
     height = sunk + THICK * share + DEPTH * ridge * share * np.clip(far / 0.05, 0, 1)
     colors = 1 - SHADE * (0.5 - 0.5 * ridge) * np.clip(far / 0.05, 0, 1) - 0.25 * (1 - share)
     return roots + away * height[:, None], faces, np.repeat(np.clip(colors, 0, 1)[:, None], 3, axis=1)
+
+
+def above_edge(points: Array) -> Array:
+    """How far points lie above the edge of the hair, (n,) metres; ears, which stand out, do not."""
+    ear = np.clip((np.abs(points[:, 0]) - EAR) / 0.003, 0, 1) * (points[:, 1] < EAR_TOP)
+    return np.asarray(points[:, 1] - np.interp(points[:, 2], *EDGE) - 0.05 * ear)
 
 
 def halved(points: Array, triangles: Array, values: Array) -> tuple[Array, Array, Array]:

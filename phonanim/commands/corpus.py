@@ -80,6 +80,9 @@ def build(
       phonanim corpus build ema_de/ -o work/ema_de
     """
     if holds_sensors(recordings, dataset):
+        if dataset:
+            import_sensors(dataset, recordings, output, every or 1, console)
+            recordings = output
         facts = build_sensors(recordings, output, axes, rate, language, console)
     elif dataset or (recordings / "dataset.json").is_file():
         facts = build_motion(recordings, output, dataset, every, (template, mesh), language, console)
@@ -95,9 +98,12 @@ def build(
 def holds_sensors(folder: Path, dataset: str | None) -> bool:
     """Whether a folder has sensors: articulography as it is recorded, or an imported data set of it."""
     from phonanim.corpus.motion_build import read_imported
+    from phonanim.datasets import load_dataset
     from phonanim.ema.scoring import is_articulography
 
-    if dataset or (folder / "clips.csv").is_file():
+    if dataset:
+        return load_dataset(dataset).CARD.kind == "sensors"
+    if (folder / "clips.csv").is_file():
         return False
     if (folder / "dataset.json").is_file():
         return bool(read_imported(folder)[0]["kind"] == "sensors")
@@ -105,19 +111,24 @@ def holds_sensors(folder: Path, dataset: str | None) -> bool:
     return recorded or is_articulography(folder)
 
 
+def import_sensors(dataset: str, folder: Path, output: Path, every: int, console: Console) -> None:
+    """Import a data set of sensors into the folder of its corpus."""
+    from phonanim.corpus.importing import import_dataset
+
+    with console.progress(dataset) as progress:
+        import_dataset(dataset, folder, output, every, progress=progress)
+
+
 def build_sensors(
     folder: Path, output: Path, axes: str, rate: float | None, language: str, console: Console
 ) -> dict[str, Any]:
     """Build a corpus of sensors, and return what it has."""
-    from phonanim.corpus.motion_build import read_imported
     from phonanim.ema.corpus import RATE, build_sensor_corpus
     from phonanim.ema.report import Preparation
 
-    imported = (folder / "dataset.json").is_file()
-    splits = {row["name"]: row["split"] for row in read_imported(folder)[1]} if imported else None
     preparation = Preparation(axes=axes, rate=rate or RATE)
     with console.progress(folder.name) as progress:
-        found = build_sensor_corpus(folder, output, preparation, language, splits, progress)
+        found = build_sensor_corpus(folder, output, preparation, language, progress)
     for name, why in found.left_out.items():
         console.print(f"left out {name}: {why}")
     return describe_corpus(found.corpus, output) | {"sensors": len(found.corpus.source.names)}

@@ -90,6 +90,7 @@ def find_review(folder: Path, source: str | None, characters: Path | None, conso
     from phonanim.dubbing.row import Common
 
     folder = folder.absolute()
+    lines: Lines | None
     if source:
         lines = read_lines(source, Common(characters=read_characters(characters), corrections=folder))
     else:

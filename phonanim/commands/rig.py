@@ -78,16 +78,22 @@ def new_command(folder: Path, head: Path | None, model: str, console: Console) -
 @renamed_option(
     "--contact-sheet", "--sheet", type=PLACE, help="Draw the character in all poses, as PNG; needs its head."
 )
+@click.option("--phones", type=PLACE, help="Draw AA IY UW W SH F M beside the shipped head, as PNG.")
 @click.option("--model", default="default", help="The model whose face the rig is for.")
 @console_options
-def check_command(rig: Path, sheet: Path | None, model: str, console: Console) -> int:
+def check_command(rig: Path, sheet: Path | None, phones: Path | None, model: str, console: Console) -> int:
     """Report everything that is missing or wrong in a rig's file; exit 2 if anything is.
+
+    Where the rig names its head and has a table of its mouth, three sentences move it beside the shipped
+    head: correlation, slope, what the shapes allow, and what falls short are printed.
 
     \b
     Examples:
       phonanim rig check hero/hero.toml
       phonanim rig check hero.toml --contact-sheet hero.png
+      phonanim rig check hero.toml --phones phones.png
     """
+    from phonanim.commands._rig_quality import check_quality, draw, quality_lines
     from phonanim.rig import load_rig
     from phonanim.rig.read import read_document, rig_problems, rig_warnings
 
@@ -98,30 +104,15 @@ def check_command(rig: Path, sheet: Path | None, model: str, console: Console) -
     loaded = load_rig(str(rig))
     unsure = rig_warnings(loaded)
     good = f"{rig}: good, {len(loaded.controls)} controls"
-    console.print_result(
-        {"problems": [], "doubts": unsure}, "\n".join([*(f"{rig}: {line}" for line in unsure), good])
-    )
+    quality = check_quality(loaded, model, phones)
+    facts = {"problems": [], "doubts": unsure}
+    if quality is not None:
+        console.print("beside the shipped head, on speech:\n" + "\n".join(quality_lines(quality)))
+        facts |= {"reach": quality.reach, "short": list(quality.short)}
+    console.print_result(facts, "\n".join([*(f"{rig}: {line}" for line in unsure), good]))
     if sheet:
         draw(rig, sheet, model)
     return 0
-
-
-def draw(path: Path, sheet: Path, model: str) -> None:
-    """Draw a rig's poses on its own head. Raises RigError when its file names no head."""
-    from phonanim.errors import RigError
-    from phonanim.pipeline import load_model
-    from phonanim.rig import load_rig
-    from phonanim.rig.character import load_character
-    from phonanim.rig.landmarks import read_landmarks
-    from phonanim.rig.pose_pictures import draw_poses
-
-    rig = load_rig(str(path))
-    if rig.head is None or rig.landmarks is None or not rig.posed:
-        raise RigError(
-            f"{path}: names no head and landmarks to draw, or has no poses; phonanim rig fit makes both"
-        )
-    face = load_model(model).face
-    draw_poses(sheet, rig, load_character(rig.head), read_landmarks(rig.landmarks), face)
 
 
 @command.command("phones")
@@ -189,6 +180,7 @@ def fit_command(
     """
     from dataclasses import replace
 
+    from phonanim.commands._rig_quality import draw, quality_lines
     from phonanim.errors import RigError
     from phonanim.pipeline import load_model
     from phonanim.rig.character import load_character
@@ -219,10 +211,7 @@ def fit_command(
     console.print(
         f"{len(rig.speech)} of {len(rig.controls)} controls speak; beside the shipped head, on speech:"
     )
-    for name, followed in quality.measures.items():
-        console.print(f"  {name}: {followed}")
-    for line in quality.short:
-        console.print(f"  {line}; more of it needs other shapes, or better landmarks")
+    console.print("\n".join(quality_lines(quality)))
     console.print_result(
         {
             "rig": str(target),
@@ -230,6 +219,7 @@ def fit_command(
             "speech": list(rig.speech),
             "measures": {name: asdict(followed) for name, followed in quality.measures.items()},
             "open_at_closures": quality.open_at_closures,
+            "reach": quality.reach,
             "short": list(quality.short),
         },
         str(target),

@@ -12,7 +12,9 @@ import click
 from click.core import ParameterSource
 
 from phonanim.commands import Console, console_options
+from phonanim.commands._live_page import shown_places, sound_in_step, wait_for_page
 from phonanim.commands._options import animation_options
+from phonanim.commands.animate import with_own_rig
 
 if TYPE_CHECKING:
     from phonanim.options import Options
@@ -79,6 +81,16 @@ class LookAhead(click.ParamType):  # type: ignore[type-arg]
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="The recording of an alignment, whose level the mouth follows; by default the one beside it.",
 )
+@click.option(
+    "--character",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="GLB or VRM that the page of the WebSocket shows; the shipped head by default.",
+)
+@click.option(
+    "--view",
+    is_flag=True,
+    help="Open the page of the WebSocket in the browser, and begin in real time when it is ready.",
+)
 @animation_options
 @console_options
 def command(
@@ -92,6 +104,8 @@ def command(
     channels: int,
     origins: tuple[str, ...],
     audio: Path | None,
+    character: Path | None,
+    view: bool,
     options: Options,
     console: Console,
 ) -> None:
@@ -105,7 +119,8 @@ def command(
     \b
     Examples:
       recognizer | phonanim stream --realtime --to livelink=192.168.1.5:11111
-      phonanim stream line.TextGrid --realtime --to websocket
+      phonanim stream line.TextGrid --view
+      phonanim stream line.TextGrid --view --character mine.vrm
       phonanim stream line.TextGrid --audio line.wav --look-ahead exact
       phonanim stream --mic --to websocket
       phonanim stream speech.wav --realtime --to livelink
@@ -114,10 +129,15 @@ def command(
     from phonanim.stream.play import Player, report_lines
     from phonanim.stream.sinks import Stage, open_named
 
+    places, realtime = shown_places(places, view, character), realtime or view
+    if character is not None:
+        options = with_own_rig(options, character, console)
     options = with_model_that_hears(options, source, microphone)
     engine, events, ahead = open_engine(source, microphone, rate, channels, options, look_ahead, audio)
     check_options(realtime, ahead, delay)
-    stage = Stage(engine.rig.name, engine.rig.controls, options.fps, origins)
+    sound, start = sound_in_step(source, microphone, audio, options) if realtime else (None, 0.0)
+    rest = tuple(float(value) for value in engine.rig.rest)
+    stage = Stage(engine.rig.name, engine.rig.controls, options.fps, origins, rest, character, sound, start)
     sinks = [open_named(place, stage) for place in places]
     named = [sink.where for sink in sinks]
     player = Player(
@@ -129,7 +149,13 @@ def command(
     )
     console.print(f"{engine.rig.name} by {options.model}, {options.fps:g} fps, to {', '.join(named)}")
     try:
+        if view:
+            wait_for_page(sinks, console)
         run_stream(player, events, realtime, ahead, delay)
+    except KeyboardInterrupt:
+        if realtime:
+            player.go_to_rest()
+        raise
     finally:
         for sink in tuple(player.sinks):
             sink.close()

@@ -43,14 +43,17 @@ def test_page(document: Document, plan: Plan) -> list[Part]:
     """Every measure of every model on the test clips."""
     parts: list[Part] = ["## Test clips", plan.notes.get("test", "")]
     for variant, title in (("raw", "As predicted"), ("contacts", "With the closures that `animate` adds")):
-        parts += [f"### {title}"]
+        parts += [f"### {title}", scored_text(document, "test/all")]
         parts += [tables.values_table(document, variant, "test/all", m) for m in (ERRORS, CURVES)]
         parts += [tables.differences_table(document, variant, "test/all", TESTED)]
-    parts += ["In speech alone, as predicted:"]
+    parts += [f"In speech alone, as predicted. {scored_text(document, 'test/speech')}"]
     parts += [tables.values_table(document, "raw", "test/speech", SHORT)]
     parts += [tables.differences_table(document, "raw", "test/speech", SHORT)]
     parts += ["### How far it moves"]
-    parts += ["In speech, as predicted. A slope or ratio below 1 is under-articulation."]
+    parts += [
+        "In speech, as predicted. A slope or ratio below 1 is under-articulation. "
+        f"{scored_text(document, 'test/speech')}"
+    ]
     parts += [tables.size_table(document, "raw", "test/speech")]
     return [*parts, _picture("bars"), _picture("sentences"), *_pixels(document, plan)]
 
@@ -125,7 +128,7 @@ def conditions_page(document: Document, plan: Plan) -> list[Part]:
     if not document.get("conditions"):
         return []
     parts: list[Part] = ["## Noise, another voice, an automatic aligner", plan.notes.get("conditions", "")]
-    parts += [tables.aligner_table(document), _picture("conditions")]
+    parts += [tables.aligner_table(document), _picture("conditions"), scored_text(document, "test/all")]
     for measure in SHORT:
         asked = document, "raw", "all", measure
         parts += [f"### Under each condition: {tables.measure_heading(measure)}"]
@@ -151,6 +154,9 @@ def sweeps_page(document: Document, plan: Plan) -> list[Part]:
     parts: list[Part] = []
     for name, found in document.get("sweeps", {}).items():
         parts += [f"## {found['label']}", plan.notes.get(name, "")]
+        if "seconds" in found:
+            source = document["corpus"]["source"]
+            parts += [f"Scored on {found['seconds']:.0f} s in {found['clips']} clips of {source}."]
         parts += [tables.sweep_table(found, "shape_mse")]
         if all("speech_shape_mse" in row for row in found["rows"]):
             parts += ["In speech alone:", tables.sweep_table(found, "speech_shape_mse")]

@@ -121,7 +121,9 @@ def _overview(
     )
     picture = f"![{CAPTIONS['bars']}]({DATA}/bars.png)\n\n*{CAPTIONS['bars']}.*"
     table = overview_table(document, plan)
-    parts: list[Part] = ["# Benchmark", opening, picture, table, legend]
+    command = "```\nphonanim compare benchmarks/compare.toml -o docs --work work/compare\n```"
+    made = f"The tables are made by a plan ([comparing models](comparison.md)), such as\n\n{command}"
+    parts: list[Part] = ["# Benchmark", opening, made, picture, table, legend]
     if plan.notes.get("overview"):
         parts += ["## What the table shows", plan.notes["overview"]]
     data = f"All tables as JSON: [benchmark.json]({DATA}/benchmark.json)."

@@ -74,7 +74,10 @@ def run_sweeps(plan: Plan, corpus: Corpus, work: Path) -> dict[str, Any]:
                 for m in scores[0]:
                     measured[prefix + m] = measure_value(m, np.array([row[m] for row in scores]))
             rows.append({**values, **measured, "training_s": trained.seconds})
-        found[name] = {"x": sweep.x, "series": sweep.series, "label": sweep.label or name, "rows": rows}
+        found[name] = {
+            **{"x": sweep.x, "series": sweep.series, "label": sweep.label or name, "rows": rows},
+            **{"clips": len(held_out), "seconds": float(corpus.frames[held_out].sum() / corpus.fps)},
+        }
     return found
 
 

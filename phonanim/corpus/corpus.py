@@ -25,6 +25,7 @@ from phonanim.core.decode import (
 )
 from phonanim.core.files import atomic_path
 from phonanim.corpus.document import decode_corpus
+from phonanim.corpus.motion import LANDMARKS, corpus_kind
 from phonanim.errors import CorpusError
 from phonanim.inputs.alignment import read_alignment
 from phonanim.speech.alignment import Interval
@@ -248,12 +249,18 @@ def save_corpus(corpus: Corpus, folder: Path) -> None:
 
 
 def load_corpus(folder: Path) -> Corpus:
-    """Read a corpus that `build_corpus` wrote. Raises CorpusError when it is missing or damaged."""
+    """Read a corpus that `build_corpus` wrote. Raises CorpusError when it is missing, damaged or no such."""
     try:
         document = read_json(folder / "corpus.json")
         arrays = read_tensors(folder / "landmarks.safetensors")
         return Corpus(**decode_corpus(document, arrays, folder))
     except (OSError, *DAMAGE) as error:
+        kind = corpus_kind(folder)
+        if kind not in ("", LANDMARKS):
+            raise CorpusError(
+                f"{folder}: is a corpus of {kind}, and landmarks are needed here; models of {kind} are "
+                "scored by phonanim corpus score"
+            ) from error
         raise CorpusError(
             f"{folder}: not a corpus ({error}); make one with `phonanim corpus build`"
         ) from error

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from phonanim.core.files import atomic_path
 from phonanim.corpus.motion import MotionClip, MotionCorpus, save_motion_corpus
+from phonanim.corpus.motion_build import read_imported
 from phonanim.ema.articulation import Articulation, standard_name
 from phonanim.ema.channels import Sensed, load_sensed
 from phonanim.ema.preparation import fill_gaps, resample_sensors
@@ -19,7 +20,7 @@ from phonanim.ema.scoring import is_articulography
 from phonanim.ema.utterances import find_spoken
 from phonanim.errors import CorpusError
 from phonanim.speech.language import to_phones
-from phonanim.speech.phones import PhoneTrack
+from phonanim.speech.phones import PhoneTrack, silent_track
 from phonanim.targets import Source
 
 Array = NDArray[np.float64]
@@ -28,6 +29,7 @@ AFTER = 0.2  # seconds kept after the last phone
 MOST_LOST = 0.2  # share of lost samples of a sensor above which a recording is left out
 DEFAULT = Preparation(rate=RATE)
 SOUNDS = (".wav", ".flac")
+MOTION = "sensors"  # folder of the motion of the corpus, beside that of an import
 ORDER = ("TT", "TB", "TD", "BL", "BR", "UL", "LL", "LC", "LI", "LJ")
 
 
@@ -44,60 +46,83 @@ def build_sensor_corpus(
     destination: Path,
     preparation: Preparation = DEFAULT,
     language: str = "auto",
-    splits: dict[str, str] | None = None,
     progress: Callable[[float], None] = lambda done: None,
 ) -> SensorReport:
     """Write the corpus of a folder of EMU bundles, .npz of sensors, .pos or .mat files, or an imported one.
 
     The sensors that all recordings have are kept, at the rate of `preparation`, up to the end of speech.
-    `splits` are those of recordings by name; all are for training by default. Raises CorpusError.
+    Speakers and splits are those of an import; without splits all is for training. Raises CorpusError.
     """
-    sensed = (
-        load_sensed(folder) if is_articulography(folder) else load_prepared(folder, preparation, language)
-    )
+    listed = read_listed(folder)
+    known = is_articulography(folder)
+    sensed = load_sensed(folder) if known else load_prepared(folder, preparation, language)
+    sensed = [one for one in sensed if not listed.splits or listed.splits.get(one.name)]
+    if not sensed:
+        raise CorpusError(f"{folder}: no recording has a split; import those of the split train")
     names, clips, left_out = common_sensors(sensed), list[MotionClip](), dict[str, str]()
     rate = preparation.rate or RATE
-    (destination / "motion").mkdir(parents=True, exist_ok=True)
+    (destination / MOTION).mkdir(parents=True, exist_ok=True)
     for number, one in enumerate(sensed, start=1):
         values, lost = sensor_frames(one, names, rate)
         if lost > MOST_LOST:
             left_out[one.name] = f"{lost:.0%} of a sensor is lost"
             continue
-        motion = destination / "motion" / f"{one.name}.npy"
+        motion = destination / MOTION / f"{one.name}.npy"
         with atomic_path(motion) as path, path.open("wb") as file:
             np.save(file, values.astype(np.float32))
-        split, audio = (splits or {}).get(one.name, "train"), one.audio
+        subject, split = listed.speakers.get(one.name, one.speaker), listed.splits.get(one.name, "train")
+        spoken = bool(one.track.codes.any())
         clips.append(
-            MotionClip(one.name, one.speaker, split, len(values), motion, audio, one.track, aligned=True)
+            MotionClip(one.name, subject, split, len(values), motion, one.audio, one.track, aligned=spoken)
         )
         progress(number / len(sensed))
     if not clips:
-        raise CorpusError(f"{folder}: no recording can be used; {next(iter(left_out.values()), '')}")
+        raise CorpusError(f"{folder}: no recording can be used; {next(iter(left_out.values()))}")
     unit = "mm" if all(one.in_mm for one in sensed) else "about mm"
-    corpus = MotionCorpus(
-        "sensors", rate, Source(folder.name, names, unit), tuple(clips), {"source": folder.name}
-    )
+    source = Source(listed.data or folder.name, names, unit, mean_positions(clips))
+    corpus = MotionCorpus("sensors", rate, source, tuple(clips), {"source": folder.name})
     save_motion_corpus(corpus, destination)
     return SensorReport(corpus, left_out)
 
 
+@dataclass(frozen=True)
+class Listed:
+    """What an import tells of its recordings by name; empty for folders that were not imported."""
+
+    data: str = ""
+    splits: Mapping[str, str] = field(default_factory=dict)
+    speakers: Mapping[str, str] = field(default_factory=dict)
+
+
+def read_listed(folder: Path) -> Listed:
+    """The table of an imported folder. Raises CorpusError when it is damaged."""
+    if not (folder / "dataset.json").is_file():
+        return Listed()
+    facts, rows = read_imported(folder)
+    splits = {row["name"]: row["split"] for row in rows}
+    speakers = {row["name"]: row["speaker"] for row in rows}
+    return Listed(str(facts.get("name", "")), splits if any(splits.values()) else {}, speakers)
+
+
 def load_prepared(folder: Path, preparation: Preparation, language: str) -> list[Sensed]:
-    """Recordings of files whose axes and names `preparation` tells. Raises CorpusError."""
-    found = []
+    """Recordings of files whose axes and names `preparation` tells; without phones, they are silent.
+
+    Raises CorpusError.
+    """
+    found, as_recorded = [], replace(preparation, rate=None)
     for spoken in find_spoken(folder):
-        sensors, _ = prepare_sensors(
-            spoken.sensors(), Preparation(preparation.names, preparation.axes, preparation.posture)
-        )
-        track = to_phones(spoken.alignment(), language)[0]
+        sensors, _ = prepare_sensors(spoken.sensors(), as_recorded)
+        try:
+            track = to_phones(spoken.alignment(), language, unknown="nearest")[0]
+        except CorpusError:  # it has no alignment beside it
+            track = silent_track(max(len(sensors.positions) / sensors.rate, 1e-3))
         found.append(Sensed(spoken.name, folder.name, sensors, track, True, find_sound(folder, spoken.name)))
     return found
 
 
 def find_sound(folder: Path, name: str) -> Path | None:
     """The sound of a recording, beside it or in audio/."""
-    paths = [
-        place / f"{name}{suffix}" for place in (folder, folder / "audio") for suffix in (".wav", ".flac")
-    ]
+    paths = [place / f"{name}{suffix}" for place in (folder, folder / "audio") for suffix in SOUNDS]
     return next((path for path in paths if path.is_file()), None)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from phonanim.errors import RigError
-from phonanim.rig.head import SHIPPED, Head, load_head
+from phonanim.rig.head import SHIPPED, Head, load_dressed_head, load_head
 from phonanim.rig.morphs import plain_name
 
 RIG = "arkit"
@@ -19,13 +19,13 @@ def fits(channels: Sequence[str]) -> bool:
 
 
 def load_drawable_head(character: Path = SHIPPED) -> Head:
-    """The package's head, or the meshes with morph targets of a GLB or VRM file, in world axes.
+    """The package's dressed head, or the meshes with morph targets of a GLB or VRM file, in world axes.
 
     Raises RigError when the file cannot be read, is compressed, or has other units or another up axis than
     glTF's, which another program would not notice.
     """
     if character == SHIPPED:
-        return load_head()
+        return load_dressed_head()
     from phonanim.rig.character import load_character
     from phonanim.rig.orientation import orientation_warnings
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.rig.head import Head, load_head
+from phonanim.rig.head import Head, load_dressed_head
 from phonanim.rig.render import vertex_normals
 
 MOVED = 1e-6  # metres; smaller offsets are not stored
@@ -66,7 +66,7 @@ SHAPE = """
 @cache
 def shipped_meshes() -> str:
     """The meshes of the package's head, which are the same in every file."""
-    return meshes_text(load_head())
+    return meshes_text(load_dressed_head())
 
 
 def meshes_text(head: Head) -> str:

@@ -14,14 +14,13 @@ from phonanim.animation.animation import Animation
 from phonanim.articulation import CHANNELS
 from phonanim.core.files import read_bounded, write_text
 from phonanim.core.pages import fill_page, script_data
-from phonanim.errors import OutputError, RigError
+from phonanim.errors import OutputError
 from phonanim.exporters._head import RIG as RIG
 from phonanim.exporters._head import fits as fits
-from phonanim.media.glb import Glb, read_glb
-from phonanim.media.gltf import external_files
+from phonanim.media.glb import Glb
 from phonanim.rig.head import SHIPPED
 from phonanim.speech.alignment import pack_intervals
-from phonanim.viewer.page import base64_text, character_targets, read_page_part
+from phonanim.viewer.page import base64_text, character_targets, read_character, read_page_part
 
 SUMMARY = "viewer in one file that works offline: head, sound, timeline, curves, two takes side by side"
 INLINE = "<script>\n{{script}}\n</script>"
@@ -66,13 +65,7 @@ def viewer_page(
     extras: Extras = NO_EXTRAS,
 ) -> str:
     """The page as text; the input of the animation is its title where it is known. Errors as of `write`."""
-    glb = read_glb(character)
-    glb.refuse_compressed()  # the page cannot decode compressed meshes
-    if outside := external_files(glb.tree):
-        raise RigError(
-            f"{character}: its {outside[0]!r:.60} is outside the file, and the page loads no other files; "
-            "pack it with: npx @gltf-transform/cli copy IN.glb OUT.glb"
-        )
+    glb = read_character(character)
     takes = [take_data(take, glb) for take in (animation, beside) if take]
     data = {
         "facts": _facts(animation),

@@ -18,7 +18,7 @@ from phonanim.exporters._head import RIG as RIG
 from phonanim.exporters._head import fits as fits
 from phonanim.media.pixels import Image, draw_text
 from phonanim.media.video import H264, LOCAL, local_file
-from phonanim.rig.head import SHIPPED, Head, load_head
+from phonanim.rig.head import SHIPPED, Head, load_dressed_head
 from phonanim.rig.neck import turned, turns_of
 from phonanim.rig.portrait import load_portrait
 from phonanim.rig.render import View, render, whole_head
@@ -50,7 +50,7 @@ def write(
     if size < 64 or size % 2:
         raise OutputError(f"{path}: a video of {size} pixels cannot be made; choose an even size from 64")
     if character == SHIPPED:
-        head = load_head()
+        head = load_dressed_head()
         view = whole_head(head, size, size, yaw)
     else:
         portrait = load_portrait(character, animation.channels, size, size, yaw)

@@ -6,7 +6,7 @@ one's lips and jaw are compared with the shipped head's in millimetres.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from phonanim.metrics.phones import phone_middles
 from phonanim.rig.head import Head
 from phonanim.rig.landmarks import MARK, MeshLandmarks
 from phonanim.rig.pronounce import pronounce
+from phonanim.rig.reach import reachable_slopes
 from phonanim.rig.read import load_rig
 from phonanim.rig.rig import Rig
 from phonanim.rig.shown_mouth import mouth_on, shown_mouth
@@ -35,6 +36,12 @@ LONG, SHORT = 0.11, 0.075  # seconds of a vowel, and of any other phone
 FPS = 60.0
 WANTED = {"lip_gap": 0.9, "lip_width": 0.8, "protrusion": 0.8, "jaw": 0.9}
 """The slope that a fitted head should reach in each measure, where its shapes allow."""
+WHILE = {
+    "lip_gap": "",
+    "lip_width": " while the lips part as they should",
+    "protrusion": " while the lips part and narrow as they should",
+    "jaw": " while the lips part as they should",
+}
 LEAST_SLOPE, LEAST_R = 0.3, 0.7  # of the lip gap: a rig below either is not written
 MOST_OPEN = 3.0  # mm between the lips at p b m, more than at rest; nor is one above it
 
@@ -53,19 +60,33 @@ class Followed:
 
 @dataclass(frozen=True)
 class FitQuality:
-    """What a fitted head shows of the probe: each measure of WANTED, and the lips at p b m, mm above rest."""
+    """What a fitted head shows of the probe: each measure of WANTED, and the lips at p b m, mm above rest.
+
+    `reach` is the slope of each measure that the best weights of its shapes give, where it is known.
+    """
 
     measures: dict[str, Followed]
     open_at_closures: float
+    reach: dict[str, float] = field(default_factory=dict)
 
     @property
     def short(self) -> tuple[str, ...]:
-        """What stays below its wanted slope, with the number."""
+        """What stays below its wanted slope, with the number and what the shapes allow."""
         return tuple(
-            f"{name} moves {self.measures[name].slope:.0%} of the reference's way ({least:.0%} wanted)"
+            f"{name} moves {self.measures[name].slope:.0%} of the reference's way "
+            f"({least:.0%} wanted{self._allowed(name)})"
             for name, least in WANTED.items()
             if self.measures[name].slope < least
         )
+
+    def _allowed(self, name: str) -> str:
+        """What the shapes of the head allow of a measure."""
+        reach = self.reach.get(name)
+        if reach is None:
+            return ""
+        if reach <= self.measures[name].slope:
+            return f"; its shapes do not allow more{WHILE[name]}"
+        return f"; the best weights of its shapes give {reach:.0%}{WHILE[name]}"
 
 
 def fit_quality(rig: Rig, head: Head, spots: MeshLandmarks, face: FaceModel) -> FitQuality:
@@ -84,6 +105,7 @@ def fit_quality(rig: Rig, head: Head, spots: MeshLandmarks, face: FaceModel) -> 
     return FitQuality(
         {name: _followed(here[name], there[name]) for name in WANTED},
         float(np.max(here["lip_gap"][middles] - rest)),
+        reachable_slopes(mouth, rig, rig.mouth, there),
     )
 
 

@@ -79,16 +79,23 @@ def load_head(path: Path | None = None) -> Head:
 
 
 @cache
+def load_dressed_head() -> Head:
+    """The shipped head with what it wears, which has no shapes, as more parts: the rows of the head first."""
+    return _head(read_glb(SHIPPED), dressed=True)
+
+
+@cache
 def _shipped() -> Head:
     return _head(read_glb(SHIPPED))
 
 
-def _head(glb: Glb) -> Head:
-    """The first mesh that has morph targets, its primitives joined."""
+def _head(glb: Glb, dressed: bool = False) -> Head:
+    """The first mesh that has morph targets, its primitives joined, and those of meshes without any."""
     meshes = [mesh for mesh in glb.tree.get("meshes", []) if has_targets(mesh)]
     if not meshes:
         raise RigError(f"{glb.source}: has no morph targets; export the character with its shape keys")
-    primitives = meshes[0]["primitives"]
+    worn = [mesh for mesh in glb.tree["meshes"] if dressed and not has_targets(mesh)]
+    primitives = [primitive for mesh in (meshes[0], *worn) for primitive in mesh["primitives"]]
     points = [point_rows(glb, primitive) for primitive in primitives]
     bounds = np.cumsum([0, *map(len, points)]).tolist()
     faces = [glb.faces(item, len(rows)) for item, rows in zip(primitives, points, strict=True)]
@@ -140,7 +147,7 @@ def _deltas(glb: Glb, primitives: list[dict[str, Any]], spans: list[slice]) -> N
     """(targets, n, 3) metres."""
     deltas = np.zeros((len(primitives[0]["targets"]), spans[-1].stop, 3))
     for primitive, span in zip(primitives, spans, strict=True):
-        for target, delta in zip(primitive["targets"], deltas, strict=True):
+        for target, delta in zip(primitive.get("targets", ()), deltas, strict=False):
             if "POSITION" in target:
                 delta[span] = glb.positions(target["POSITION"], len(delta[span]))
     return deltas

@@ -42,8 +42,9 @@ WEIGHTS = {
     "closed": (4.0, 12.0, 12.0, 12.0, 12.0, 1.0, 1.0, 0.5, 0.0, 0.0),
     "tucked": (4.0, 0.0, 0.0, 0.0, 0.0, 0.7, 0.3, 1.5, 4.0, 4.0),
 }
-# The same of the jaw where no control moves it alone: what opens the lips then opens the teeth with them.
-JAW_AMONG_OTHERS = 1.8
+# The same where no control moves the jaw alone. What opens the lips then opens the teeth with them, and what
+# rounds and what opens share a sum: without more weight on the width, round mouths stay broad.
+AMONG_OTHERS = {"jaw": 1.4, "width": 2.5, "protrusion": 1.5}
 LIP_ON_TEETH = (0.3, 0.6)  # mm up and forward from the incisors' edge, of the lower lip's rim when they meet
 
 
@@ -62,6 +63,26 @@ def pronounce(
         part = Articulation(articulation.values[block], articulation.channels)
         values[block] = rig.rest + _blended(part, mouth, ceiling[block]) @ mouth.spread
     return values
+
+
+Limits = tuple[Array, Array, tuple[tuple[int, int], ...]]
+
+
+def mouth_limits(articulation: Articulation, rig: Rig, measures: MouthMeasures) -> Limits:
+    """Least and greatest weights of what moves a mouth, (unknowns,) and (frames, unknowns).
+
+    Beside them are pairs of which the first stays below the second. What spreads is not used in round mouths.
+    """
+    mouth = _Mouth.of(rig, measures)
+    high = np.tile(mouth.maximum, (len(articulation.values), 1))
+    return mouth.minimum, _unspread(high, mouth.minimum, articulation, measures), mouth.under
+
+
+def _unspread(high: Array, low: Array, articulation: Articulation, measures: MouthMeasures) -> Array:
+    """Upper limits (frames, unknowns), those of what spreads the lips lowered to `low` in round mouths."""
+    spreading = measures.moved[:, MEASURES.index("width")] > SPREADING
+    left = np.clip((1 - _roundness(articulation)) / ROUNDING, 0, 1)[:, None]
+    return np.where(spreading, np.maximum(low, high * left), high)
 
 
 @dataclass(frozen=True)
@@ -116,7 +137,10 @@ def _solved(articulation: Articulation, mouth: _Mouth, ceiling: Array, use: str)
     """One solution, (frames, channels) -> (frames, unknowns)."""
     measures, weights = mouth.measures, np.array(WEIGHTS[use])
     if mouth.jaw is None:
-        weights[MEASURES.index("jaw")] = JAW_AMONG_OTHERS
+        weights[MEASURES.index("jaw")] = AMONG_OTHERS["jaw"]
+    if mouth.jaw is None and use == "free":
+        for name, weight in AMONG_OTHERS.items():
+            weights[MEASURES.index(name)] = weight
     wanted = _wanted(articulation, measures, use)
     fixed = np.zeros((len(wanted), len(measures.names)))
     if mouth.jaw is not None:
@@ -126,9 +150,7 @@ def _solved(articulation: Articulation, mouth: _Mouth, ceiling: Array, use: str)
         fixed += _pressing(articulation, measures, ceiling)
     low, high = mouth.minimum + fixed, np.minimum(mouth.maximum + fixed, ceiling)
     if use == "free":
-        spreading = measures.moved[:, MEASURES.index("width")] > SPREADING
-        left = np.clip((1 - _roundness(articulation)) / ROUNDING, 0, 1)[:, None]
-        high[:, spreading] = np.maximum(low, high * left)[:, spreading]
+        high = _unspread(high, low, articulation, measures)
     for a, b in mouth.under:
         high[:, a] = np.minimum(high[:, a], fixed[:, b])
     moving = np.flatnonzero(measures.uses[:, USES.index(use)] & (np.arange(len(fixed.T)) != mouth.jaw))

@@ -61,6 +61,8 @@ GLOSS = {
     "teeth_l": (0.35, 50.0),
     "eye_l": (0.9, 120.0),
     "eye_r": (0.9, 120.0),
+    "hair": (0.16, 22.0),
+    "shirt": (0.02, 8.0),
 }
 # Crevices are darkened by their depth behind their surroundings (Luft, Colditz, Deussen 2006, "Image
 # enhancement by unsharp masking the depth buffer"): radius in metres, and how fast per metre.

@@ -22,6 +22,7 @@ LEAD = 0.004  # seconds before its due time that a frame is made
 AHEAD = 5.0  # seconds that events may be ahead of the clock; later ones wait, so that memory does not grow
 WAITING = 1000  # events in the queue
 MOST_TOLD = 20  # problems that are reported one by one
+REST = 0.25  # seconds from the last frame to rest, when a stream is interrupted
 TOLD = 100_000  # last frames whose lateness is kept
 Floats = NDArray[np.float32]
 
@@ -105,6 +106,19 @@ class Player:
     tally: StreamStatistics = field(default_factory=StreamStatistics)
     silent: set[str] = field(default_factory=set)  # sinks whose problem was reported
     tell: Callable[[str], None] | None = None
+    last: tuple[int, Floats] | None = None  # the frame that was sent last
+
+    def go_to_rest(self) -> None:
+        """Send the way from the last frame to rest, for a stream that is interrupted."""
+        if self.last is None:
+            return
+        number, values = self.last
+        rest = self.engine.rig.rest.astype(np.float32)
+        frames = max(round(REST * self.fps), 1)
+        for frame in range(1, frames + 1):
+            share = np.float32((1 - np.cos(np.pi * frame / frames)) / 2)
+            self.send(number + frame, values + (rest - values) * share)
+            time.sleep(1 / self.fps)
 
     def run(self, events: Iterator[Event]) -> None:
         """Send every frame as soon as it is decided."""
@@ -173,6 +187,7 @@ class Player:
     def send(self, number: int, values: Floats) -> None:
         """Send a frame to all sinks; a sink that is disconnected is left out from now on."""
         self.tally.frames += 1
+        self.last = number, values
         for sink in tuple(self.sinks):
             try:
                 sink.send(number, number / self.fps, values)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.media.pixels import Image, draw_text, fill, paste, shortened, text_width, write_png
-from phonanim.rig.head import Head, load_head
+from phonanim.rig.head import Head, load_dressed_head
 from phonanim.rig.portrait import load_portrait
 from phonanim.rig.render import View, lower_face, render
 from phonanim.speech.alignment import Interval
@@ -44,7 +44,7 @@ def save_sheet(
     `character` is a GLB or VRM to draw, from its hair to its chin, in place of the shipped head. Raises
     RigError when the head has none of the channels, OutputError when the file cannot be written.
     """
-    head = load_head()
+    head = load_dressed_head()
     view = lower_face(head, size)
     if character is not None:
         portrait = load_portrait(character, animation.channels, size, size, view.yaw)

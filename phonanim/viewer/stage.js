@@ -2,6 +2,9 @@
 
 const FIELD = 26; // degrees from bottom to top
 const AROUND = 1.55, ALONE = 4; // of the height of what moves, with the eyes and without
+const UP = new THREE.Vector3(0, 1, 0);
+// Colour, strength, and place from the middle of the head in its heights: to the left, up, ahead of the face.
+const LIGHTS = [[0xfff1e2, 2.6, -0.9, 1.1, 1.7], [0xc4d4ff, 0.7, 1.7, 0.2, 0.9], [0xffffff, 1.6, 1.0, 1.0, -1.5]];
 const LIDS = /blink|eyes?_?clos|まばたき/i;
 
 class Stage {
@@ -23,31 +26,37 @@ class Stage {
       const gltf = await new THREE.GLTFLoader().parseAsync(bytes.slice().buffer, "");
       this.heads.push(this.lit(gltf, take));
     }
-    this.heads[0].scene.updateMatrixWorld(true);
     this.frame(this.heads[0]);
   }
 
-  // A scene with one head and its lights: key from the upper left, a cool fill, a rim from behind.
+  // A scene with one head and its lights: key from the upper left of its face, a cool fill, a rim from behind.
   lit({ scene: model, parser }, take) {
     const scene = new THREE.Scene();
     scene.background = new THREE.Color(0x30343c);
     scene.add(model, new THREE.HemisphereLight(0xdfe6f2, 0x4a3a32, 0.9));
-    const size = new THREE.Box3().setFromObject(model).getSize(new THREE.Vector3()).y;
-    const centre = new THREE.Box3().setFromObject(model).getCenter(new THREE.Vector3());
-    const lights = [[0xfff1e2, 2.6, -0.9, 1.1, 1.7], [0xc4d4ff, 0.7, 1.7, 0.2, 0.9], [0xffffff, 1.6, 1.0, 1.0, -1.5]];
-    lights.forEach(([color, strength, x, y, z], number) => {
-      const light = new THREE.DirectionalLight(color, strength);
-      light.position.set(x, y, z).multiplyScalar(size).add(centre);
-      light.target.position.copy(centre);
-      if (number === 0) this.shade(light, size);
-      scene.add(light, light.target);
-    });
+    scene.updateMatrixWorld(true);
     const morphs = [];
     model.traverse((part) => {
       part.castShadow = part.receiveShadow = Boolean(part.isMesh);
+      if (part.isMesh) finish(part.material);
       if (part.morphTargetInfluences) morphs.push(...binds(part, parser.associations.get(part)?.meshes, take));
     });
-    return { scene, model, take, morphs, neck: neck(model, take) };
+    const head = { scene, model, take, morphs, neck: neck(model, take), face: faceOf(model, morphs) };
+    head.lights = LIGHTS.map(([color, strength]) => new THREE.DirectionalLight(color, strength));
+    head.lights.forEach((light) => scene.add(light, light.target));
+    this.shine(head);
+    return head;
+  }
+
+  // Place the lights around a head as its face looks.
+  shine({ model, lights, face }) {
+    const size = new THREE.Box3().setFromObject(model).getSize(new THREE.Vector3()).y;
+    const centre = new THREE.Box3().setFromObject(model).getCenter(new THREE.Vector3());
+    lights.forEach((light, number) => {
+      light.position.set(...LIGHTS[number].slice(2)).applyAxisAngle(UP, face.ahead).multiplyScalar(size).add(centre);
+      light.target.position.copy(centre);
+      if (number === 0) this.shade(light, size);
+    });
   }
 
   shade(light, size) {
@@ -59,21 +68,12 @@ class Stage {
     Object.assign(light.shadow.camera, { left: -reach, right: reach, top: reach, bottom: -reach, near: size * 0.1, far: size * 5 });
   }
 
-  // Look at the face from its front: what the bound targets move, and as much again around it.
-  frame({ model, morphs }) {
-    const box = new THREE.Box3();
-    for (const { part, target } of morphs) box.union(reach(part, target));
-    const lids = eyes(model);
-    const both = box.clone().union(lids);
-    const height = both.max.y - both.min.y;
-    const tall = (lids.isEmpty() ? ALONE : AROUND) * height;
-    const centre = both.getCenter(new THREE.Vector3());
-    centre.y += lids.isEmpty() ? 0.5 * height : 0.04 * tall;
-    const distance = tall / 2 / Math.tan((FIELD * Math.PI) / 360);
-    this.ahead = facing(model, both.getCenter(new THREE.Vector3()), height);
-    const away = new THREE.Vector3(-0.22 * distance, 0, distance).applyAxisAngle(new THREE.Vector3(0, 1, 0), this.ahead);
-    this.controls.target.copy(centre);
-    this.camera.position.copy(centre).add(away);
+  // Look at the face from its front.
+  frame({ face }) {
+    const distance = face.tall / 2 / Math.tan((FIELD * Math.PI) / 360);
+    const away = new THREE.Vector3(-0.22 * distance, 0, distance).applyAxisAngle(UP, face.ahead);
+    this.controls.target.copy(face.centre);
+    this.camera.position.copy(face.centre).add(away);
     this.camera.near = distance / 50;
     this.camera.far = distance * 50;
     this.controls.update();
@@ -96,6 +96,45 @@ class Stage {
       this.renderer.render(scene, this.camera);
     });
   }
+}
+
+// What the page shows of a head: what the bound targets move, with the eyes, and where it looks.
+function faceOf(model, morphs) {
+  const box = new THREE.Box3();
+  for (const { part, target } of morphs) box.union(reach(part, target));
+  const lids = eyes(model);
+  const both = box.clone().union(lids);
+  const height = both.max.y - both.min.y;
+  const tall = (lids.isEmpty() ? ALONE : AROUND) * height;
+  const centre = both.getCenter(new THREE.Vector3());
+  const ahead = facing(model, centre.clone(), height);
+  centre.y += lids.isEmpty() ? 0.5 * height : 0.04 * tall;
+  return { centre, tall, ahead };
+}
+
+// How the shipped head's skin and eyes shine beyond what glTF says: light that bleeds red into the shade of the
+// skin, and the reflection of a window in wet eyes. Other materials are left as they are.
+const FINISH = {
+  skin: `
+    #if NUM_DIR_LIGHTS > 0
+    for (int i = 0; i < NUM_DIR_LIGHTS; i++) {
+      float facing = dot(normal, directionalLights[i].direction);
+      vec3 bled = clamp((facing + vec3(0.34, 0.14, 0.08)) / (1.0 + vec3(0.34, 0.14, 0.08)), 0.0, 1.0) - clamp(facing, 0.0, 1.0);
+      reflectedLight.directDiffuse += 0.6 * max(bled, 0.0) * directionalLights[i].color * BRDF_Lambert(diffuseColor.rgb);
+    }
+    #endif`,
+  eye: `
+    vec3 half0 = normalize(normalize(vViewPosition) + normalize(vec3(-0.42, 0.36, 0.82)));
+    reflectedLight.directSpecular += 0.9 * smoothstep(0.986, 0.993, dot(normal, half0));`,
+};
+
+function finish(material) {
+  const kind = { skin: "skin", eye_l: "eye", eye_r: "eye" }[material.name];
+  if (!kind) return;
+  material.onBeforeCompile = (shader) => {
+    shader.fragmentShader = shader.fragmentShader.replace("#include <lights_fragment_end>", `#include <lights_fragment_end>\n${FINISH[kind]}`);
+  };
+  material.customProgramCacheKey = () => kind;
 }
 
 // How the bone of a model's head turns with a take, in degrees about x, y and z of the world; none without either.

@@ -62,6 +62,9 @@ def test_a_corpus_has_the_sensors_up_to_the_end_of_speech(folder: Path) -> None:
     assert {clip.subject for clip in corpus.clips} == {"one", "two", "three"}
     assert all(clip.aligned and clip.frames == 70 for clip in corpus.clips)
     assert np.isfinite(corpus.frames(0)).all()
+    rests = [corpus.rest(number) for number in range(3)]
+    assert rests[0] == pytest.approx(np.mean(corpus.frames(0), axis=0), abs=1e-4)  # each speaker's own mean
+    assert np.ptp([rest[0, 0] for rest in rests]) == pytest.approx(42)  # type: ignore[index]
 
 
 def test_a_model_of_sensors_moves_jaw_lips_and_tongue(folder: Path, model: Path) -> None:

@@ -12,7 +12,7 @@ from phonanim.exporters import save
 from phonanim.exporters._head import load_drawable_head
 from phonanim.media.glb import glb_bytes, read_glb
 from phonanim.rig.character import GREY
-from phonanim.rig.head import SHIPPED, load_head
+from phonanim.rig.head import SHIPPED, load_dressed_head, load_head
 from phonanim.rig.meshes import write_head
 from phonanim.rig.render import render, whole_head
 
@@ -25,7 +25,7 @@ def bare(tmp_path):
 
 
 def test_the_shipped_head_is_itself():
-    assert load_drawable_head(SHIPPED) is load_head()
+    assert load_drawable_head(SHIPPED) is load_dressed_head()
 
 
 def test_a_head_of_the_same_shape_in_grey(bare):

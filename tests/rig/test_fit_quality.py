@@ -43,7 +43,7 @@ def test_the_reference_follows_itself() -> None:
 def test_shapes_that_move_too_little_are_said_with_numbers() -> None:
     found = quality_of(shrunk(0.12))
     assert found.measures["lip_gap"].r > 0.6
-    assert any(line.startswith("jaw moves ") and "(90% wanted)" in line for line in found.short)
+    assert any(line.startswith("jaw moves ") and "(90% wanted; " in line for line in found.short)
 
 
 def test_a_mouth_that_hardly_moves_is_refused() -> None:

@@ -10,7 +10,7 @@ import pytest
 from phonanim.errors import RigError
 from phonanim.exporters._livelink import N_ARKIT, columns
 from phonanim.media.glb import glb_bytes, read_glb
-from phonanim.rig.head import PARTS, SHIPPED, TONGUE, load_head
+from phonanim.rig.head import PARTS, SHIPPED, TONGUE, load_dressed_head, load_head
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +34,19 @@ def test_targets_are_the_arkit_controls_and_the_tongue(head):
     rest = np.delete(np.arange(len(head.vertices)), head.parts["tongue"])
     assert (head.deltas[N_ARKIT:, rest] == 0).all()
     assert all(np.abs(delta).max() > 0.001 for delta in head.deltas)
+
+
+def test_what_the_head_wears_comes_after_it_and_does_not_speak(head):
+    dressed = load_dressed_head()
+    assert tuple(dressed.parts) == (*PARTS, "hair", "shirt")
+    np.testing.assert_array_equal(dressed.vertices[: len(head.vertices)], head.vertices)
+    assert (dressed.deltas[:, len(head.vertices) :] == 0).all()
+    assert dressed.neck is not None
+    assert (dressed.neck.share[dressed.parts["hair"]] == 1).all()
+    shoulders = dressed.vertices[:, 1] < 0.54
+    assert (dressed.neck.share[shoulders] == 0).all()
+    crown, skin = (dressed.vertices[dressed.parts[part], 1].max() for part in ("hair", "skin"))
+    assert crown > skin + 0.005
 
 
 def test_it_is_a_head_in_metres_facing_forward(head):

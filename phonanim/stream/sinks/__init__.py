@@ -9,7 +9,8 @@ import socket
 from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Protocol, cast
+from pathlib import Path
+from typing import Protocol, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,12 +25,20 @@ Address = tuple[str, int]
 
 @dataclass(frozen=True)
 class Stage:
-    """What moves: a rig's controls, so many times a second; `origins` are sites whose pages may connect."""
+    """What moves: a rig's controls, so many times a second; `origins` are sites whose pages may connect.
+
+    `rest` are the controls at rest; `character` is the file that pages show, the shipped head when it is
+    None; `sound` is the recording that they play in step, from `sound_start` seconds of it on.
+    """
 
     rig: str
     controls: tuple[str, ...]
     fps: float
     origins: tuple[str, ...] = ()
+    rest: tuple[float, ...] = ()
+    character: Path | None = None
+    sound: Path | None = None
+    sound_start: float = 0.0
 
 
 class Sink(Protocol):
@@ -42,6 +51,16 @@ class Sink(Protocol):
 
     def close(self) -> None:
         """Close the destination."""
+
+
+@runtime_checkable
+class Waiting(Protocol):
+    """A sink whose receiver has to be ready before it makes sense to begin."""
+
+    where: str
+
+    def wait(self, seconds: float) -> bool:
+        """Wait until the receiver is ready; False when it is not after so long."""
 
 
 class SinkModule(Protocol):

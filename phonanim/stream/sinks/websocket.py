@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from http import HTTPStatus
 from pathlib import Path
-from threading import Thread
+from threading import Event, Thread
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -33,7 +33,8 @@ PATH, TEXT_PATH = "/live", "/live.json"
 FAREWELL = 0.3  # seconds for clients to close the connection at the end
 MOST_WAITING = 1 << 18  # bytes that wait for one client: a few seconds; a slower client is disconnected
 MOST_VISITORS = 1000
-MOST_SAID = 1 << 10  # bytes of a message from a client; messages are ignored
+MOST_SAID = 1 << 10  # bytes of a message from a client
+READY = "ready"  # the only message that counts
 HEAD = struct.Struct("<I4xd")
 PAGE = Path(__file__).parent.parent / "page"
 SCRIPTS = ("three.js", "data.js", "stage.js")  # of the viewer
@@ -52,6 +53,7 @@ class Broadcast:
         self.header = header_text(stage)
         self.page = page
         self.host = address[0]
+        self.ready = Event()  # a page has loaded, and may play its sound
         self.origins = frozenset(origin.rstrip("/") for origin in stage.origins)
         self.broadcast = broadcast
         self.loop = asyncio.new_event_loop()
@@ -89,9 +91,15 @@ class Broadcast:
             max_queue=1,
         )
 
+    def wait(self, seconds: float) -> bool:
+        """Wait until a page says that it is ready; False when none has after so long."""
+        return self.ready.wait(seconds)
+
     async def _greet(self, connection: Any) -> None:
         await connection.send(self.header)
-        await connection.wait_closed()
+        async for message in connection:
+            if message == READY:
+                self.ready.set()
 
     def _answer(self, connection: Any, request: Any) -> Any:
         """The page, or None for a WebSocket request."""
@@ -185,15 +193,19 @@ def open_sink(stage: Stage, address: Address) -> Broadcast:
 def live_page(stage: Stage) -> str:
     """The complete page."""
     from phonanim.core.pages import fill_page, script_data
-    from phonanim.media.glb import read_glb
+    from phonanim.exporters.html import sound_address
     from phonanim.rig.head import SHIPPED
-    from phonanim.viewer.page import base64_text, character_targets, read_page_part
+    from phonanim.viewer.page import base64_text, character_targets, read_character, read_page_part
 
+    character = stage.character or SHIPPED
     data = {
         "facts": f"{stage.rig} · {stage.fps:g} fps · {len(stage.controls)} controls",
         "channels": stage.controls,
-        "targets": character_targets(stage.controls, read_glb(SHIPPED)),
-        "head": base64_text(SHIPPED.read_bytes()),
+        "rest": stage.rest or [0.0] * len(stage.controls),
+        "targets": character_targets(stage.controls, read_character(character)),
+        "head": base64_text(character.read_bytes()),
+        "audio": sound_address(stage.sound) if stage.sound else None,
+        "start": stage.sound_start,
     }
     fields = {
         "title": "phonanim stream",

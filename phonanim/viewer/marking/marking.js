@@ -132,18 +132,21 @@ function undo() {
 function look(degrees) {
   const { camera, controls } = stage;
   const away = camera.position.distanceTo(controls.target);
-  const angle = stage.ahead + (degrees * Math.PI) / 180;
+  const angle = stage.heads[0].face.ahead + (degrees * Math.PI) / 180;
   camera.position.set(Math.sin(angle), 0, Math.cos(angle)).multiplyScalar(away).add(controls.target);
   controls.update();
 }
 
 // Turn the model about an axis of the world, and look at its face again.
 function rotate(x, y, z) {
-  const { model } = stage.heads[0];
+  const [head] = stage.heads;
+  const { model, morphs } = head;
   const turn = model.quaternion.clone().setFromEuler(model.rotation.clone().set(x, y, z));
   model.quaternion.premultiply(turn);
   model.updateMatrixWorld(true);
-  stage.frame(stage.heads[0]);
+  head.face = faceOf(model, morphs);
+  stage.shine(head);
+  stage.frame(head);
   look(0);
   readParts();
 }

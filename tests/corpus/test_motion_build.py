@@ -1,0 +1,91 @@
+"""A corpus is built from every data set by one command, and damage is told in a line."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from phonanim.__main__ import run
+from phonanim.corpus.corpus import load_corpus
+from phonanim.corpus.motion import corpus_kind, load_motion_corpus
+from phonanim.datasets import dataset_names, load_dataset
+from phonanim.errors import CorpusError
+
+Made = Callable[[str], tuple[Path, list[Any]]]
+
+
+def built(folder: Path, name: str, *more: str) -> Path:
+    corpus = folder / "built corpus"
+    given = ["corpus", "build", str(folder), "--dataset", name, "-o", str(corpus), *more]
+    assert run([*given, "--language", "english"]) == 0
+    return corpus
+
+
+@pytest.mark.parametrize("name", dataset_names())
+def test_every_data_set_becomes_a_corpus(name: str, made: Made) -> None:
+    folder, recordings = made(name)
+    corpus = load_motion_corpus(built(folder, name))
+    assert corpus.kind == load_dataset(name).CARD.kind == corpus_kind(folder / "built corpus")
+    used = {one.name: one for one in recordings}
+    assert corpus.source.data == name
+    assert corpus.clips
+    for number, clip in enumerate(corpus.clips):
+        assert clip.subject == used[clip.name].speaker
+        frames = corpus.frames(number)
+        assert len(frames) == clip.frames
+        assert np.isfinite(frames).all()
+        assert (corpus.rest(number) is None) == (corpus.kind == "controls")
+    assert any(clip.split == "train" for clip in corpus.clips)
+
+
+def test_every_second_frame_is_kept(made: Made) -> None:
+    folder, _ = made("facegood")
+    corpus = load_motion_corpus(built(folder, "facegood", "--every", "2"))
+    assert (corpus.fps, corpus.clips[0].frames) == (15.0, 20)
+
+
+def test_a_model_of_landmarks_needs_landmarks(made: Made) -> None:
+    folder, _ = made("facegood")
+    corpus = built(folder, "facegood")
+    with pytest.raises(CorpusError, match="is a corpus of controls, and landmarks are needed here"):
+        load_corpus(corpus)
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"fps": "fast"}, "not a corpus"),
+        ({"clips": [{"clip": "a"}]}, "not a corpus"),
+        ({"names": 3}, "not a corpus"),
+    ],
+)
+def test_a_damaged_index(change: dict[str, Any], why: str, made: Made) -> None:
+    folder, _ = made("facegood")
+    corpus = built(folder, "facegood")
+    document = json.loads((corpus / "corpus.json").read_text("utf-8"))
+    (corpus / "corpus.json").write_text(json.dumps(document | change), "utf-8")
+    with pytest.raises(CorpusError, match=why):
+        load_motion_corpus(corpus)
+
+
+def test_motion_that_is_not_there(made: Made, capsys: pytest.CaptureFixture[str]) -> None:
+    folder, _ = made("facegood")
+    corpus = built(folder, "facegood")
+    (corpus / "motion" / "take_0.npy").write_bytes(b"nothing")
+    with pytest.raises(CorpusError, match=r"take_0\.npy: cannot be read"):
+        load_motion_corpus(corpus).frames(0)
+    (corpus / "motion" / "take_1.npy").unlink()
+    capsys.readouterr()
+    assert run(["corpus", "build", str(corpus), "-o", str(folder / "again")]) == 2
+    assert "take_1.npy: is missing" in capsys.readouterr().err
+
+
+def test_a_folder_that_was_not_imported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "dataset.json").write_text("{}", "utf-8")
+    assert run(["corpus", "build", str(tmp_path), "-o", str(tmp_path / "out")]) == 2
+    assert "is not an imported data set" in capsys.readouterr().err
