@@ -10,6 +10,11 @@ import pytest
 
 from phonanim.core.plugins import Registry
 
+LONGEST = 1500  # words of a page that is read from start to end
+REFERENCES = {  # pages in which one looks something up: tables of formats, measures, settings, figures
+    *("alignment_formats.md", "audio_measured.md", "datasets.md", "facediffuser_measured.md"),
+    *("language_tables.md", "measures.md", "taylor2017.md"),
+}
 REGISTRIES = (
     "phonanim.readers.READERS",
     "phonanim.exporters.EXPORTERS",
@@ -55,3 +60,37 @@ def test_every_built_in_part_has_what_its_group_needs() -> None:
             checked += 1
             assert [need for need in registry.needs if not hasattr(found, need)] == [], found
     assert checked > 50
+
+
+def pages(root: Path) -> list[Path]:
+    """Every page a reader may open first."""
+    return [root / "README.md", root / "CONTRIBUTING.md", *sorted((root / "docs").rglob("*.md"))]
+
+
+def test_a_page_is_short_or_a_reference(root: Path) -> None:
+    long = [
+        path.relative_to(root / "docs").as_posix()
+        for path in (root / "docs").rglob("*.md")
+        if len(path.read_text("utf-8").split()) > LONGEST
+    ]
+    assert sorted(name for name in long if name not in REFERENCES and not name.startswith("benchmark/")) == []
+
+
+def test_every_picture_says_what_it_shows(root: Path) -> None:
+    for path in pages(root):
+        for text in re.findall(r"!\[([^\]]*)\]", path.read_text("utf-8")):
+            assert len(text.split()) >= 4, f"{path.relative_to(root)}: the picture {text!r} needs a text"
+
+
+def test_pages_that_the_program_names_exist(root: Path) -> None:
+    folders = (root / "phonanim", root / "benchmarks", root / "scripts", root / "lexicon")
+    files = [path for folder in folders for path in folder.rglob("*") if path.suffix in (".py", ".toml")]
+    for path in (*files, *pages(root), root / "CHANGELOG.md"):
+        for name in re.findall(r"\bdocs/[\w/]+\.md\b", path.read_text("utf-8")):
+            assert (root / name).is_file(), f"{path.relative_to(root)} names {name}"
+
+
+def test_no_page_names_a_folder_that_its_reader_lacks(root: Path) -> None:
+    for path in pages(root):
+        found = re.search(r"\.\./shared|/work/shared|/tmp/|/root/|/home/", path.read_text("utf-8"))
+        assert not found, f"{path.relative_to(root)}: {found and found.group()}"
