@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,12 +18,13 @@ from phonanim.animation.other_rig import move_to_rig
 from phonanim.correcting import animate_edited, apply_line_edits
 from phonanim.dubbing.align_lines import aligned_options, alignment_place, prepare_line, sound_place
 from phonanim.dubbing.line import Line
-from phonanim.errors import OptionError
+from phonanim.errors import LabelError, OptionError
 from phonanim.exporters import needed_rig
 from phonanim.options import Options
 from phonanim.pipeline import AnimationResult, load_cached_rig
 from phonanim.rig.head import SHIPPED
 from phonanim.speech.intervals import Interval
+from phonanim.speech.language_names import AUTO
 from phonanim.speech.phone_changes import PhoneChanges, check_phones
 
 PAGE = Path("line.html")
@@ -34,7 +37,8 @@ class Take:
     """A line as it is made now: its motion on the rig that is shown, and what was corrected.
 
     `read` are its phones before corrections; `corrections` refer to the phones of this take; `options` are
-    those that it was made with; `notes` are what did not fit.
+    those that it was made with; `notes` are what did not fit. `fault` is why a batch does not make the line,
+    which is then shown with what could not be read as silence.
     """
 
     animation: Animation
@@ -42,12 +46,35 @@ class Take:
     corrections: Corrections
     options: Options
     notes: tuple[str, ...] = ()
+    fault: str = ""
 
 
 def make_take(line: Line, folder: Path, corrections: Corrections) -> Take:
-    """Make a line with corrections, to be shown. Raises PhonanimError for what a batch would not make."""
+    """Make a line with corrections, to be shown. Raises PhonanimError where there is nothing to show."""
+    try:
+        options = aligned_options(line) if line.text is not None else line.options
+        return _made(line, folder, corrections, options)
+    except LabelError as error:
+        languages = dict.fromkeys([line.options.language, AUTO])
+        for language in languages:
+            options = replace(line.options, language=language, unknown="silence")
+            with suppress(LabelError):
+                lenient = {name: one for name, one in corrections.settings.items() if name != "language"}
+                take = _made(line, folder, replace(corrections, settings=lenient), options)
+                settings = {**take.corrections.settings, **_language(corrections)}
+                kept = replace(take.corrections, settings=settings)
+                return replace(take, corrections=kept, fault=str(error), notes=(str(error), *take.notes))
+        raise
+
+
+def _language(corrections: Corrections) -> dict[str, Any]:
+    """The setting of the language, if there is one."""
+    return {name: one for name, one in corrections.settings.items() if name == "language"}
+
+
+def _made(line: Line, folder: Path, corrections: Corrections, options: Options) -> Take:
+    """Make a line with options."""
     path, audio = _local(line, folder)
-    options = aligned_options(line) if line.text is not None else line.options
     options = _shown_options(options, line)
     edits = [read_edits(line.edits)] if isinstance(line.edits, Path) else []
     result = animate_edited(path, options, audio, edits, corrections)

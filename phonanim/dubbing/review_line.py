@@ -65,7 +65,9 @@ def correct_line(desk: Desk, number: int, asked: Mapping[str, Any]) -> dict[str,
     settings, style = parse_settings(asked["settings"]), decode_text(asked["style"], "the style")
     drawn = {channel: _points(points) for channel, points in decode_table(asked["drawn"], "curves").items()}
     wanted = corrected(before, line, folder, spoken, settings, style, drawn)
-    take = make_take(line, folder, wanted)  # refuses what cannot be made, before it is kept
+    take = make_take(line, folder, wanted)
+    if take.fault and not before.fault:  # what cannot be made is not kept
+        raise OptionError(take.fault)
     text = "" if wanted.empty else corrections_text(wanted)
     what = decode_text(asked["what"], "what was done")[:LONGEST]
     who = _who(asked)

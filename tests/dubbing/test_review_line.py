@@ -257,3 +257,41 @@ def test_a_review_is_sent_as_pages_that_need_no_server(desk, made, tmp_path, cap
     assert not list((tmp_path / "some/lines").iterdir())
     assert run([*given, str(made / "out/sent")]) == 2
     assert "lies in the run itself" in capsys.readouterr().err
+
+
+def test_a_line_that_failed_is_corrected_until_it_can_be_made(tmp_path):
+    odd = [Interval("PT", 0.5, 0.8), Interval("B", 0.8, 0.9), Interval("QQZ", 0.9, 1.2)]
+    (tmp_path / "lines").mkdir()
+    write_textgrid(tmp_path / "lines/odd.TextGrid", {"phones": odd}, 1.5)
+    batch = ["batch", str(tmp_path / "lines"), "-o", str(tmp_path / "out"), "--format", "npz", "-q"]
+    assert run([*batch, "--language", "english", "--workers", "1"]) == 1
+    review = open_review(tmp_path / "out", lines_of_run(tmp_path / "out"))
+    desk = Desk(review, review.decisions())
+    number, data = opened(desk, "odd")
+    assert 'no phone "PT" in language english' in data["review"]["notes"][0]
+    spoken = [list(phone) for phone in data["takes"][0]["phones"]]
+    spoken[1][0] = "T"
+    answer = act(desk, "/correct", asking(number, data, spoken=spoken))
+    assert 'no phone "QQZ"' in answer["review"]["notes"][0]
+    spoken[3][0] = "IY"
+    answer = act(desk, "/correct", asking(number, data, spoken=spoken, revision=1))
+    assert answer["review"]["notes"] == []
+    assert run([*batch, "--language", "english", "--workers", "1"]) == 0
+    with pytest.raises(OptionError, match='no phone "XQ"'):
+        spoken[3][0] = "XQ"
+        act(desk, "/correct", asking(number, data, spoken=spoken, revision=2))
+
+
+def test_a_line_of_an_unknown_language_is_given_one(tmp_path):
+    (tmp_path / "lines").mkdir()
+    write_textgrid(tmp_path / "lines/a.TextGrid", {"phones": PHONES}, 1.5)
+    (tmp_path / "t.csv").write_text("id,alignment,language\na,lines/a.TextGrid,klingonese")
+    batch = ["batch", str(tmp_path / "t.csv"), "-o", str(tmp_path / "out"), "--format", "npz", "-q"]
+    assert run([*batch, "--workers", "1"]) == 1
+    review = open_review(tmp_path / "out", lines_of_run(tmp_path / "out"))
+    desk = Desk(review, review.decisions())
+    number, data = opened(desk, "a")
+    assert "klingonese" in data["review"]["notes"][0]
+    answer = act(desk, "/correct", asking(number, data, settings={"language": "english"}))
+    assert answer["review"]["notes"] == []
+    assert run([*batch, "--workers", "1"]) == 0
