@@ -19,6 +19,7 @@ NEEDS = {
     "localization": ("espeakng_loader",),
     "student": ("torch", "sklearn", "matplotlib", "setuptools"),
 }
+MOST = {"retakes": 18}  # commands: four tools on one page
 SMALLER = {"localization": {"2000": "12", " 500": " 3", "INT 5": "INT 3"}}
 
 
@@ -45,7 +46,7 @@ def test_a_page(path: Path, pages: dict[str, Any], tmp_path: Path, monkeypatch: 
     for large, small in SMALLER.get(path.stem, {}).items():
         assert large in text
         text = text.replace(large, small)
-    assert 1 <= pages["run_page"](text, tmp_path, installs=False) <= 12
+    assert 1 <= pages["run_page"](text, tmp_path, installs=False) <= MOST.get(path.stem, 12)
 
 
 def install_plugin(site: Path) -> Path:
