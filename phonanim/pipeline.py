@@ -22,7 +22,12 @@ from phonanim.animation.motion import (
     spoken_articulation,
 )
 from phonanim.animation.overlay import apply_overlays, hash_overlays
-from phonanim.animation.own_motion import animate_controls, sensed_articulation, unused_own_options
+from phonanim.animation.own_motion import (
+    animate_controls,
+    own_rig_note,
+    sensed_articulation,
+    unused_own_options,
+)
 from phonanim.animation.rates import check_rate, frame_count
 from phonanim.animation.smooth import closure_mask, smooth_controls
 from phonanim.animation.style import is_stepped_rig, scale_controls, unused_option_warnings
@@ -179,7 +184,8 @@ def _animate_controls(
     """Controls in the rig of their data set, or in one that a table leads to."""
     frames = frame_count(line.track.duration, options.fps)
     values = target.decode(model.predict(line.track, options.fps, frames, sound=line.sound))
-    provenance = _provenance(path, options, (*line.notes, *unused_own_options(options))) | _known(line)
+    notes = (*line.notes, *unused_own_options(options), *own_rig_note(target, options))
+    provenance = _provenance(path, options, notes) | _known(line)
     return animate_controls(values, target, options, **_spoken_parts(line), provenance=provenance)
 
 

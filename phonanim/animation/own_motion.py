@@ -114,6 +114,16 @@ def sensed_articulation(
     return Articulation(values)
 
 
+def own_rig_note(target: Controls, options: Options) -> tuple[str, ...]:
+    """A note that the shipped head does not show controls that keep the data set's own names, or none."""
+    if rig_of_names(target.names) or options.rig != DEFAULTS.rig:
+        return ()
+    return (
+        f"the controls are those of {target.data}, which the shipped head does not have: a GLB, a page or a "
+        "sheet shows them on a --character with blendshapes of these names",
+    )
+
+
 def unused_own_options(options: Options) -> tuple[str, ...]:
     """A note on options that do not change learned controls, or none.
 

@@ -43,7 +43,7 @@ def write(animation: Animation, path: Path, timecode: str | None = None) -> None
     names = columns()
     if not fits(animation.channels):
         raise OutputError(
-            f"{path}: the rig {animation.rig} has no ARKit control; choose --rig arkit or another suffix"
+            f"{path}: the rig {animation.rig} has no ARKit control; choose --rig arkit, or .curves.csv"
         )
     first = timecode or str(animation.provenance.get("timecode", "00:00:00:00"))
     clock = timecode_for_label(first, NOMINAL)

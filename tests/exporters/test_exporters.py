@@ -70,7 +70,7 @@ READABLE = [suffix for suffix in suffixes() if hasattr(find_exporter(Path("a" + 
 DIGITS = {
     **{".csv": 1e-8, ".glb": 1e-6, ".gltf": 1e-6, ".vrm": 1e-6, ".vrma": 1e-6},
     **{".metahuman.csv": 1e-6, ".json": 1e-6, ".a2f.json": 1e-6, ".vmd": 1e-6, ".track.json": 0.004},
-    **{".anim": 1e-6, ".unity.anim": 0.002 + 1e-6},
+    **{".curves.csv": 1e-6, ".anim": 1e-6, ".unity.anim": 0.002 + 1e-6},
 }
 STILL = {
     ".usda": TURNS,

@@ -68,9 +68,10 @@ def test_a_model_of_controls_writes_curves_of_its_rig(corpus: Path, model: Path)
     assert curves.values[:, 0].std() > 0
     assert not curves.values[:, 2].any()  # it never moved in training
     assert 0 <= curves.values.min() <= curves.values.max() <= 1
-    out = corpus / "line.npz"
-    assert run(["animate", str(corpus / "take_3.wav"), "--model", str(model), "-o", str(out)]) == 0
-    assert load(out).channels == curves.channels
+    assert "shows them on a --character" in " ".join(curves.provenance["notes"])
+    for out in (corpus / "line.npz", corpus / "line.curves.csv"):
+        assert run(["animate", str(corpus / "take_3.wav"), "--model", str(model), "-o", str(out)]) == 0
+        assert load(out).channels == curves.channels
 
 
 def test_no_table_leads_to_another_rig(corpus: Path, model: Path, capsys: pytest.CaptureFixture[str]) -> None:
