@@ -17,6 +17,7 @@ NEEDS = {
     "game": ("ctranslate2", "pocketsphinx", "trimesh"),
     "studio": ("espeakng_loader",),
     "localization": ("espeakng_loader",),
+    "avatar": ("websockets",),
     "student": ("torch", "sklearn", "matplotlib", "setuptools"),
 }
 MOST = {"retakes": 19}  # commands: four tools on one page
@@ -30,7 +31,7 @@ def pages() -> dict[str, Any]:
 
 
 def test_there_is_a_page_for_each_reader() -> None:
-    assert {path.stem for path in PAGES} >= {"game", "localization", "student", "studio", "timings"}
+    assert {path.stem for path in PAGES} >= {"avatar", "game", "localization", "student", "studio", "timings"}
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
