@@ -56,7 +56,7 @@ def model(data: Examples) -> FaceDiffuser:
 @pytest.mark.parametrize("embedding", EMBEDDINGS)
 @pytest.mark.parametrize("more", [{}, {"diffusion": False}, {"bidirectional": True, "depth": 2}])
 def test_torch_and_numpy_agree(embedding: str, more: dict[str, Any]) -> None:
-    from phonanim.regressors._torch_diffusion import Network
+    from phonanim.regressors._torch_denoiser import Network
 
     config = make_config("facediffuser", SMALL | {"noise": embedding, "sound": embedding} | more, "test")
     torch.manual_seed(0)
@@ -164,7 +164,8 @@ def test_it_trains_with_every_mask(masking: str, data: Examples) -> None:
 
 
 def test_the_loss_by_its_equation(data: Examples) -> None:
-    from phonanim.regressors._torch_diffusion import Network, Stage, diffusion_steps, scaled
+    from phonanim.regressors._torch_denoiser import Network
+    from phonanim.regressors._torch_diffusion import Stage, diffusion_steps, scaled
 
     config = make_config(
         "facediffuser", SMALL | {"diffusion": False, "masking": "none", "delta": 0.5}, "test"

@@ -61,7 +61,7 @@ def test_every_choice_trains_and_predicts(choice: dict[str, Any], data: Examples
 
 @pytest.mark.parametrize("choice", CHOICES, ids=str)
 def test_torch_and_numpy_agree(choice: dict[str, Any]) -> None:
-    from phonanim.regressors._torch_diffusion import Network
+    from phonanim.regressors._torch_denoiser import Network
 
     config = config_of(**choice)
     torch.manual_seed(0)
@@ -139,7 +139,7 @@ def test_each_sampling_goes_its_own_way() -> None:
 
 
 def test_a_zero_output_begins_at_the_mean() -> None:
-    from phonanim.regressors._torch_diffusion import Network
+    from phonanim.regressors._torch_denoiser import Network
 
     network = Network(config_of(zero_output=True), 6, 3)
     found = network(

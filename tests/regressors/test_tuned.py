@@ -92,7 +92,8 @@ def test_the_blocks_are_trained_and_kept(whisper: Whisper, data: Examples) -> No
 
 def test_masks_hide_the_same_with_blocks_that_are_trained(data: Examples) -> None:
     """Where the blocks are untrained, the network gets what it gets from a frozen encoder."""
-    from phonanim.regressors._torch_diffusion import Network, Stage, diffusion_steps, scaled
+    from phonanim.regressors._torch_denoiser import Network
+    from phonanim.regressors._torch_diffusion import Stage, diffusion_steps, scaled
 
     parts = []
     for count in (0, 1):
