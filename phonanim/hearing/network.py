@@ -13,9 +13,13 @@ from numpy.typing import NDArray
 
 from phonanim.core.decode import DecodeError, read_tensors
 from phonanim.errors import ModelError
+from phonanim.hearing.spectrum import BANDS
+from phonanim.speech.inventory import N_PHONES
 
 Floats = NDArray[np.float32]
 Tensors = Mapping[str, NDArray[Any]]
+
+FAR = 200  # steps from the present that a layer may look at
 
 
 @dataclass(frozen=True)
@@ -101,17 +105,35 @@ def network_from(tensors: Tensors, where: str) -> Network:
     try:
         while f"weights{len(layers)}" in tensors:
             number = len(layers)
-            offsets = tuple(tensors[f"offsets{number}"].tolist())
-            weights = tensors[f"weights{number}"].astype(np.float32)
-            layers.append(Layer(offsets, weights, tensors[f"bias{number}"].astype(np.float32)))
+            offsets = tuple(int(offset) for offset in tensors[f"offsets{number}"].ravel())
+            weights, bias = (tensors[f"{name}{number}"].astype(np.float32) for name in ("weights", "bias"))
+            layers.append(Layer(offsets, weights, bias))
         prior, follows = (tensors[name].astype(np.float32) for name in ("prior", "follows"))
-    except KeyError as error:
-        raise ModelError(f"{where}: lacks the tensor {error}; install phonanim again") from error
-    widths = [layer.inputs for layer in layers[1:]] + [len(prior)]
-    fit = all(layer.weights.shape[1:] == (width,) for layer, width in zip(layers, widths, strict=True))
-    if not layers or not fit or follows.shape != (len(prior), len(prior)):
-        raise ModelError(f"{where}: its shapes do not match; install phonanim again")
+    except (KeyError, ValueError, OverflowError) as error:
+        raise ModelError(f"{where}: is damaged ({error}); install phonanim again") from error
+    finite = all(np.isfinite(tensor).all() for tensor in tensors.values() if tensor.dtype.kind == "f")
+    if not layers or not finite or follows.shape != (N_PHONES, N_PHONES) or not _fit(layers, prior):
+        raise ModelError(f"{where}: its tensors do not match; install phonanim again")
     return Network(tuple(layers), prior, follows)
+
+
+def _fit(layers: list[Layer], prior: Floats) -> bool:
+    """Whether each layer takes what the one before it gives, and the last gives phones."""
+    width = BANDS
+    for layer in layers:
+        offsets = layer.offsets
+        if (
+            not offsets
+            or list(offsets) != sorted(set(offsets))
+            or not -FAR <= offsets[0] <= 0 <= offsets[-1] <= FAR
+        ):
+            return False
+        if layer.weights.ndim != 2 or len(layer.weights) != width * len(offsets):
+            return False
+        width = layer.weights.shape[1]
+        if layer.bias.shape != (width,):
+            return False
+    return width == N_PHONES and prior.shape == (width,)
 
 
 @lru_cache(maxsize=2)
