@@ -27,6 +27,12 @@ from phonanim.commands import Console, console_options
 @click.option(
     "-o", "--output", type=click.Path(file_okay=False, path_type=Path), help="Also write the motion here."
 )
+@click.option(
+    "--heat",
+    "picture",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Also draw the error of each vertex, control or channel, as PNG (extra plots).",
+)
 @console_options
 def score(
     corpus: Path,
@@ -35,6 +41,7 @@ def score(
     split: str,
     masks: tuple[str, ...],
     output: Path | None,
+    picture: Path | None,
     console: Console,
 ) -> None:
     """Score models of controls, sensors or vertices on clips of their corpus, beside a face that is still.
@@ -46,22 +53,31 @@ def score(
     \b
     Examples:
       phonanim corpus score work/facegood --model models/facegood_phisanet --split test -o work/scored
+      phonanim corpus score work/facegood --model models/facegood_phisanet --heat heat.png
       phonanim corpus score work/ema_de --leave-out ema_audio.toml
     """
     from phonanim.corpus.motion import load_motion_corpus
     from phonanim.evaluation.corpora import mean_measures, score_left_out, score_models
+    from phonanim.evaluation.heat import Heat, check_drawable, draw_heat
     from phonanim.face.masks import parse_masks
     from phonanim.pipeline import load_model
 
     if bool(models) == bool(recipes):
         raise click.UsageError("give either --model or --leave-out")
-    loaded, regions = load_motion_corpus(corpus), parse_masks(masks)
+    if picture:
+        check_drawable()
+    loaded, regions, heat = load_motion_corpus(corpus), parse_masks(masks), Heat()
     with console.progress(split) as progress:
         if recipes:
-            split, found = "each clip left out", score_left_out(recipes, loaded, regions, output, progress)
+            split, found = (
+                "each clip left out",
+                score_left_out(recipes, loaded, regions, output, progress, heat),
+            )
         else:
             known = {Path(name).name: load_model(name) for name in models}
-            found = score_models(known, loaded, split, regions, output, progress)
+            found = score_models(known, loaded, split, regions, output, progress, heat)
+    if picture:
+        draw_heat(heat, picture, f", {loaded.source.unit}" if loaded.source.unit else "")
     table = {name: mean_measures(list(scores.values())) for name, scores in found.items()}
     first = next(iter(found.values()))
     seconds = sum(one.frames / one.fps for one in first.values())

@@ -16,6 +16,7 @@ from phonanim.corpus.examples import read_clip_sound, style_name
 from phonanim.corpus.motion import MotionCorpus
 from phonanim.errors import EvaluationError
 from phonanim.evaluation.evaluate import evaluate
+from phonanim.evaluation.heat import Heat
 from phonanim.evaluation.measures import control_measures, control_regions
 from phonanim.evaluation.predictions import Motion, Vertices
 from phonanim.evaluation.scoring import Scores
@@ -37,10 +38,12 @@ def score_models(
     masks: Mapping[str, NDArray[np.int64]] | None = None,
     output: Path | None = None,
     progress: Callable[[float], None] = lambda done: None,
+    heat: Heat | None = None,
 ) -> dict[str, dict[str, Scores]]:
     """The scores of models on every clip of a split, by model and clip, STILL among them.
 
-    With `output`, predicted and captured motion is written there, a folder for each. Raises EvaluationError
+    With `output`, predicted and captured motion is written there, a folder for each. `heat` gets the errors
+    of the models. Raises EvaluationError
     where a model is of other motion than the corpus, or the split is empty.
     """
     clips = [int(clip) for clip in corpus.clips_of(split)]
@@ -50,7 +53,7 @@ def score_models(
         check_same_motion(name, model, corpus)
     mean, found = mean_frame(corpus), {name: dict[str, Scores]() for name in (*models, STILL)}
     for done, clip in enumerate(clips, start=1):
-        for name, scores in score_one(models, corpus, clip, mean, masks, output).items():
+        for name, scores in score_one(models, corpus, clip, mean, masks, output, heat).items():
             found[name][corpus.clips[clip].name] = scores
         progress(done / len(clips))
     return found
@@ -62,6 +65,7 @@ def score_left_out(
     masks: Mapping[str, NDArray[np.int64]] | None = None,
     output: Path | None = None,
     progress: Callable[[float], None] = lambda done: None,
+    heat: Heat | None = None,
 ) -> dict[str, dict[str, Scores]]:
     """The scores of recipes that are trained anew without each clip in turn, by recipe and clip.
 
@@ -80,7 +84,7 @@ def score_left_out(
         for path in recipes:
             recipe = read_recipe(path)
             models[path.stem] = fit_motion(recipe, rest, recipe.seed, path, lambda done: None, None)
-        for name, scores in score_one(models, rest, clip, mean_frame(rest), masks, output).items():
+        for name, scores in score_one(models, rest, clip, mean_frame(rest), masks, output, heat).items():
             found[name][corpus.clips[clip].name] = scores
         progress((clip + 1) / count)
     return found
@@ -93,12 +97,18 @@ def score_one(
     mean: NDArray[np.float64],
     masks: Mapping[str, NDArray[np.int64]] | None,
     output: Path | None,
+    heat: Heat | None = None,
 ) -> dict[str, Scores]:
-    """The scores of models and of a still face on a clip; with `output`, the motion is written there."""
+    """The scores of models and of a still face on a clip.
+
+    With `output`, the motion is written there; with `heat`, the errors of the models are added to it.
+    """
     captured, name = motion_of(np.asarray(corpus.frames(clip)), corpus), corpus.clips[clip].name
     predicted = {one: motion_of(predict_frames(model, corpus, clip), corpus) for one, model in models.items()}
     if output:
         write_motions({**predicted, CAPTURED: captured}, name, output)
+    if heat is not None:
+        heat.add(predicted, captured)
     rest = corpus.rest(clip)
     still = mean if rest is None else rest
     frames = np.broadcast_to(still, (corpus.clips[clip].frames, *still.shape))

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from phonanim.animation.animation import Animation
-from phonanim.core.decode import DecodeError, open_plain
-from phonanim.core.files import atomic_path
+from phonanim.core.decode import DecodeError
+from phonanim.core.files import atomic_path, open_plain
 from phonanim.errors import OutputError
 from phonanim.exporters._curves import estimate_rate
 from phonanim.exporters._take import build_take, check_size, check_times

@@ -88,7 +88,10 @@ def test_models_are_scored_beside_a_still_face(
     assert load_model(str(other)).target.size == 2
     capsys.readouterr()
     given = ["corpus", "score", str(corpus / "corpus"), "--model", str(model), "--model", str(other)]
-    assert run([*given, "-o", str(corpus / "scored"), "--json"]) == 0
+    pytest.importorskip("matplotlib")
+    heat = corpus / "heat.png"
+    assert run([*given, "-o", str(corpus / "scored"), "--heat", str(heat), "--json"]) == 0
+    assert heat.read_bytes().startswith(b"\x89PNG")
     facts = json.loads(capsys.readouterr().out)
     assert set(facts["models"]) == {"phisanet", "facediffuser", "mean of training"}
     assert facts["models"]["phisanet"]["control_l2"] > 0

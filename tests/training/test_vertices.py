@@ -134,7 +134,9 @@ def test_components_are_scored_beside_all_coordinates(
     assert target.decode(rows, corpus.rest(0)) == pytest.approx(corpus.frames(0), abs=1e-5)
     capsys.readouterr()
     given = ["corpus", "score", str(folder / "corpus"), "--model", str(model), "--model", str(reduced)]
-    assert run([*given, "-o", str(folder / "scored"), "--json"]) == 0
+    pytest.importorskip("matplotlib")
+    assert run([*given, "-o", str(folder / "scored"), "--heat", str(folder / "heat.png"), "--json"]) == 0
+    assert (folder / "heat.png").read_bytes().startswith(b"\x89PNG")
     facts = json.loads(capsys.readouterr().out)
     assert facts["clips"] == 2
     assert all(row["mve_mm"] > 0 for row in facts["models"].values())
