@@ -26,7 +26,7 @@ from phonanim.speech.textgrid import write_textgrid
 Array = NDArray[np.float64]
 PIECE = 15.0  # seconds of a take
 SHIFTS = (0.85, 1.18)  # lengths of another vocal tract: formants divided by them
-SPOKEN = 8  # phrases of each language
+SPOKEN = 3  # phrases of each language
 VOICES = {  # languages and variants of voices that took no part in training
     "fr": ("fra", "f4"),
     "ru": ("rus", "m6"),

@@ -62,6 +62,7 @@ class Tally:
     spoken: int = 0
     in_mm: bool = True
     closures: dict[str, list[bool]] = field(default_factory=dict)
+    due: list[bool] = field(default_factory=list)
 
     def add(self, channel: str, way: str, found: Array, measured: Array) -> None:
         """Add curves of speech."""
@@ -142,7 +143,7 @@ def count_phones(
     tracks: dict[str, PhoneTrack | None],
     tally: Tally,
 ) -> None:
-    """Steps that are named rightly where there is sound, and closures of p b m that are made."""
+    """Steps that are named rightly where there is sound, closures of p b m that are made, and those heard."""
     times = np.arange(0, given.duration, 0.01)
     said, heard = spoken(given, times) & judged.speech(times), tracks["heard"]
     assert heard is not None
@@ -156,6 +157,10 @@ def count_phones(
             for way in ("phones", "heard", "live"):
                 gap = found[way][rows, CHANNELS.index("lip_gap")]
                 tally.closures.setdefault(way, []).append(bool(len(gap)) and bool(gap.min() <= TOUCH))
+    given_closed = given.distance_to(
+        np.isin(given.codes, list(CLOSED)), (heard.bounds[:-1] + heard.bounds[1:]) / 2
+    )
+    tally.due += (given_closed[np.isin(heard.codes, list(CLOSED))] <= NEAR).tolist()
 
 
 def rows_of(name: str, tally: Tally) -> Iterator[str]:
@@ -180,9 +185,9 @@ def rows_of(name: str, tally: Tally) -> Iterator[str]:
 
 def phone_row(name: str, tally: Tally) -> str:
     closed = [f"{np.mean(tally.closures[way]):.0%}" for way in ("phones", "heard", "live")]
-    count = len(tally.closures["heard"])
+    count, due = len(tally.closures["heard"]), f"{np.mean(tally.due):.0%}" if tally.due else ""
     right, kinds = tally.right / tally.spoken, tally.kinds / tally.spoken
-    return f"| {name} | {right:.0%} | {kinds:.0%} | {count} | {' | '.join(closed)} |"
+    return f"| {name} | {right:.0%} | {kinds:.0%} | {count} | {' | '.join(closed)} | {due} |"
 
 
 def cost(sound: Sound) -> str:
@@ -227,13 +232,13 @@ def main(
             if most is None or tally.recordings <= most:
                 measure(judged, tally)
                 sound = sound or judged.sound
-    print("| voices | channel | phones: r, slope, sd ratio | heard | live | level: r |")
+    print("| voices | channel | phones: r, slope, sd ratio | recognized | live | level: r |")
     print("|---|---|---:|---:|---:|---:|")
     for name, tally in tallies.items():
         for row in rows_of(name, tally):
             print(row)
-    print("\n| voices | steps named rightly | vowel or not | p b m | closed by phones | heard | live |")
-    print("|---|---:|---:|---:|---:|---:|---:|")
+    print("\n| voices | phones | vowel or not | p b m | closed: phones | recognized | live | where due |")
+    print("|---|---:|---:|---:|---:|---:|---:|---:|")
     for name, tally in tallies.items():
         if tally.spoken:
             print(phone_row(name, tally))
