@@ -216,6 +216,7 @@ def main() -> int:
         try:
             look(browser, server.address, options.lines)
             correct(browser)
+            print(f"{resident_memory(browser.process.pid):.0f} MB in the page's process with the line open")
             take_pictures(browser, options.output)
         except RuntimeError as error:
             browser.picture(options.output / "failed.png")

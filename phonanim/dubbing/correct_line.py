@@ -75,9 +75,10 @@ def _language(corrections: Corrections) -> dict[str, Any]:
 def _made(line: Line, folder: Path, corrections: Corrections, options: Options) -> Take:
     """Make a line with options."""
     path, audio = _local(line, folder)
+    own = options.rig
     options = _shown_options(options, line)
     edits = [read_edits(line.edits)] if isinstance(line.edits, Path) else []
-    result = animate_edited(path, options, audio, edits, corrections)
+    result = animate_edited(path, options, audio, edits, _shown_corrections(corrections, own, options.rig))
     spoken = result.animation.phones
     now = timed_options(corrected_options(options, corrections), corrections, spoken)
     timed = {name: getattr(now, name) for name in ("emotions", "closures") if name in corrections.settings}
@@ -146,6 +147,18 @@ def _shown_options(options: Options, line: Line) -> Options:
     probe = load_cached_rig(options.rig)
     empty = Animation(np.zeros((1, len(probe.controls)), np.float32), probe.controls, 1.0, probe.name)
     return options if move_to_rig(empty, shown) else replace(options, rig=shown, gains={})
+
+
+def _shown_corrections(corrections: Corrections, own: str, shown: str) -> Corrections:
+    """Corrections without the gains of a rig that is not shown. Raises OptionError for a control it lacks."""
+    gains = corrections.settings.get("gains", {})
+    if own == shown or not gains:
+        return corrections
+    for name in gains:
+        if name not in load_cached_rig(own).controls:
+            raise OptionError(f"there is no control {name!r:.60} on the rig {own}")
+    others = {name: one for name, one in corrections.settings.items() if name != "gains"}
+    return replace(corrections, settings=others)
 
 
 def _shown(result: AnimationResult, line: Line) -> Animation:

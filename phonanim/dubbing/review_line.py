@@ -20,6 +20,7 @@ from phonanim.dubbing.review import NOTHING, PAGE, Review, delivered_page, deliv
 from phonanim.errors import OptionError, PhonanimError
 from phonanim.exporters.html import Extras, take_data, viewer_page
 from phonanim.life.emotion import emotion_names
+from phonanim.pipeline import load_cached_rig
 from phonanim.rig.head import SHIPPED
 from phonanim.speech.intervals import pack_intervals, unpack_intervals
 from phonanim.speech.language_names import language_names
@@ -162,6 +163,7 @@ def _about(desk: Desk, line: Line, take: Take, state: State | None = None) -> di
         "settings": plain_settings(corrections.settings),
         "style": corrections.style,
         "drawn": drawn,
+        "controls": list(load_cached_rig(line.options.rig).controls),
         "now": plain_settings({name: getattr(take.options, name) for name in NOW}),
         "notes": [*notes, *take.notes],
     }

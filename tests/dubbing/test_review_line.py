@@ -119,6 +119,18 @@ def test_the_next_batch_has_it(desk, capsys):
     assert run(["audit", str(folder / "t.csv"), "--outputs", str(folder / "out"), "--workers", "1"]) == 0
 
 
+def test_gains_are_those_of_the_rig_of_the_line(desk):
+    number, data = opened(desk, "three")
+    assert "aa" in data["review"]["controls"]
+    with pytest.raises(OptionError, match="there is no control 'jawOpen' on the rig vrm"):
+        act(desk, "/correct", asking(number, data, settings={"gains": {"jawOpen": 0.5}}))
+    act(desk, "/correct", asking(number, data, settings={"gains": {"aa": 0.5}}))
+    folder = desk.review.folder.parent
+    before = load(folder / "out/three.npz").channel("aa").max()
+    assert run(command(folder)) == 0
+    assert load(folder / "out/three.npz").channel("aa").max() == pytest.approx(before / 2, rel=0.01)
+
+
 def test_a_line_is_approved_reopened_and_commented(desk):
     number, data = opened(desk, "one")
     asked = {"line": number, "who": "Ann", "text": ""}

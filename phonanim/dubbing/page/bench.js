@@ -146,7 +146,7 @@ function emotionRows(emotions) {
 function gainRows(gains) {
   const set = (found) => setSetting("gains", found, "gains");
   const without = (name) => Object.fromEntries(Object.entries(gains).filter(([key]) => key !== name));
-  const names = takes[0].channels.filter((name) => !name.endsWith(" mm") && !(name in gains));
+  const names = line.controls.filter((name) => !(name in gains));
   return [
     ...Object.entries(gains).map(([name, gain]) => row(
       name, number(gain, 0, 4, (value) => set({ ...gains, [name]: value })), remove(() => set(without(name))),
