@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 UNITS = {"m": 1000.0, "cm": 10.0, "mm": 1.0}
 LARGEST = {"m": 3.0, "cm": 60.0}  # of a head and its shoulders, in that unit
+OWN_SHARE = 0.25  # of controls whose names are those of the package's head, for controls that are its own
 FACE_MESH = 478  # points of MediaPipe's face mesh with irises
 
 
@@ -64,9 +65,13 @@ class Surface:
 
 
 def moves_head(animation: Animation) -> bool:
-    """Whether a control has the name of a shape of the package's head."""
+    """Whether controls are those of the package's head: at least a quarter have names of its shapes.
+
+    A few names in common with another rig are chance.
+    """
     shapes = set(map(plain_name, load_head().targets))
-    return any(plain_name(name) in shapes for name in animation.channels)
+    named = sum(plain_name(name) in shapes for name in animation.channels)
+    return named > 0 and named >= OWN_SHARE * len(animation.channels)
 
 
 def make_surface(motion: Motion, settings: Settings, template: Array | None = None) -> Surface | None:
@@ -97,7 +102,7 @@ def _on_head(animation: Animation, settings: Settings) -> Surface | None:
     head, spots = load_head(), shipped_landmarks()
     named = {plain_name(target): target for target in head.targets}
     channels = tuple(named.get(plain_name(name), name) for name in animation.channels)
-    if not set(channels) & set(head.targets):
+    if not moves_head(animation):
         return None
     weights = head.weights(animation.values, channels)
     used, masks = _head_regions(settings)

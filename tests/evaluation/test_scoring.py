@@ -253,3 +253,12 @@ def test_articulation_is_scored_against_captured_lips_of_another_mesh():
     assert score(take, take, Settings(track=SAID)).measures["articulation_jaw_slope"] == pytest.approx(1)
     late = replace(take, values=take.values[::2], fps=15)
     assert score(late, take, Settings()).measures["articulation_jaw_r"] > 0.8
+
+
+def test_a_few_names_in_common_are_not_the_head():
+    names = ("mouth_dimple_l", *(f"control_{number}" for number in range(9)))
+    values = np.random.default_rng(4).random((30, 10)).astype(np.float32)
+    other = Animation(values, names, 30.0, "mine")
+    scores = score(other, other.with_values(values[::-1].copy()), Settings())
+    assert scores.measures["control_mse"] > 0
+    assert not [name for name in scores.measures if "mm" in name or name.startswith("aperture")]
