@@ -17,23 +17,21 @@ if TYPE_CHECKING:
     from phonanim.animation.animation import Animation
 
 
-def know_names(ctx: click.Context, param: click.Parameter, path: Path | None) -> None:
-    """Know the names of a table of one's own as long as the command runs."""
+def know_names(ctx: click.Context, param: click.Parameter, path: Path | None) -> Path | None:
+    """Know the names of a table of one's own as long as the command runs; the path of the table."""
     if path is not None:
         from phonanim.rig.names import added_names
 
         ctx.with_resource(added_names(path))
+    return path
 
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
+NAMES_HELP = "A table shape,control,weight of the character's own names of shapes."
 NAMES = click.option(
-    "--names",
-    type=FILE,
-    callback=know_names,
-    expose_value=False,
-    is_eager=True,
-    help="A table shape,control,weight of the character's own names of shapes.",
+    "--names", type=FILE, callback=know_names, expose_value=False, is_eager=True, help=NAMES_HELP
 )
+RUN_NAMES = click.option("--names", type=FILE, callback=know_names, is_eager=True, help=NAMES_HELP)
 SHOWN = 8  # controls that a note lists
 SHARED_KEYS = (".glb", ".gltf", ".vrm")
 
@@ -112,6 +110,7 @@ def output_notes(animation: Animation, outputs: Sequence[Path], exports: dict[st
     for path in outputs:
         if note := getattr(find_exporter(path), "NOTE", None):
             yield f"{path}: {note}"
+    yield from turn_notes(animation, outputs, exports.get("character"))
     if isinstance(character := exports.get("character"), Path):
         from phonanim.rig.coverage import coverage_notes
 
@@ -125,6 +124,20 @@ def output_notes(animation: Animation, outputs: Sequence[Path], exports: dict[st
             yield f"{path}: {describe_shared_keys(reduce_curves(animation.values, error), animation)}"
         elif "keys" in option_names(path):
             yield f"{path}: {describe_keys(reduce_channels(animation, error), animation)}"
+
+
+def turn_notes(animation: Animation, outputs: Sequence[Path], character: object) -> Iterator[str]:
+    """Which outputs do not turn the head of a take in which it turns."""
+    from phonanim.exporters import find_exporter
+    from phonanim.rig.neck import turns_of
+
+    if turns_of(animation.values, animation.channels) is None:
+        return
+    for path in outputs:
+        exporter = find_exporter(path)
+        alone = None if character else getattr(exporter, "NO_TURNS_ALONE", None)
+        if note := getattr(exporter, "NO_TURNS", alone):
+            yield f"{path}: {note}"
 
 
 def character_notes(animation: Animation, outputs: Sequence[Path], character: Path) -> Iterator[str]:

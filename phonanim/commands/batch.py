@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from phonanim.commands import Console, console_options
-from phonanim.commands._export import export_options, option_spelling
+from phonanim.commands._export import RUN_NAMES, export_options, option_spelling
 from phonanim.commands._options import animation_options
 from phonanim.commands._run_file import KeptCommand, keep_arguments
 
@@ -48,6 +48,7 @@ SOME_FAILED = 1
     help="TOML or CSV with the characters that a table names: rig, mesh, style, language, voice.",
 )
 @export_options
+@RUN_NAMES
 @click.option(
     "--edits", metavar="FOLDER", help="Folder of an animator's edits, with OUTPUT.edits.json for each line."
 )
@@ -72,6 +73,7 @@ def command(
     characters: Path | None,
     styled: Mapping[str, float],
     exports: dict[str, object],
+    names: Path | None,
     edits: str | None,
     workers: int | None,
     engine: str,
@@ -99,13 +101,14 @@ def command(
       phonanim batch script.csv -o out/ --format glb --character hero.glb --edits edits/
       phonanim batch s3://show/script.csv -o s3://show/out --engine dask --scheduler tcp://10.0.0.1:8786
       phonanim batch script.csv -o out/ --characters show.toml --format metahuman.csv --format curves.usda
+      phonanim batch script.csv -o out/ --format glb --character hero.glb --names hero.csv
       phonanim batch script.csv -o out/ --dry-run
     """
     from phonanim.commands._batch_report import RunReporter, report_dry_run
     from phonanim.dubbing.run import run
 
     lines, target, formats = plan_lines(
-        source, folder, formats, options, styles, characters, styled, exports, edits, console
+        source, folder, formats, options, styles, characters, styled, exports, edits, console, names
     )
     if dry_run:
         return SOME_FAILED if report_dry_run(lines, target, formats, console, verbose) else 0
@@ -132,6 +135,7 @@ def plan_lines(
     exports: dict[str, object],
     edits: str | None,
     console: Console,
+    names: Path | None = None,
     **others: object,
 ) -> tuple[Lines, Place, tuple[str, ...]]:
     """The lines of a run, its output folder and its formats, by the options of the command."""
@@ -156,6 +160,7 @@ def plan_lines(
         target.absolute(),
         styled,
         read_characters(characters, meshes),
+        names and names.absolute(),
     )
     return reserve_outputs(read_lines(source, with_absolute_paths(common)), target, formats), target, formats
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from phonanim.dubbing.storage import Place
@@ -18,7 +18,7 @@ class Line:
     If `text` is given, `alignment` is the recording, which is first aligned with the text; without a
     recording it is None, and the text is spoken by `voice`, or by the voice of the language. `edits` are an
     animator's changes and `corrections` those of a review, which are applied again; `exports` are options of
-    output formats, such as `character`.
+    output formats, such as `character`; `names` is a table of the names of its shapes.
     """
 
     id: str
@@ -32,6 +32,7 @@ class Line:
     corrections: Place | None = None
     exports: Mapping[str, Any] = field(default_factory=dict)
     voice: str = ""
+    names: Path | None = None
 
     @property
     def source(self) -> str:

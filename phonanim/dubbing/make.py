@@ -29,6 +29,7 @@ from phonanim.pipeline import (
     load_cached_rig,
     model_hash,
 )
+from phonanim.rig.names import known_names
 from phonanim.speech.pronunciations import load_pronunciations
 
 
@@ -38,7 +39,8 @@ def make_line(job: Job) -> Result:
     line = job.line
     with open_copies(job) as near:
         try:
-            return _made(job, near)
+            with known_names(line.names):
+                return _made(job, near)
         except PhonanimError as error:
             why = near.restore_urls(str(error))
         except MemoryError:

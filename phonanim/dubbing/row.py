@@ -61,7 +61,7 @@ class Common:
     `exports` are options of output formats; `edits` is a folder with an animator's changes to each line,
     `<output>.edits.json`; `corrections` one with `<output>.corrections.json`, usually the output folder,
     where a review leaves them; `styled` are the dials that the style of the run has set; `characters` are
-    the names that a cell of `character` may have.
+    the names that a cell of `character` may have; `names` is a table of the names of shapes.
     """
 
     options: Options = DEFAULTS
@@ -71,6 +71,7 @@ class Common:
     corrections: Place | None = None
     styled: Mapping[str, float] = field(default_factory=dict)
     characters: Characters = field(default_factory=Characters)
+    names: Path | None = None
 
 
 def parse_row(id: str, row: Row, root: Place, common: Common, speaks: bool = True) -> Line:
@@ -99,6 +100,7 @@ def parse_row(id: str, row: Row, root: Place, common: Common, speaks: bool = Tru
         corrections=_sidecar(common.corrections, f"{output}{CORRECTIONS}"),
         exports={**common.exports, **_exports(cells, root)},
         voice=cells.get("voice", ""),
+        names=common.names,
     )
 
 

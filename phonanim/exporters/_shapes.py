@@ -9,14 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
-from phonanim.animation.keys import reduce_curve
+from phonanim.animation.keys import reduce_curve, reduce_curves
 from phonanim.media.glb import Glb, read_glb
 from phonanim.rig.head import SHIPPED
 from phonanim.rig.morphs import moving_morphs
-from phonanim.rig.neck import is_turn
+from phonanim.rig.neck import find_bone, is_turn, turns_of
 
 KEYS = 0.002
 """Error of keys, of full weight, unless another is asked for: a key at every frame makes texts of many MB."""
+
+TURN_ERROR = 0.1  # of the error of keys, for rotations: 0.0002 of a quaternion is a fortieth of a degree
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,45 @@ def shape_curves(animation: Animation, node: str | None, character: Path | None)
             if one.shape:
                 found.setdefault((one.node, one.shape), one)
     return list(found.values())
+
+
+@dataclass(frozen=True)
+class HeadTurn:
+    """The rotations of the bone of a head, (frames, 4) xyzw, each on the same side as the one before.
+
+    `path` is the path of its node, `above` that of the node above the whole skeleton, "" without one. The
+    rotations are the node's own, in glTF's axes.
+    """
+
+    path: str
+    above: str
+    rotations: NDArray[np.float64]
+
+    def keys(self, animation: Animation, keys: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Times, (k,) seconds, none below zero, and rotations, (k, 4), of keys within this error."""
+        times = animation.times - min(0.0, animation.start)
+        reduced = reduce_curves(self.rotations, keys * TURN_ERROR)
+        return times[reduced.frames], reduced.values
+
+
+def head_turn(animation: Animation, character: Path | None) -> HeadTurn | None:
+    """How the head of a character turns; none where it does not, or has no bone. Raises RigError."""
+    turns = turns_of(animation.values, animation.channels)
+    if character is None or turns is None:
+        return None
+    glb = read_glb(character)
+    bone = find_bone(glb)
+    if bone is None:
+        return None
+    rotations = bone.rotations(turns)
+    sides = np.sign((rotations[1:] * rotations[:-1]).sum(axis=1))
+    rotations[1:] *= np.cumprod(np.where(sides == 0, 1.0, sides))[:, None]
+    joints = {joint for skin in glb.tree.get("skins", ()) for joint in skin["joints"]} | {bone.node}
+    top = bone.node
+    while glb.parents.get(top) in joints:
+        top = glb.parents[top]
+    above = _path(glb, glb.parents[top]) if top in glb.parents else ""
+    return HeadTurn(_path(glb, bone.node), above, rotations)
 
 
 def curve_keys(

@@ -12,6 +12,7 @@ from phonanim.errors import OutputError
 from phonanim.exporters._a2f import from_audio2face, to_audio2face
 
 SUMMARY = "Audio2Face JSON: blend shape weights by frame, as NVIDIA's programs export them"
+NO_TURNS = "turns no head, because the format has no place for it"
 
 
 def write(animation: Animation, path: Path) -> None:

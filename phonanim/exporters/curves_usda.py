@@ -10,6 +10,7 @@ from phonanim.exporters._usd import read as read
 from phonanim.exporters._usd_stage import curves_text
 
 SUMMARY = "USD as text, curves alone: a UsdSkel animation without a mesh, for any rig"
+NO_TURNS = "turns no head, because the format has no place for it"
 
 
 def write(animation: Animation, path: Path) -> None:

@@ -8,10 +8,12 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
+
 from phonanim.animation.animation import Animation
 from phonanim.core.files import write_text
 from phonanim.errors import OutputError
-from phonanim.exporters._shapes import KEYS, ShapeCurve, curve_keys, shape_curves
+from phonanim.exporters._shapes import KEYS, HeadTurn, ShapeCurve, curve_keys, head_turn, shape_curves
 
 SUMMARY = "Godot 3 and 4 Animation resource for the blend shapes of a mesh"
 HEADER = """[gd_resource type="Animation" format=2]
@@ -34,6 +36,15 @@ tracks/{number}/keys = {{
 "values": [ {values} ]
 }}
 """
+TURN = """tracks/{number}/type = "rotation_3d"
+tracks/{number}/path = NodePath({path})
+tracks/{number}/interp = 1
+tracks/{number}/loop_wrap = false
+tracks/{number}/imported = false
+tracks/{number}/enabled = true
+tracks/{number}/keys = PoolRealArray( {keys} )
+"""
+NO_TURNS_ALONE = "turns no head, because no --character shows its bone"
 
 
 def write(
@@ -46,7 +57,8 @@ def write(
     """Write an animation; `node` is the path of the mesh from the AnimationPlayer's root node.
 
     With a `character`, a GLB or VRM, the tracks move its meshes by the names of their shapes. Frames are
-    left out if linear interpolation is within the error `keys`. Turns of the head are not in the file.
+    left out if linear interpolation is within the error `keys`. The last track
+    turns the bone of the character's head in Godot 4; Godot 3 leaves it out.
     Raises RigError when the character cannot be used, OutputError when a name cannot stand in a path or the
     destination cannot be written.
     """
@@ -59,7 +71,22 @@ def write(
         length=f"{(len(animation.values) - 1) / animation.fps + max(0.0, animation.start):.9g}",
         step=f"{1 / animation.fps:.9g}",
     )
-    write_text(path, header + "".join(_track(animation, one, n, keys) for n, one in enumerate(found)))
+    tracks = [_track(animation, one, n, keys) for n, one in enumerate(found)]
+    if turn := head_turn(animation, character):
+        tracks.append(_turn_track(animation, turn, len(tracks), keys))
+    write_text(path, header + "".join(tracks))
+
+
+def _turn_track(animation: Animation, turn: HeadTurn, number: int, keys: float) -> str:
+    """The rotation of a bone: Godot's importer puts bones into a skeleton below the node above them."""
+    times, rotations = turn.keys(animation, keys)
+    rows = np.column_stack([times, np.ones(len(times)), rotations + 0.0])
+    skeleton = f"{turn.above}/Skeleton3D" if turn.above else "Skeleton3D"
+    return TURN.format(
+        number=number,
+        path=json.dumps(f"{skeleton}:{turn.path.rsplit('/', 1)[-1]}", ensure_ascii=False),
+        keys=", ".join(f"{value:.7g}" for value in rows.ravel().tolist()),
+    )
 
 
 def _track(animation: Animation, one: ShapeCurve, number: int, keys: float) -> str:

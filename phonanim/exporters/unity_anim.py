@@ -20,12 +20,15 @@ from phonanim.core.decode import DAMAGE, DecodeError, decode_rate, read_utf8
 from phonanim.core.files import write_text
 from phonanim.errors import OutputError
 from phonanim.exporters._curves import merge_target_curves, rig_of_channels, sample_tangents
-from phonanim.exporters._shapes import KEYS, ShapeCurve, curve_keys, shape_curves
+from phonanim.exporters._shapes import KEYS, ShapeCurve, curve_keys, head_turn, shape_curves
 from phonanim.exporters._take import build_take, check_times, take_grid
 
 SUMMARY = "Unity AnimationClip (YAML) for the blend shapes of a SkinnedMeshRenderer"
 STRAIGHT = 69  # tangent mode of keys: broken, linear on both sides
 RENDERER, SHAPE = 137, 20  # the class of a SkinnedMeshRenderer; the kind of binding of a blend shape
+TRANSFORM, QUATERNION = 4, 2  # the class of a Transform; what a binding calls its rotation
+MIRRORED = (1.0, -1.0, -1.0, 1.0)  # glTF's rotations in Unity's axes, which mirror x
+NO_TURNS_ALONE = "turns no head, because no --character shows its bone"
 PLAIN = re.compile(r"[A-Za-z_][\w./ -]*", re.ASCII)
 
 PREFIX = "blendShape."
@@ -48,7 +51,7 @@ AnimationClip:
   m_Legacy: 0
   m_Compressed: 0
   m_UseHighQualityCurve: 1
-  m_RotationCurves: []
+  m_RotationCurves:{rotations}
   m_CompressedRotationCurves: []
   m_EulerCurves: []
   m_PositionCurves: []
@@ -84,7 +87,7 @@ AnimationClip:
     m_HeightFromFeet: 0
     m_Mirror: 0
   m_EditorCurves:
-{curves}  m_EulerEditorCurves: []
+{curves}{turns}  m_EulerEditorCurves: []
   m_HasGenericRootTransform: 0
   m_HasMotionFloatCurves: 0
   m_Events: []
@@ -110,6 +113,24 @@ KEY = """      - serializedVersion: 3
         inWeight: 0
         outWeight: 0
 """
+ROTATION = """
+  - curve:
+      serializedVersion: 2
+      m_Curve:
+{keys}      m_PreInfinity: 2
+      m_PostInfinity: 2
+      m_RotationOrder: 4
+    path: {path}"""
+TURN_KEY = """      - serializedVersion: 3
+        time: {:.9g}
+        value: {}
+        inSlope: {}
+        outSlope: {}
+        tangentMode: 0
+        weightedMode: 0
+        inWeight: {{x: 0, y: 0, z: 0, w: 0}}
+        outWeight: {{x: 0, y: 0, z: 0, w: 0}}
+"""
 BINDING = """    - serializedVersion: 2
       path: {path}
       attribute: {attribute}
@@ -130,16 +151,24 @@ def write(
     """Write a clip; `node` is the path of the renderer below the Animator, such as `Body/Face`.
 
     With a `character`, a GLB or VRM, the clip moves its meshes by the names of their shapes. Frames are
-    left out if linear interpolation is within the error `keys`. Turns of the head are not in the clip.
+    left out if linear interpolation is within the error `keys`. The bone of the character's head turns, in
+    the axes of importers of glTF that mirror x, as glTFast and UniVRM 1.0 do.
     Raises RigError when the character cannot be used, OutputError when the destination cannot be written.
     """
     found = shape_curves(animation, node, character)
+    turn = head_turn(animation, character)
+    place, keyed = ("", None) if turn is None else (turn.path, turn.keys(animation, keys))
     clip = CLIP.format(
+        rotations=" []" if keyed is None else _rotation(place, *keyed),
+        turns="" if keyed is None else _turn_curves(place, *keyed),
         name=_text(path.name.split(".")[0]),
         rate=f"{animation.fps:.9g}",
         stop=f"{(len(animation.values) - 1) / animation.fps + max(0.0, animation.start):.9g}",
         curves="".join(_curve(animation, one, keys) for one in found),
-        bindings="".join(_binding(one) for one in found),
+        bindings="".join(
+            [_bound(one.node, f"{PREFIX}{one.shape}", RENDERER, SHAPE) for one in found]
+            + ([] if turn is None else [_bound(place, QUATERNION, TRANSFORM, 0)])
+        ),
     )
     write_text(path, clip)
 
@@ -186,14 +215,41 @@ def _read_curves(section: str) -> Iterator[tuple[str, NDArray[np.float64]]]:
 
 def _curve(animation: Animation, one: ShapeCurve, keys: float) -> str:
     times, values = curve_keys(animation, 100 * one.curve, 100 * keys)
+    return _float_curve(one.node, f"{PREFIX}{one.shape}", RENDERER, times, values)
+
+
+def _float_curve(
+    node: str, attribute: str, kind: int, times: NDArray[np.float64], values: NDArray[np.float64]
+) -> str:
     before, after = _slopes(times, values)
     rows = zip(times.tolist(), values.tolist(), before.tolist(), after.tolist(), strict=True)
     return CURVE.format(
         keys="".join(KEY.format(*row, STRAIGHT) for row in rows),
-        attribute=_text(f"{PREFIX}{one.shape}"),
-        path=_text(one.node),
-        renderer=RENDERER,
+        attribute=_text(attribute),
+        path=_text(node),
+        renderer=kind,
     )
+
+
+def _rotation(node: str, times: NDArray[np.float64], rotations: NDArray[np.float64]) -> str:
+    turned = rotations * MIRRORED + 0.0
+    slopes = [np.column_stack(side) for side in zip(*(_slopes(times, p) for p in turned.T), strict=True)]
+    rows = zip(times.tolist(), turned.tolist(), *(side.tolist() for side in slopes), strict=True)
+    return ROTATION.format(
+        keys="".join(TURN_KEY.format(time, *map(_vector, parts)) for time, *parts in rows), path=_text(node)
+    )
+
+
+def _turn_curves(node: str, times: NDArray[np.float64], rotations: NDArray[np.float64]) -> str:
+    """What the Animation window shows: a curve for each part of the rotation."""
+    return "".join(
+        _float_curve(node, f"m_LocalRotation.{part}", TRANSFORM, times, values)
+        for part, values in zip("xyzw", (rotations * MIRRORED + 0.0).T, strict=True)
+    )
+
+
+def _vector(values: list[float]) -> str:
+    return "{" + ", ".join(f"{part}: {value:.7g}" for part, value in zip("xyzw", values, strict=True)) + "}"
 
 
 def _slopes(
@@ -204,12 +260,12 @@ def _slopes(
     return np.concatenate([[0.0], rise]), np.concatenate([rise, [0.0]])
 
 
-def _binding(one: ShapeCurve) -> str:
+def _bound(node: str, attribute: str | int, kind: int, shape: int) -> str:
     return BINDING.format(
-        path=zlib.crc32(one.node.encode()),
-        attribute=zlib.crc32(f"{PREFIX}{one.shape}".encode()),
-        renderer=RENDERER,
-        shape=SHAPE,
+        path=zlib.crc32(node.encode()),
+        attribute=attribute if isinstance(attribute, int) else zlib.crc32(attribute.encode()),
+        renderer=kind,
+        shape=shape,
     )
 
 

@@ -17,6 +17,7 @@ from phonanim.media.gltf import WORTH, check_room
 from phonanim.media.skinning import moved_points, placement, turned
 from phonanim.rig.head import Head, point_rows, vertex_colors
 from phonanim.rig.morphs import Morphs, find_morphs
+from phonanim.rig.neck import Bone, Neck, find_pivot, turning_share
 from phonanim.rig.textures import seen_faces, texture_colors
 
 Array = NDArray[np.float64]
@@ -30,7 +31,7 @@ def load_character(path: Path) -> Head:
     VRM expressions replace the targets that they group; empty ones are left out. Raises RigError.
     """
     glb = read_glb(path)
-    return _joined([piece for morphs in find_morphs(glb) for piece in _pieces(glb, morphs)], path)
+    return _joined(_all_pieces(glb, find_morphs(glb)), path, glb)
 
 
 def load_painted_character(path: Path) -> Head:
@@ -40,7 +41,7 @@ def load_painted_character(path: Path) -> Head:
     """
     glb = read_glb(path)
     moving = find_morphs(glb)
-    return _joined([piece for morphs in moving for piece in _pieces(glb, morphs, textured=True)], path)
+    return _joined(_all_pieces(glb, moving, textured=True), path, glb)
 
 
 def load_dressed_character(path: Path) -> Head:
@@ -52,9 +53,7 @@ def load_dressed_character(path: Path) -> Head:
         number for number, node in enumerate(glb.tree["nodes"]) if "mesh" in node and number not in known
     ]
     bare = [Morphs(str(path), number, ()) for number in nodes]
-    return _joined(
-        [piece for morphs in (*moving, *bare) for piece in _pieces(glb, morphs, textured=True)], path
-    )
+    return _joined(_all_pieces(glb, [*moving, *bare], textured=True), path, glb)
 
 
 def load_bare_character(path: Path) -> Head:
@@ -63,11 +62,18 @@ def load_bare_character(path: Path) -> Head:
     nodes = [number for number, node in enumerate(glb.tree.get("nodes", [])) if "mesh" in node]
     if not nodes:
         raise RigError(f"{path}: holds no mesh; export the head")
-    return _joined([piece for node in nodes for piece in _pieces(glb, Morphs(str(path), node, ()))], path)
+    return _joined(_all_pieces(glb, [Morphs(str(path), node, ()) for node in nodes]), path)
 
 
-def _joined(pieces: list[Piece], path: Path) -> Head:
-    """Join pieces into one head."""
+def _all_pieces(glb: Glb, groups: list[Morphs], textured: bool = False) -> list[Piece]:
+    """The pieces of several nodes, with their shares of the turn of the head."""
+    found = find_pivot(glb)
+    bone = None if found is None else found[0]
+    return [piece for morphs in groups for piece in _pieces(glb, morphs, bone, textured)]
+
+
+def _joined(pieces: list[Piece], path: Path, glb: Glb | None = None) -> Head:
+    """Join pieces into one head, which turns where the skeleton of its file `glb` lets it."""
     names = tuple(dict.fromkeys(name for piece in pieces for name in piece.controls))
     bounds = np.cumsum([0, *(len(piece.points) for piece in pieces)]).tolist()
     spans = [slice(*span) for span in pairwise(bounds)]
@@ -90,7 +96,13 @@ def _joined(pieces: list[Piece], path: Path) -> Head:
         targets=names,
         deltas=deltas,
         colors=np.concatenate([piece.colors for piece in pieces]),
+        neck=_neck(glb, np.concatenate([piece.share for piece in pieces])),
     )
+
+
+def _neck(glb: Glb | None, share: Array) -> Neck | None:
+    found = None if glb is None else find_pivot(glb)
+    return None if found is None or not share.any() else Neck(found[1], share)
 
 
 @dataclass(frozen=True)
@@ -98,7 +110,7 @@ class Piece:
     """One primitive in the world's axes: points (n, 3), faces (t, 3), moves of its targets (targets, n, 3).
 
     `controls` maps each control name to its weights of the targets (targets,); `colors` (n, 3) are its
-    reflectance.
+    reflectance, and `share` (n,) is how far they turn with the head.
     """
 
     name: str
@@ -107,6 +119,7 @@ class Piece:
     moves: Array
     controls: dict[str, Array]
     colors: Array
+    share: Array
 
 
 def _controls(morphs: Morphs) -> dict[str, Array]:
@@ -123,7 +136,7 @@ def _controls(morphs: Morphs) -> dict[str, Array]:
     }
 
 
-def _pieces(glb: Glb, morphs: Morphs, textured: bool = False) -> list[Piece]:
+def _pieces(glb: Glb, morphs: Morphs, bone: Bone | None, textured: bool) -> list[Piece]:
     """The primitives of a node's mesh, named by node and material, and `textured` where they can be."""
     node = glb.tree["nodes"][morphs.node]
     controls = _controls(morphs)
@@ -143,7 +156,10 @@ def _pieces(glb: Glb, morphs: Morphs, textured: bool = False) -> list[Piece]:
         colors = colors if texture is None else texture
         matrix = placement(glb, morphs.node, primitive, len(points))
         placed = moved_points(points, matrix)
-        pieces.append(Piece(name, placed, faces, turned(moves, matrix), controls, colors))
+        share = np.zeros(len(points))
+        if bone is not None:
+            share = turning_share(glb, morphs.node, primitive, len(points), bone)
+        pieces.append(Piece(name, placed, faces, turned(moves, matrix), controls, colors, share))
     return pieces
 
 

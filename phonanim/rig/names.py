@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
@@ -53,6 +53,11 @@ def added_names(path: Path) -> Iterator[None]:
         yield
     finally:
         _added.reset(token)
+
+
+def known_names(path: Path | None) -> AbstractContextManager[None]:
+    """As `added_names`, or nothing without a table."""
+    return nullcontext() if path is None else added_names(path)
 
 
 def read_names(paths: Iterable[Path]) -> dict[str, Shares]:

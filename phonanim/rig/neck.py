@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DAMAGE
 from phonanim.errors import RigError
 from phonanim.media.glb import Glb, node_transform
 from phonanim.rig.morphs import plain_name
@@ -135,6 +136,43 @@ def find_bone(glb: Glb) -> Bone | None:
     if not (np.linalg.norm(rotation, axis=0) > FLAT).all() or not np.linalg.norm(rest) > FLAT:
         raise RigError(f"{glb.source}: its head bone is scaled to nothing; export it again")
     return Bone(node, rest, _quaternion(rotation / np.linalg.norm(rotation, axis=0)))
+
+
+def find_pivot(glb: Glb) -> tuple[Bone, Array] | None:
+    """The bone of a head that looks along z, and where it turns, (3,) metres; none in VRM 0.x.
+
+    Raises RigError.
+    """
+    bone = None if "VRM" in glb.tree.get("extensions", {}) else find_bone(glb)
+    return None if bone is None else (bone, node_transform(glb, bone.node)[:3, 3])
+
+
+def turning_share(glb: Glb, node: int, primitive: dict[str, Any], count: int, bone: Bone) -> Array:
+    """How far each point of a node's primitive follows a bone and those below it, (count,) 0 to 1."""
+    below = _below(glb, bone.node)
+    entry = glb.tree["nodes"][node]
+    if "skin" not in entry:
+        return np.full(count, float(node in below))
+    share = np.zeros(count)
+    try:
+        follows = np.array([joint in below for joint in glb.tree["skins"][entry["skin"]]["joints"]], float)
+        for number in range(2):
+            if f"JOINTS_{number}" in primitive["attributes"]:
+                joints = glb.accessor(primitive["attributes"][f"JOINTS_{number}"]).astype(int)
+                weights = glb.accessor(primitive["attributes"][f"WEIGHTS_{number}"])
+                share += (follows[joints] * weights).sum(axis=1)
+    except (RigError, *DAMAGE):
+        return np.zeros(count)
+    return share.clip(0, 1)
+
+
+def _below(glb: Glb, node: int) -> set[int]:
+    """A node and all below it."""
+    found, waiting = set(), [node]
+    while waiting:  # `check_tree` ensures that there is no cycle
+        found.add(waiting[-1])
+        waiting += glb.tree["nodes"][waiting.pop()].get("children", ())
+    return found
 
 
 def _humanoid_head(tree: dict[str, Any]) -> int | None:

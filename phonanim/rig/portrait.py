@@ -13,6 +13,7 @@ from phonanim.errors import RigError
 from phonanim.rig.character import load_dressed_character
 from phonanim.rig.head import Head
 from phonanim.rig.names import match_shapes
+from phonanim.rig.neck import Neck
 from phonanim.rig.render import View
 
 Array = NDArray[np.float64]
@@ -53,7 +54,8 @@ def load_portrait(path: Path, channels: tuple[str, ...], height: int, width: int
     head = _cropped(head, middle, NEAR * tall)
     head, middle = _facing(head, middle, tall)
     scale = FACE / max(tall, 1e-9) * (1.0 if lids else 0.5)
-    head = replace(head, vertices=head.vertices * scale, deltas=head.deltas * scale)
+    neck = None if head.neck is None else replace(head.neck, pivot=head.neck.pivot * scale)
+    head = replace(head, vertices=head.vertices * scale, deltas=head.deltas * scale, neck=neck)
     middle, tall = middle * scale, tall * scale
     middle[1] += 0 if lids else RAISED * tall
     front = float(head.vertices[np.abs(head.vertices[:, 1] - middle[1]) < tall, 2].max(initial=-np.inf))
@@ -86,6 +88,7 @@ def _cropped(head: Head, middle: Array, reach: float) -> Head:
         targets=head.targets,
         deltas=head.deltas[:, rows],
         colors=head.colors[rows],
+        neck=None if head.neck is None else Neck(head.neck.pivot, head.neck.share[rows]),
     )
 
 
@@ -98,4 +101,6 @@ def _facing(head: Head, face: Array, tall: float) -> tuple[Head, Array]:
     quarter = round(float(np.arctan2(ahead[0], ahead[2])) / (np.pi / 2))
     sine, cosine = (0, -1, 0, 1)[quarter % 4], (1, 0, -1, 0)[quarter % 4]
     turn = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]], float)
-    return replace(head, vertices=head.vertices @ turn.T, deltas=head.deltas @ turn.T), turn @ face
+    neck = None if head.neck is None else replace(head.neck, pivot=turn @ head.neck.pivot)
+    moved = replace(head, vertices=head.vertices @ turn.T, deltas=head.deltas @ turn.T, neck=neck)
+    return moved, turn @ face

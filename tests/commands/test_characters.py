@@ -38,7 +38,7 @@ def test_names_of_ones_own_move_the_character(tmp_path, vroid, root, capsys):
     assert not taken.channel("Fcl_MTH_O").any()
     table.write_text("control\njawOpen\n", "utf-8")
     assert run([*arguments, "--names", str(table)]) == 2
-    assert "own.csv: its first line is not shape,control,weight" in capsys.readouterr().err
+    assert "own.csv: cannot be read as a table of names: it has no column 'shape'" in capsys.readouterr().err
 
 
 def test_a_batch_says_it_once(tmp_path, vroid, root, capsys):
@@ -51,3 +51,22 @@ def test_a_batch_says_it_once(tmp_path, vroid, root, capsys):
     assert run([*arguments, "--workers", "1", "--fps", "10"]) == 0
     assert capsys.readouterr().err.count("3 of 8 shapes have no control") == 1
     assert load(out / "a.glb").channel("Fcl_MTH_A").max() > 0.5
+
+
+def test_names_of_ones_own_move_the_lines_of_a_batch(tmp_path, vroid, root, capsys):
+    """In the processes of the workers too; a line is made again when the table changes."""
+    folder, out, table = tmp_path / "lines", tmp_path / "out", tmp_path / "own.csv"
+    folder.mkdir()
+    (folder / "a.TextGrid").write_bytes((root / "examples" / "line.TextGrid").read_bytes())
+    table.write_text("shape,control,weight\nFcl_MTH_A,jawOpen,0.8\n", "utf-8")
+    arguments = ["batch", str(folder), "-o", str(out), "--format", "glb", "--character", str(vroid)]
+    arguments += ["--rig", "arkit", "--fps", "10", "--workers", "1", "--names", str(table), "--json"]
+    assert run(arguments) == 0
+    first = load(out / "a.glb")
+    assert first.channel("Fcl_MTH_A").max() > 0.1
+    assert run(arguments) == 0
+    assert '"kept"' in capsys.readouterr().out
+    table.write_text("shape,control,weight\nFcl_MTH_A,jawOpen,0.4\n", "utf-8")
+    assert run(arguments) == 0
+    halved = load(out / "a.glb").channel("Fcl_MTH_A").max() / first.channel("Fcl_MTH_A").max()
+    assert halved == pytest.approx(0.5, abs=0.01)

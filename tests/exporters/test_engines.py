@@ -10,8 +10,9 @@ from animations import line, only
 from avatars import write_vrm1
 
 from phonanim.errors import OutputError, RigError
-from phonanim.exporters import save
-from phonanim.rig.neck import TURNS
+from phonanim.exporters import load, save
+from phonanim.rig.head import SHIPPED
+from phonanim.rig.neck import TURNS, quaternions
 
 MOVED = [name for name in line().channels if name not in TURNS]
 NAME = "あ: face/b"  # needs quotes in YAML
@@ -98,6 +99,45 @@ def test_turns_are_no_shapes_however_they_are_spelt(tmp_path, suffix):
     written = (tmp_path / f"a{suffix}").read_bytes()
     assert b"JawOpen" in written
     assert b"HeadPitch" not in written
+
+
+def turning_copy(tmp_path):
+    """The shipped head as somebody's character, in a take in which its head turns."""
+    hero = tmp_path / "hero.glb"
+    hero.write_bytes(SHIPPED.read_bytes())
+    animation = only(line(), jawOpen=0.5)
+    animation.values[:, -3:] = np.linspace(0, 1, len(animation.values))[:, None] * (8.0, -20.0, 5.0)
+    turns = quaternions(animation.values[:, -3:].astype(float))
+    return hero, animation, turns
+
+
+def test_unity_turns_the_bone_of_the_head(tmp_path):
+    hero, animation, turns = turning_copy(tmp_path)
+    save(animation, tmp_path / "a.unity.anim", character=hero, keys=0)
+    yaml = pytest.importorskip("yaml")
+    clip = yaml.safe_load((tmp_path / "a.unity.anim").read_text().split("&7400000\n")[1])["AnimationClip"]
+    (curve,) = clip["m_RotationCurves"]
+    assert curve["path"] == "Neck/Head"
+    keys = curve["curve"]["m_Curve"]
+    found = np.array([[key["value"][part] for part in "xyzw"] for key in keys])
+    np.testing.assert_allclose(found, turns * (1, -1, -1, 1), atol=1e-6)
+    shown = [one for one in clip["m_EditorCurves"] if one["classID"] == 4]
+    assert [one["attribute"] for one in shown] == [f"m_LocalRotation.{part}" for part in "xyzw"]
+    bound = clip["m_ClipBindingConstant"]["genericBindings"][-1]
+    assert (bound["path"], bound["attribute"], bound["typeID"]) == (zlib.crc32(b"Neck/Head"), 2, 4)
+    assert load(tmp_path / "a.unity.anim").channel("jawOpen") == pytest.approx(0.5)
+
+
+def test_godot_turns_the_bone_of_the_head(tmp_path):
+    hero, animation, turns = turning_copy(tmp_path)
+    save(animation, tmp_path / "a.tres", character=hero, keys=0)
+    last = (tmp_path / "a.tres").read_text().split('type = "rotation_3d"')[1]
+    assert 'path = NodePath("Skeleton3D:Head")' in last
+    rows = np.array(re.search(r"PoolRealArray\( (.*) \)", last)[1].split(", "), float).reshape(-1, 6)
+    np.testing.assert_allclose(rows[:, 0], animation.times, atol=1e-6)
+    np.testing.assert_allclose(rows[:, 2:], turns, atol=1e-6)
+    save(only(line(), jawOpen=0.5), tmp_path / "b.tres", character=hero)
+    assert "rotation_3d" not in (tmp_path / "b.tres").read_text()
 
 
 @pytest.mark.parametrize("suffix", [".tres", ".unity.anim"])

@@ -11,7 +11,8 @@ from animations import line
 from phonanim.errors import OutputError, RigError
 from phonanim.exporters import load, save
 from phonanim.exporters._usd_stage import stage_text
-from phonanim.rig.head import load_head
+from phonanim.media.glb import glb_bytes, read_glb
+from phonanim.rig.head import SHIPPED, load_head
 from phonanim.rig.neck import TURNS, turned
 
 Usd = pytest.importorskip("pxr.Usd", reason="needs the extra usd")
@@ -85,6 +86,19 @@ def test_the_head_turns_and_is_read_back(tmp_path, suffix):
     expected = turned(head.vertices, head.neck, take.values[frame, -3:].astype(float))[head.parts["skin"]]
     assert np.abs(expected - rest).max() > 0.005
     np.testing.assert_allclose(np.array(points), expected, atol=2e-6)
+
+
+def test_a_character_turns_by_its_bone(tmp_path):
+    hero, take = tmp_path / "hero.glb", turning()
+    hero.write_bytes(SHIPPED.read_bytes())
+    save(take, tmp_path / "a.usda", character=hero)
+    np.testing.assert_allclose(load(tmp_path / "a.usda").values[:, -3:], take.values[:, -3:], atol=2e-5)
+    glb = read_glb(hero)
+    for node in glb.tree["nodes"]:
+        node["name"] = "x"  # no bone is called head
+    hero.write_bytes(glb_bytes(glb.tree, glb.binary))
+    save(take, tmp_path / "a.usda", character=hero)
+    assert "rotations" not in (tmp_path / "a.usda").read_text()
 
 
 def test_weights_are_sampled_at_every_frame(stage):
