@@ -55,7 +55,7 @@ class EncodedClips(Sequence[NDArray[np.float32]]):
         if isinstance(place, slice):
             return EncodedClips(self.corpus, self.target, self.clips[place])
         clip = self.clips[place]
-        return self.target.encode(self.corpus.frames(clip), self.corpus.rest(clip))
+        return self.target.encode(self.corpus.finite_frames(clip), self.corpus.rest(clip))
 
 
 def motion_examples(

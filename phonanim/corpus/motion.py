@@ -90,13 +90,24 @@ class MotionCorpus:
             )
         return values
 
+    def finite_frames(self, clip: int) -> NDArray[np.floating]:
+        """Frames of a clip to learn from. Raises CorpusError, which names the first that is not of numbers."""
+        values = self.frames(clip)
+        broken = np.flatnonzero(~np.isfinite(values.reshape(len(values), -1)).all(axis=1))
+        if len(broken):
+            raise CorpusError(
+                f"{self.clips[clip].motion}: frame {broken[0]} has numbers that are not finite "
+                f"({len(broken)} such frames); mend them or leave the recording out"
+            )
+        return values
+
     def rest(self, clip: int) -> Array | None:
         """The face at rest of the subject of a clip, (vertices, 3), if the corpus has one."""
         return self.source.templates.get(self.clips[clip].subject)
 
     def examples(self, clips: Iterable[int]) -> Iterable[Clip]:
         """Frames and the face at rest of some clips, one by one."""
-        return ((self.frames(int(clip)), self.rest(int(clip))) for clip in clips)
+        return ((self.finite_frames(int(clip)), self.rest(int(clip))) for clip in clips)
 
 
 def corpus_kind(folder: Path) -> str:

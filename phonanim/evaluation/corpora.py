@@ -51,7 +51,8 @@ def score_models(
         raise EvaluationError(f"the corpus has no clips of the split {split!r}; choose another --split")
     for name, model in models.items():
         check_same_motion(name, model, corpus)
-    mean, found = mean_frame(corpus), {name: dict[str, Scores]() for name in (*models, STILL)}
+    found = {name: dict[str, Scores]() for name in (*models, STILL)}
+    mean = mean_frame(corpus) if corpus.rest(clips[0]) is None else np.zeros(())
     for done, clip in enumerate(clips, start=1):
         for name, scores in score_one(models, corpus, clip, mean, masks, output, heat).items():
             found[name][corpus.clips[clip].name] = scores

@@ -85,6 +85,18 @@ def test_motion_that_is_not_there(made: Made, capsys: pytest.CaptureFixture[str]
     assert "take_1.npy: is missing" in capsys.readouterr().err
 
 
+def test_motion_without_numbers(made: Made) -> None:
+    folder, _ = made("facegood")
+    corpus = built(folder, "facegood")
+    values = np.load(corpus / "motion" / "take_1.npy")
+    values[7, 0] = np.nan
+    np.save(corpus / "motion" / "take_1.npy", values)
+    clips = load_motion_corpus(corpus).examples([0, 1])
+    assert len(next(iter(clips))[0]) == 40
+    with pytest.raises(CorpusError, match=r"take_1\.npy: frame 7 has numbers that are not finite"):
+        list(load_motion_corpus(corpus).examples([0, 1]))
+
+
 def test_a_folder_that_was_not_imported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "dataset.json").write_text("{}", "utf-8")
     assert run(["corpus", "build", str(tmp_path), "-o", str(tmp_path / "out")]) == 2
