@@ -91,7 +91,7 @@ class MotionCorpus:
         return values
 
     def finite_frames(self, clip: int) -> NDArray[np.floating]:
-        """Frames of a clip to learn from. Raises CorpusError, which names the first that is not of numbers."""
+        """Frames of a clip to learn from. Raises CorpusError, which names the first that is not finite."""
         values = self.frames(clip)
         broken = np.flatnonzero(~np.isfinite(values.reshape(len(values), -1)).all(axis=1))
         if len(broken):
