@@ -49,13 +49,16 @@ def many(review: Review, count: int) -> Review:
 
 def look(browser: Browser, address: str, count: int) -> None:
     """Open the list, search, filter, and play."""
+    browser.call("Performance.enable")
     started = time.monotonic()
     browser.call("Page.navigate", url=address)
     browser.wait(f"document.getElementById('count')?.textContent === '{count} of {count}'")
     seconds = time.monotonic() - started
+    metrics = {one["name"]: one["value"] for one in browser.call("Performance.getMetrics")["metrics"]}
     browser.call("HeapProfiler.collectGarbage")
     memory = browser.call("Runtime.getHeapUsage")["usedSize"] / 1e6
     print(f"{count} lines listed in {seconds:.2f} s, {memory:.0f} MB of the page's script")
+    print(f"{metrics['TaskDuration']:.2f} s of them in the page's tasks")
     print(f"{resident_memory(browser.process.pid):.0f} MB in the page's process")
     browser.value("search.value = 'act3 00'; search.dispatchEvent(new Event('input'))")
     browser.wait("Number(count.textContent.split(' ')[0]) < lines.length / 4 || lines.length < 100")
