@@ -92,6 +92,8 @@ def build(
         facts = build_landmarks(recordings, output, console)
     counted = ", ".join(f"{value} {name}" for name, value in facts.items() if isinstance(value, int))
     console.print(f"wrote {output}: {counted}")
+    for note in facts.get("guessed", ()):
+        console.print(note)
     console.print_result(facts)
 
 
@@ -197,6 +199,7 @@ def describe_corpus(corpus: MotionCorpus, output: Path) -> dict[str, Any]:
         "subjects": len({clip.subject for clip in corpus.clips}),
         "aligned clips": sum(clip.aligned for clip in corpus.clips),
         "splits": dict(splits),
+        "guessed": list(corpus.provenance.get("guessed", ())),
     }
 
 

@@ -24,6 +24,8 @@ from phonanim.targets import Source
 
 Array = NDArray[np.float64]
 MAX_TABLE = 1 << 26  # bytes of recordings.csv
+NO_SPLIT = "the data set has no split: every tenth recording is a test"
+NO_TEMPLATES = "no faces at rest: the first frame of each subject stands for it; --template gives better ones"
 EVERY_TENTH = 10  # recordings of a data set without a split: this one of as many is a test
 
 
@@ -62,7 +64,9 @@ def build_motion_corpus(
     mesh. Raises CorpusError.
     """
     facts, rows = read_imported(imported)
+    guessed: list[str] = []
     if not any(row["split"] for row in rows):
+        guessed.append(NO_SPLIT)
         for number, row in enumerate(rows):
             row["split"] = "test" if number % EVERY_TENTH == EVERY_TENTH - 1 else "train"
     used = [row for row in rows if row["split"] and int(row["frames"]) > 0]
@@ -74,9 +78,12 @@ def build_motion_corpus(
     clips = tuple(read_clip(row, imported, fps, language) for row in used)
     names, unit = tuple(map(str, facts["names"])), str(facts["unit"])
     source = Source(str(facts.get("name") or imported.name), names, unit, {}, triangles)
-    corpus = MotionCorpus(str(facts["kind"]), fps, source, clips, {"source": imported.name, **card_of(facts)})
+    about = {"source": imported.name, **card_of(facts), "guessed": guessed}
+    corpus = MotionCorpus(str(facts["kind"]), fps, source, clips, about)
     if corpus.kind == "vertices":
-        rests = dict(templates or imported_templates(imported) or first_frames(corpus))
+        known = templates or imported_templates(imported)
+        guessed += [] if known else [NO_TEMPLATES]
+        rests = dict(known or first_frames(corpus))
         if "" in rests:
             rests = dict.fromkeys(sorted({clip.subject for clip in clips}), rests[""])
         source = Source(source.data, source.names, source.unit, rests, triangles)

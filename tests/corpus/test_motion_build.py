@@ -43,6 +43,15 @@ def test_every_data_set_becomes_a_corpus(name: str, made: Made) -> None:
     assert any(clip.split == "train" for clip in corpus.clips)
 
 
+def test_guesses_are_said(made: Made, capsys: pytest.CaptureFixture[str]) -> None:
+    folder, _ = made("vocaset")
+    built(folder, "vocaset")
+    assert "no faces at rest: the first frame of each subject" in capsys.readouterr().err
+    folder, _ = made("facegood")
+    built(folder, "facegood")
+    assert "no faces at rest" not in capsys.readouterr().err
+
+
 def test_every_second_frame_is_kept(made: Made) -> None:
     folder, _ = made("facegood")
     corpus = load_motion_corpus(built(folder, "facegood", "--every", "2"))
