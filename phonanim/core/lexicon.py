@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import os
+import time
+from functools import lru_cache
 from pathlib import Path
 
 _PACKAGE = Path(__file__).parent.parent
 _INSTALLED = _PACKAGE / "lexicon"
 LEXICON = _INSTALLED if _INSTALLED.is_dir() else _PACKAGE.parent / "lexicon"
 """The folder of data tables: inside the installed package, or next to it in a clone."""
+
+
+SETTLED = 2_000_000_000  # nanoseconds after which a further change of a folder gets another time
 
 
 def search_path() -> tuple[Path, ...]:
@@ -24,6 +29,22 @@ def find_tables(kind: str) -> dict[str, Path]:
     """
     found: dict[str, Path] = {}
     for folder in (LEXICON, *search_path()):
-        for path in sorted((folder / kind).glob("*.toml")):
+        for path in _tables(folder / kind):
             found.setdefault(path.stem, path)
     return found
+
+
+def _tables(folder: Path) -> tuple[Path, ...]:
+    """The TOML files of a folder, sorted; listed again only when the folder has changed."""
+    try:
+        changed = folder.stat().st_mtime_ns
+    except OSError:
+        return ()
+    if time.time_ns() - changed < SETTLED:  # a further change may get the same time
+        return tuple(sorted(folder.glob("*.toml")))
+    return _listed(folder, changed)
+
+
+@lru_cache(maxsize=64)
+def _listed(folder: Path, changed: int) -> tuple[Path, ...]:
+    return tuple(sorted(folder.glob("*.toml")))

@@ -15,6 +15,7 @@ FORMAT = "Praat TextGrid"
 # comments, and one reader handles both.
 _TOKEN = re.compile(r'"([^"]*(?:""[^"]*)*)"|!.*|<(\w+)>|([^\s"=]+)')
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf(?:inity)?)", re.IGNORECASE)
+_BEGINNINGS = frozenset("+-.0123456789nNiI")  # of numbers; most words of the long form are comments
 _CHRONOLOGICAL = "Praat chronological TextGrid text file"
 
 
@@ -141,5 +142,5 @@ def _scan(text: str) -> Iterator[str | float]:
             yield quoted.replace('""', '"')
         elif flag is not None:
             yield _Flag(flag)
-        elif word is not None and _NUMBER.fullmatch(word):
+        elif word is not None and word[0] in _BEGINNINGS and _NUMBER.fullmatch(word):
             yield float(word)
