@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from phonanim.commands._options import Gain
+from phonanim.commands._numbers import Number
 from phonanim.commands._renamed import renamed_option
 from phonanim.errors import OptionError
 
@@ -43,7 +43,7 @@ OPTIONS = {
         "--key-tolerance",
         "--keys",
         metavar="ERROR",
-        type=Gain(0, 1e6),
+        type=Number(0, 1e6),
         help="Reduce the curves to keys, within this error at every frame, such as 0.01.",
     ),
     "node": click.option(

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from phonanim.commands import Console, console_options
+from phonanim.commands._numbers import Number
 
 FOLDER = click.Path(file_okay=False, path_type=Path)
 
@@ -21,9 +22,7 @@ FOLDER = click.Path(file_okay=False, path_type=Path)
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     help="Appearance model of this speaker; by default MediaPipe (phonanim[track]) finds the face.",
 )
-@click.option(
-    "--test", type=click.FloatRange(0, 0.5), default=0.1, help="Share of the clips set aside for testing."
-)
+@click.option("--test", type=Number(0, 0.5), default=0.1, help="Share of the clips set aside for testing.")
 @console_options
 def track(films: tuple[Path, ...], output: Path, model: Path | None, test: float, console: Console) -> None:
     """Make recordings for a corpus from your own films of a speaking face.

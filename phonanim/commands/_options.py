@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from functools import wraps
@@ -20,6 +19,7 @@ from phonanim.animation.option_parsing import (
     parse_smoothing,
 )
 from phonanim.animation.rates import parse_rate
+from phonanim.commands._numbers import Number
 from phonanim.commands._renamed import renamed_option
 from phonanim.core.threads import use_one_thread
 from phonanim.errors import OptionError
@@ -64,17 +64,6 @@ def read_emotions(texts: tuple[str, ...]) -> tuple[Emotion, ...]:
     return parse_emotions(texts)
 
 
-class Gain(click.FloatRange):
-    """A number within limits. Rejects NaN, which click's own ranges accept."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """The number itself."""
-        number = float(super().convert(value, param, ctx))
-        if math.isnan(number):
-            self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
-        return number
-
-
 def read_level(text: str | None) -> float | None:
     """Parse the usual level of speech, if it is given."""
     from phonanim.inputs.level import parse_level
@@ -91,7 +80,7 @@ def read_unit(text: str | None) -> str | None:
     return text or None
 
 
-GAIN = Gain(0, LARGEST)
+GAIN = Number(0, LARGEST)
 
 OPTIONS = (
     click.option("--rig", metavar="RIG", default=DEFAULTS.rig, help="Rig, by name or TOML file."),
@@ -144,7 +133,7 @@ OPTIONS = (
     ),
     click.option(
         "--offset",
-        type=click.FloatRange(0, 86_400),
+        type=Number(0, 86_400),
         metavar="SECONDS",
         help="Time of the alignment that is 0 of the animation.",
         show_default=False,
@@ -171,7 +160,7 @@ OPTIONS = (
     ),
     click.option(
         "--quickness",
-        type=Gain(0.5, 2),
+        type=Number(0.5, 2),
         default=DEFAULTS.quickness,
         help="Speed of the transitions between phones.",
     ),
@@ -280,7 +269,7 @@ OPTIONS = (
     click.option("--steps", type=click.IntRange(1), help="Sampling steps of a sampling model."),
     click.option(
         "--guidance",
-        type=Gain(0, LARGEST),
+        type=Number(0, LARGEST),
         help="Weight of the audio in a sampling model; 1 uses the prediction with audio alone.",
     ),
 )

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from phonanim.commands import Console, console_options
+from phonanim.commands._numbers import Number
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
@@ -24,7 +25,7 @@ FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 )
 @click.option(
     "--largest",
-    type=click.FloatRange(0),
+    type=Number(0),
     default=5.0,
     help="Distance in pixels from a view beyond which a point is left out.",
 )

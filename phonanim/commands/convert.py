@@ -11,7 +11,7 @@ import click
 from phonanim.commands import Console, console_options
 from phonanim.commands._between_rigs import for_formats, on_rig
 from phonanim.commands._export import FILE, NAMES, export_options, output_notes, save_outputs
-from phonanim.commands._options import Gain
+from phonanim.commands._numbers import Number
 from phonanim.commands._renamed import renamed_option
 from phonanim.commands.animate import OUTPUT, check_outputs, format_size, shown_character
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 @click.argument("source", type=FILE)
 @click.option("-o", "--output", "outputs", type=OUTPUT, multiple=True, help="File to write. Repeatable.")
 @click.option("--fps", metavar="RATE", help="New frame rate, such as 25 or 29.97.")
-@click.option("--start", type=Gain(-1e6, 1e6), help="Time of the first frame, in seconds.")
+@click.option("--start", type=Number(-1e6, 1e6), help="Time of the first frame, in seconds.")
 @click.option("--alignment", type=FILE, help="Alignment with phones and words, for timelines and cues.")
 @click.option("--audio", type=FILE, help="The recording.")
 @click.option(

@@ -11,6 +11,7 @@ import click
 from phonanim.commands import Console, console_options
 from phonanim.commands._corpus_score import score
 from phonanim.commands._films import appearance, track
+from phonanim.commands._numbers import Number
 from phonanim.commands._stereo import reconstruct
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ command.add_command(score)
 )
 @click.option("--language", default="auto", help="Label set of a data set's phones.")
 @click.option("--axes", default="forward,left,up", help="Directions of x, y and z of sensors in the files.")
-@click.option("--rate", type=click.FloatRange(10, 2000), help="Rate of sensors in the corpus, hertz (50).")
+@click.option("--rate", type=Number(10, 2000), help="Rate of sensors in the corpus, hertz (50).")
 @console_options
 def build(
     recordings: Path,

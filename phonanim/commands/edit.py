@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from phonanim.commands import Console, console_options
+from phonanim.commands._numbers import Number
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
@@ -69,7 +70,7 @@ def join(files: tuple[Path, ...], output: Path, console: Console) -> None:
 )
 @click.option(
     "--error",
-    type=click.FloatRange(1e-6, 1),
+    type=Number(1e-6, 1),
     default=1e-3,
     help="Allowed distance from EDITED; smaller differences are ignored.",
 )

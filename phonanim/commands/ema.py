@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from phonanim.commands import Console, console_options
+from phonanim.commands._numbers import Number
 from phonanim.commands._renamed import renamed_option
 
 if TYPE_CHECKING:
@@ -44,9 +45,7 @@ def command() -> None:
 )
 @click.option("--plate", default="front,left,right", help="Sensors of the plate, separated by commas.")
 @click.option("--origin", default="", help="Sensor of the plate's recording that becomes the origin.")
-@click.option(
-    "--rate", type=click.FloatRange(10, 2000), help="Resample all recordings to this rate, in hertz."
-)
+@click.option("--rate", type=Number(10, 2000), help="Resample all recordings to this rate, in hertz.")
 @click.option("--language", default="auto", help="Label set of the alignments.")
 @renamed_option(
     "--min-examples",

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from phonanim.commands import Console, console_options
+from phonanim.commands._numbers import Number
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
@@ -51,9 +52,9 @@ def train(config: Path, output: Path, console: Console) -> None:
     help="The trained mouth.",
 )
 @click.option("-o", "--output", required=True, type=click.Path(dir_okay=False, path_type=Path))
-@click.option("--fps", type=click.FloatRange(1, 120), default=25.0, help="Frames per second of the film.")
+@click.option("--fps", type=Number(1, 120), default=25.0, help="Frames per second of the film.")
 @click.option("--audio", type=FILE, help="The recording, for the film's sound.")
-@click.option("--scale", type=click.FloatRange(0.5, 8), default=3.0, help="Size relative to the reference.")
+@click.option("--scale", type=Number(0.5, 8), default=3.0, help="Size relative to the reference.")
 @console_options
 def draw(
     alignment: Path, model: Path, output: Path, fps: float, audio: Path | None, scale: float, console: Console

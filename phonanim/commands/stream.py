@@ -13,6 +13,7 @@ from click.core import ParameterSource
 
 from phonanim.commands import Console, console_options
 from phonanim.commands._live_page import shown_places, sound_in_step, wait_for_page
+from phonanim.commands._numbers import Number
 from phonanim.commands._options import animation_options
 from phonanim.commands.animate import with_own_rig
 
@@ -58,7 +59,7 @@ class LookAhead(click.ParamType):  # type: ignore[type-arg]
 @click.option("--look-ahead", type=LookAhead(), default="0.2", help="Seconds of phones that frames wait for.")
 @click.option(
     "--delay",
-    type=click.FloatRange(0, 10),
+    type=Number(0, 10),
     help="Seconds after its time at which a frame is sent; by default the look-ahead.",
     show_default=False,
 )

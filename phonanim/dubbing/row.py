@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -149,6 +150,10 @@ def _local(name: str, root: Place) -> Path:
 def _beside(alignment: Place) -> Place | None:
     """The recording of the same stem, if there is one."""
     suffixes = (*RECORDINGS, *map(str.upper, RECORDINGS))
+    if isinstance(alignment, Path):
+        base = str(alignment.with_suffix(""))
+        is_file = os.path.isfile
+        return next((Path(base + suffix) for suffix in suffixes if is_file(base + suffix)), None)
     candidates = (alignment.with_suffix(suffix) for suffix in suffixes)
     return next((path for path in candidates if path.is_file()), None)
 
