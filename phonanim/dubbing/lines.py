@@ -145,6 +145,8 @@ def path_below(path: Place, folder: Place) -> PurePosixPath:
     """The path of a file below a folder; both are paths, or both are remote."""
     if isinstance(path, Remote) and isinstance(folder, Remote):
         return path.relative_to(folder)
+    if isinstance(path, Path) and isinstance(folder, Path):
+        return PurePosixPath(path.relative_to(folder).as_posix())
     return PurePosixPath(Path(str(path)).relative_to(Path(str(folder))).as_posix())
 
 
