@@ -112,7 +112,7 @@ def read_face(path: Path, vertices: int) -> NDArray[np.float64]:
     try:
         rest = read_array(path).astype(np.float64)
     except (OSError, *DAMAGE) as error:
-        raise ModelError(f"{path}: is no .npy of a face at rest ({error})") from error
+        raise ModelError(f"{path}: is not an .npy of a face at rest ({error})") from error
     if rest.shape != (vertices, 3) or not np.isfinite(rest).all():
         raise ModelError(f"{path}: is {rest.shape} of numbers, and the model has {vertices} vertices")
     return rest

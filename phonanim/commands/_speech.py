@@ -69,14 +69,14 @@ def understand(recording: Path, voice: str | None, console: Console) -> str:
     if voice is not None and not voice.startswith("en"):
         raise OptionError(
             f"{recording}: words are recognized in English only; give them with --text, or choose --model "
-            "audio, which hears phones of any language"
+            "audio, which recognizes phones of any language"
         )
     heard = recognize(read_sound(recording), str(recording))
     if heard.confidence < CLEAR:
         raise OptionError(
             f"{recording}: its words are not clear ({heard.confidence:.0%} sure: {heard.text!r}); give them "
             "with --text, and with --voice the language of speech that is not English, or choose --model "
-            "audio, which hears phones"
+            "audio, which recognizes phones"
         )
     console.print(f"understood ({heard.confidence:.0%} sure): {heard.text}")
     return heard.text

@@ -138,7 +138,7 @@ def export_pages(review: Review, folder: Path, only: tuple[str, ...], console: C
     from phonanim.errors import OptionError
 
     if folder.resolve().is_relative_to(review.folder.resolve()):
-        raise OptionError(f"{folder}: lies in the run itself; name a folder elsewhere")
+        raise OptionError(f"{folder}: is inside the run; name another folder")
     with console.progress(str(folder)) as progress:
         return export_review(Desk(review, review.decisions()), folder, only, progress)
 

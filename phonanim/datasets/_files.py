@@ -96,4 +96,4 @@ def read_templates(
             for subject, points in tree.items()
         }
     except (AttributeError, TypeError, ValueError) as error:
-        raise CorpusError(f"{path}: is no set of faces by subject ({error}); fetch it again") from error
+        raise CorpusError(f"{path}: is not a set of faces by subject ({error}); fetch it again") from error

@@ -70,7 +70,7 @@ class ReviewServer(ThreadingHTTPServer):
             url = urlsplit(target)
             query = {name: values[0] for name, values in parse_qs(url.query).items()}
         except ValueError:
-            return Answer(HTTPStatus.BAD_REQUEST, "this is no address")
+            return Answer(HTTPStatus.BAD_REQUEST, "this is not an address")
         if why := self._refusal(headers, query.get("token", "")):
             return Answer(HTTPStatus.FORBIDDEN, why)
         try:

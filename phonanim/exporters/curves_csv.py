@@ -37,7 +37,7 @@ def read(path: Path) -> Animation:
         with open_plain(path) as data, TextIOWrapper(data, "utf-8-sig", newline="") as file:
             return _read(path, csv.reader(file))
     except DecodeError as error:
-        raise OutputError(f"{path}: is no table of curves: {error}") from error
+        raise OutputError(f"{path}: is not a table of curves: {error}") from error
     except (OSError, ValueError, csv.Error) as error:
         raise OutputError(f"{path}: cannot be read: {error}") from error
 
@@ -45,7 +45,7 @@ def read(path: Path) -> Animation:
 def _read(path: Path, rows: Iterator[list[str]]) -> Animation:
     header = next(rows, [])
     if len(header) < 2 or header[0].strip().lower() != TIME:
-        raise OutputError(f"{path}: is no table of curves; its header must begin with {TIME},<control>")
+        raise OutputError(f"{path}: is not a table of curves; its header must begin with {TIME},<control>")
     table = []
     for line, row in enumerate(rows, start=2):
         if len(row) != len(header):

@@ -99,7 +99,7 @@ def _read_recording(path: Path, modality: InputModality, features: str | None) -
     if modality != "audio":
         raise AlignmentError(
             f"{path}: is a recording, and this model needs an alignment; give the spoken words with --text, "
-            "or choose --model audio, which hears phones"
+            "or choose --model audio, which recognizes phones"
         )
     sound = _read_sound(path, features)
     nothing = Alignment((), sound.duration, "", str(path))

@@ -330,7 +330,9 @@ def _load_hearing(folder: Path, card: dict[str, Any]) -> Model:
     other = find_model(name) if isinstance(name, str) else folder
     animated = None if _load_card(other)["kind"] == HEARING else load(other)
     if animated is None or animated.input_modality != "phones":
-        raise ModelError(f"{folder / 'model.json'}: animated_by is no model of phones; name one, as default")
+        raise ModelError(
+            f"{folder / 'model.json'}: animated_by is not a phone-driven model; name one, such as default"
+        )
     network = folder / "hearing.safetensors"
     load_network(network)
     return replace(animated, card=card, hearing=network)

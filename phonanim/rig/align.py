@@ -91,7 +91,7 @@ def check_alignment(goal: Array, aligned: Array, vertices: Array) -> None:
     low, high = np.percentile(level[:, 2], (1, 99)) if len(level) else (0.0, 0.0)
     if high - low > SKULL and face[2] < (low + high) / 2:
         raise RigError(
-            "is not sure where the face is: most of the head lies in front of what its shapes move; "
+            "is not sure where the face is: most of the head is in front of the parts that its shapes move; "
             f"mark it: {MARK}"
         )
 

@@ -126,6 +126,6 @@ def _check_places(numbers: list[int], placed: Array, goal: Array) -> None:
         names = {point.landmark: point.name for point in face_points()}
         raise RigError(
             f"the landmark {numbers[worst]} ({names.get(numbers[worst], 'of the table')}) lies "
-            f"{apart[worst] * 1000:.0f} mm from where the other points say; are left and right, the "
+            f"{apart[worst] * 1000:.0f} mm from its place by the other points; are left and right, the "
             "character's own, in their places? mark it anew: phonanim rig landmarks"
         )

@@ -130,7 +130,7 @@ def settle_offset(recording: Recording, phones: Tier, clock: Clock) -> tuple[flo
         return start, (f"times are counted from {start:g} s, where the file starts",)
     said = next((one.start for one in phones.intervals if not is_silent(one.label)), 0.0)
     if audio is None and said >= FAR:
-        shown = f"nothing is said before {said:.2f} s"
+        shown = f"there is no speech before {said:.2f} s"
         return 0.0, (f"{shown}; where the recording was cut out there, give --offset {math.floor(said):g}",)
     return 0.0, ()
 

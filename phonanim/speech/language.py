@@ -94,7 +94,7 @@ class _Notes:
         self._guessed.add(interval.label)
         if len(self._guessed) > MOST_GUESSED:
             raise LabelError(
-                f"{self.alignment.source}: has more than {MOST_GUESSED} different labels that are no phones; "
+                f"{self.alignment.source}: more than {MOST_GUESSED} different labels are not phones; "
                 "choose another --tier or --language"
             )
 

@@ -48,7 +48,7 @@ class Vertices:
     def rest_of(self, subject: str) -> Array:
         """The face at rest of a subject. Raises ModelError for one that is not known."""
         if subject not in self.templates:
-            raise ModelError(f"the model knows no face of {subject!r}; it has {', '.join(self.templates)}")
+            raise ModelError(f"the model has no face of {subject!r}; it has {', '.join(self.templates)}")
         return self.templates[subject]
 
     def encode(self, frames: NDArray[np.floating], rest: Array | None = None) -> Floats:

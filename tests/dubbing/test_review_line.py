@@ -268,7 +268,7 @@ def test_a_review_is_sent_as_pages_that_need_no_server(desk, made, tmp_path, cap
     assert run([*given, str(tmp_path / "some"), "--only", "rejected", "-q"]) == 0
     assert not list((tmp_path / "some/lines").iterdir())
     assert run([*given, str(made / "out/sent")]) == 2
-    assert "lies in the run itself" in capsys.readouterr().err
+    assert "is inside the run" in capsys.readouterr().err
 
 
 def test_a_line_that_failed_is_corrected_until_it_can_be_made(tmp_path):

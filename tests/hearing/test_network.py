@@ -60,7 +60,7 @@ def test_a_model_that_is_animated_by_none(name: object, folder: Path) -> None:
     card = json.loads((folder / "model.json").read_text("utf-8"))
     card["config"] = {"animated_by": name}
     (folder / "model.json").write_text(json.dumps(card), encoding="utf-8")
-    with pytest.raises(ModelError, match="animated_by is no model of phones"):
+    with pytest.raises(ModelError, match="animated_by is not a phone-driven model"):
         load(folder)
 
 

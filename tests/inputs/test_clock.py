@@ -153,7 +153,9 @@ def test_speech_far_from_the_start_is_told(tmp_path: Path) -> None:
     path = tmp_path / "x.txt"
     path.write_text("".join(f"{a}\t{b}\t{c}\n" for a, b, c in rows))
     (note,) = read_alignment(path).notes
-    assert note.startswith("nothing is said before 5000.10 s; where the recording was cut out there, give ")
+    assert note.startswith(
+        "there is no speech before 5000.10 s; where the recording was cut out there, give "
+    )
     assert note.endswith("--offset 5000")
 
 

@@ -64,7 +64,7 @@ def test_an_alignment_with_its_recording(line: Path, model: str) -> None:
 def test_the_model_that_reads_says_what_it_needs(line: Path, modality: InputModality) -> None:
     wanted = (
         r"^a\.wav: is a recording, and this model needs an alignment; give the spoken words with "
-        "--text, or choose --model audio, which hears phones$"
+        "--text, or choose --model audio, which recognizes phones$"
     )
     with pytest.raises(AlignmentError, match=wanted):
         read_speech_input(Path("a.wav"), DEFAULTS, None, modality)

@@ -74,7 +74,7 @@ def test_points_that_cannot_be_are_refused():
         complete_landmarks(load_head(), spots, head, far)
     corners = given.corners.copy()
     corners[NEEDED.index(152)] = given.corners[NEEDED.index(33)]  # an eye for a chin
-    with pytest.raises(RigError, match=r"landmark 152 \(chin, lowest point\) lies \d+ mm from where"):
+    with pytest.raises(RigError, match=r"landmark 152 \(chin, lowest point\) lies \d+ mm from its place"):
         complete_landmarks(load_head(), spots, head, MeshLandmarks(given.numbers, corners, given.weights))
     one = MeshLandmarks(given.numbers, given.corners * 0, given.weights)
     with pytest.raises(RigError, match="the marked points coincide; mark them anew"):

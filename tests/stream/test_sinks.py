@@ -277,8 +277,8 @@ def test_a_reader_that_left(monkeypatch: pytest.MonkeyPatch) -> None:
         ({"Host": "evil.example:8765", "Origin": "http://evil.example:8765"}, "is not served here; name it"),
         ({"Host": "evil.example:8765"}, "is not served here"),
         ({}, "is not served here"),
-        ({"Host": "[::1:8765"}, "is no address"),
-        ({"Host": "127.0.0.1:8765", "Origin": "http://[x"}, "is no address"),
+        ({"Host": "[::1:8765"}, "is not an address"),
+        ({"Host": "127.0.0.1:8765", "Origin": "http://[x"}, "is not an address"),
     ],
 )
 def test_pages_of_other_sites_may_not_connect(headers: dict[str, str], refusal: str) -> None:

@@ -167,7 +167,7 @@ def refuse_origin(headers: Mapping[str, str], host: str, origins: frozenset[str]
     try:
         name, page = urlsplit(f"//{asked}").hostname or "", urlsplit(origin or "").netloc
     except ValueError:
-        return "its host or its origin is no address"
+        return "its host or its origin is not an address"
     if name not in known and not _is_address(name):
         return f"the host {asked!r:.80} is not served here; name it with --origin http://HOST:PORT"
     if origin is not None and page != asked:
