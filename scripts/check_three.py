@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from phonanim.exporters import load
-from phonanim.rig.head import load_head
+from phonanim.rig.head import load_dressed_head
 from phonanim.rig.neck import turned, turns_of
 
 FAR = 1e-6  # metres
@@ -58,7 +58,7 @@ def main() -> None:
     command = ["node", "--input-type=module", "-", str(path), times]
     done = subprocess.run(command, input=SCRIPT, capture_output=True, text=True, check=True)
     shown = json.loads(done.stdout)
-    head = load_head()
+    head = load_dressed_head()
     weights = head.weights(take.values, take.channels)[frames]
     turns = turns_of(take.values, take.channels)
     worst = 0.0

@@ -105,7 +105,7 @@ def check_command(rig: Path, sheet: Path | None, phones: Path | None, model: str
     unsure = rig_warnings(loaded)
     good = f"{rig}: good, {len(loaded.controls)} controls"
     quality = check_quality(loaded, model, phones)
-    facts = {"problems": [], "doubts": unsure}
+    facts: dict[str, object] = {"problems": [], "doubts": unsure}
     if quality is not None:
         console.print("beside the shipped head, on speech:\n" + "\n".join(quality_lines(quality)))
         facts |= {"reach": quality.reach, "short": list(quality.short)}

@@ -42,6 +42,7 @@ def head_bytes(head: Head, painted: bool = False) -> bytes:
     primitives = [chunk.primitive(head, head.parts[name], number) for number, name in enumerate(names)]
     if painted:
         normals = vertex_normals(head.vertices, head.triangles)
+        normals[np.linalg.norm(normals, axis=1) < 0.5] = (0, 0, 1)  # points of no triangle
         for name, primitive in zip(names, primitives, strict=True):
             rows = head.parts[name]
             primitive["attributes"] |= {
