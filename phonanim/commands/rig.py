@@ -108,7 +108,7 @@ def check_command(rig: Path, sheet: Path | None, phones: Path | None, model: str
     facts: dict[str, object] = {"problems": [], "doubts": unsure}
     if quality is not None:
         console.print("beside the shipped head, on speech:\n" + "\n".join(quality_lines(quality)))
-        facts |= {"reach": quality.reach, "short": list(quality.short)}
+        facts["reach"], facts["short"] = quality.reach, list(quality.short)
     console.print_result(facts, "\n".join([*(f"{rig}: {line}" for line in unsure), good]))
     if sheet:
         draw(rig, sheet, model)
