@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 
@@ -37,18 +37,33 @@ class Anchors:
 
 def match_phones(before: tuple[Interval, ...], after: tuple[Interval, ...]) -> Anchors:
     """Match the phones of two takes by their labels, in order. Raises OptionError for very long takes."""
-    here, there = Counter(_labels(before)), Counter(_labels(after))
-    if sum(count * there[label] for label, count in here.items()) > MOST_PAIRS:
-        raise OptionError(
-            f"lines of {len(before)} and {len(after)} phones are too long to be matched; cut them in parts"
-        )
-    matcher = SequenceMatcher(None, _labels(before), _labels(after), autojunk=False)
-    pairs = [(b.a + k, b.b + k) for b in matcher.get_matching_blocks() for k in range(b.size)]
+    pairs = list(_pairs(_labels(before), _labels(after)))
     old = [time for one, _ in pairs for time in (before[one].start, before[one].end)] or [0.0]
     new = [time for _, two in pairs for time in (after[two].start, after[two].end)] or [0.0]
     places, first = np.unique([old[0] - FAR, *old, old[-1] + FAR], return_index=True)
     instants = np.array([new[0] - FAR, *new, new[-1] + FAR])[first]
     return Anchors(dict(pairs), places, instants)
+
+
+def _pairs(before: list[str], after: list[str]) -> Iterator[tuple[int, int]]:
+    """Places of equal labels in order: those from the start and up to the end first, as they cost no search.
+
+    Raises OptionError where too many are left to be searched.
+    """
+    shorter = min(len(before), len(after))
+    first = next((place for place in range(shorter) if before[place] != after[place]), shorter)
+    left = shorter - first
+    last = next((place for place in range(left) if before[-1 - place] != after[-1 - place]), left)
+    yield from ((place, place) for place in range(first))
+    old, new = before[first : len(before) - last], after[first : len(after) - last]
+    here, there = Counter(old), Counter(new)
+    if sum(count * there[label] for label, count in here.items()) > MOST_PAIRS:
+        raise OptionError(
+            f"lines of {len(before)} and {len(after)} phones are too long to be matched; cut them in parts"
+        )
+    for block in SequenceMatcher(None, old, new, autojunk=False).get_matching_blocks():
+        yield from ((first + block.a + k, first + block.b + k) for k in range(block.size))
+    yield from ((len(before) - k, len(after) - k) for k in range(last, 0, -1))
 
 
 def match_takes(

@@ -79,8 +79,8 @@ def test_what_does_not_fit_is_told(line, capsys):
         == 0
     )
     err = capsys.readouterr().err
-    assert "the edits were made on the rig arkit, this line moves vrm" in err
-    assert "vrm has no such channel" in err
+    assert "the edits were made on the rig arkit and carried to vrm by what both do to the mouth" in err
+    assert "reaches beyond the limits of vrm and was cut there" in err
 
 
 def test_files_without_phones_are_told(line, capsys):
