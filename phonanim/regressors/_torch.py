@@ -37,8 +37,14 @@ def device() -> torch.device:
 
 
 def tensor(values: NDArray[Any]) -> torch.Tensor:
-    """An array as a tensor on the device to train on; on the processor it shares the array's memory."""
-    return torch.from_numpy(values).to(device())
+    """An array as a tensor on the device to train on; on the processor it shares the array's memory.
+
+    Apple's devices have no double precision, so that such arrays become single there.
+    """
+    place = device()
+    if place.type == "mps" and values.dtype == np.float64:
+        values = values.astype(np.float32)
+    return torch.from_numpy(values).to(place)
 
 
 def array(values: torch.Tensor) -> NDArray[Any]:

@@ -72,6 +72,20 @@ def test_every_tensor_follows(version: str, data: Examples) -> None:
         regressor_class(kind).fit(config, data, data, np.random.default_rng(1), lambda done: None)
 
 
+def test_apple_gets_single_precision(monkeypatch: pytest.MonkeyPatch) -> None:
+    from phonanim.regressors import _torch
+
+    class Stands:
+        type = "mps"
+
+    asked: list[Any] = []
+    monkeypatch.setattr(_torch, "device", Stands)
+    monkeypatch.setattr(torch.Tensor, "to", lambda self, place: asked.append(place) or self)
+    assert _torch.tensor(np.zeros(2)).dtype == torch.float32
+    assert _torch.tensor(np.zeros(2, np.int64)).dtype == torch.int64
+    assert [type(one) for one in asked] == [Stands, Stands]
+
+
 def test_a_stranger_is_found() -> None:
     with pytest.raises(RuntimeError):
         torch.zeros(2, device="meta") + torch.zeros(2)
