@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 from phonanim.animation.animation import Animation
 from phonanim.media.audio import read_audio
 from phonanim.media.pixels import Color, Image, draw_text, fill, shortened, text_width, write_png
+from phonanim.rig.neck import is_turn
 from phonanim.speech.alignment import Interval
 from phonanim.speech.labels import is_silent
 
 SUMMARY = "plot of the liveliest curves under waveform, words and phones"
-PAPER, PANEL, GRID, INK, FAINT = (24, 26, 31), (38, 42, 50), (48, 52, 62), (236, 238, 242), (142, 150, 163)
-COLORS: tuple[Color, ...] = (
-    (224, 137, 110), (111, 179, 217), (159, 207, 122), (217, 180, 95),
-    (183, 148, 224), (224, 127, 176), (111, 208, 189), (201, 201, 201),
+PAPER, PANEL, GRID = (252, 252, 253), (232, 235, 240), (214, 218, 226)
+INK, FAINT, WAVE_INK = (20, 22, 28), (92, 99, 112), (122, 136, 160)
+COLORS: tuple[Color, ...] = (  # told apart by colour-blind readers (Okabe and Ito 2008)
+    (0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (184, 120, 0), (46, 140, 196),
 )  # fmt: skip
 GUTTER, MARGIN, TITLE, WAVE, LABELS, LANE, RULER = 170, 24, 40, 70, 24, 52, 26  # pixels
 PIXELS_PER_SECOND, NARROWEST, WIDEST = 260, 900, 8000
@@ -27,6 +28,7 @@ STEPS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 300.0, 600.0)  # second
 MARK_ROOM = 60  # pixels
 LOWEST_SCALE = 0.1
 STILL = 1e-3  # a curve with less motion is not shown
+TURN = 20.0  # degrees of the head that count as much as full weight of a control
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class Axis:
 
 
 def write(animation: Animation, path: Path, lanes: int = 12) -> None:
-    """Draw the `lanes` channels that move most, all on one scale.
+    """Draw the `lanes` channels that move most: controls on one scale, turns of the head on another.
 
     Raises AudioError or MissingExtraError when there is a recording that cannot be read, OutputError when
     the destination cannot be written.
@@ -65,16 +67,23 @@ def write(animation: Animation, path: Path, lanes: int = 12) -> None:
         y += WAVE
     y = draw_labels(image, axis, y, animation.words)
     y = draw_labels(image, axis, y, animation.phones)
-    shown = np.stack([animation.channel(name) for name in names]) if names else np.zeros((1, 1))
-    scale = (min(0.0, float(shown.min())), max(LOWEST_SCALE, float(shown.max())))
+    scales = {turns: _scale(animation, [n for n in names if is_turn(n) == turns]) for turns in (True, False)}
     for place, name in enumerate(names):
+        scale = scales[is_turn(name)]
         draw_lane(image, axis, y + place * LANE, animation, name, COLORS[place % len(COLORS)], scale)
     write_png(image, path)
+
+
+def _scale(animation: Animation, names: list[str]) -> tuple[float, float]:
+    """The least and the greatest value of some channels, zero included."""
+    shown = np.stack([animation.channel(name) for name in names]) if names else np.zeros((1, 1))
+    return min(0.0, float(shown.min())), max(LOWEST_SCALE, float(shown.max()))
 
 
 def most_moving_channels(animation: Animation, count: int) -> list[str]:
     """The channels with the widest range, the widest first; equal ones in the rig's order."""
     ranges = np.ptp(animation.values, axis=0)
+    ranges = ranges / np.array([TURN if is_turn(name) else 1.0 for name in animation.channels])
     order = np.argsort(-ranges, kind="stable")[:count]
     return [animation.channels[i] for i in order if ranges[i] > STILL]
 
@@ -117,7 +126,7 @@ def draw_wave(image: Image, axis: Axis, top: int, samples: NDArray[np.float32], 
     for column, (first, last) in enumerate(pairwise(edges)):
         piece = samples[first:last] if last > first else np.zeros(1, np.float32)
         high, low = (float(v) / peak * half for v in (piece.max(), piece.min()))
-        fill(image, axis.left + column, middle - high, 1, max(1.0, high - low), (93, 107, 128))
+        fill(image, axis.left + column, middle - high, 1, max(1.0, high - low), WAVE_INK)
 
 
 def draw_labels(image: Image, axis: Axis, top: int, intervals: tuple[Interval, ...]) -> int:
@@ -149,7 +158,8 @@ def draw_lane(
     blend_curve(image[:, axis.left : axis.left + axis.width], np.array(rows), float(zero), color)
     fill(image, axis.left, zero, axis.width, 1, GRID)
     draw_text(image, shortened(name, GUTTER - 12), MARGIN, top + 8, color)
-    draw_text(image, f"{values.min():.2f} to {values.max():.2f}", MARGIN, top + 26, FAINT)
+    unit = "°" if is_turn(name) else ""
+    draw_text(image, f"{values.min():.2f} to {values.max():.2f}{unit}", MARGIN, top + 26, FAINT)
 
 
 def blend_curve(image: Image, rows: NDArray[np.float64], rest: float, color: Color) -> None:

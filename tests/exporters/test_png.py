@@ -6,7 +6,7 @@ from animations import line, only
 
 from phonanim.errors import AudioError
 from phonanim.exporters import save
-from phonanim.exporters.png import blend_curve, most_moving_channels
+from phonanim.exporters.png import LANE, _scale, blend_curve, most_moving_channels
 
 
 def test_the_liveliest_channels_come_first():
@@ -16,6 +16,22 @@ def test_the_liveliest_channels_come_first():
         values[place, animation.channels.index(name)] = reach
     assert most_moving_channels(animation.with_values(values), 12) == ["mouthFunnel", "jawOpen"]
     assert most_moving_channels(animation.with_values(values), 1) == ["mouthFunnel"]
+
+
+def test_degrees_of_the_head_do_not_flatten_the_mouth(tmp_path):
+    animation = line()
+    place = {name: animation.channels.index(name) for name in ("headYaw", "jawOpen")}
+    assert place["headYaw"] >= 0
+    values = np.zeros_like(animation.values)
+    values[::2, place["jawOpen"]] = 0.5
+    plain = animation.with_values(values)
+    save(plain, tmp_path / "a.png")
+    values[::2, place["headYaw"]] = 3.0
+    turned = animation.with_values(values)
+    assert most_moving_channels(turned, 12) == ["jawOpen", "headYaw"]
+    save(turned, tmp_path / "b.png")
+    assert picture_size(tmp_path / "b.png")[1] == picture_size(tmp_path / "a.png")[1] + LANE
+    assert _scale(turned, ["jawOpen"]) == (0.0, 0.5)
 
 
 def test_a_curve_is_two_pixels_thick_and_tints_what_is_under_it():
