@@ -22,7 +22,7 @@ from phonanim.core.decode import (
     parse_json,
     read_utf8,
 )
-from phonanim.core.files import open_plain, write_text
+from phonanim.core.files import write_text
 from phonanim.errors import OptionError
 from phonanim.options import Closure, Emotion
 from phonanim.speech.intervals import pack_intervals, unpack_intervals
@@ -100,12 +100,11 @@ def parse_settings(tree: Any) -> dict[str, Any]:
 
 
 def is_corrections(path: Path) -> bool:
-    """Whether a file is one of corrections, by its first line; other files of edits are edits alone."""
+    """Whether a file says that it is one of corrections; other files of edits are edits alone."""
     try:
-        with open_plain(path) as stream:
-            return FORMAT.encode() in stream.read(200)
-    except ValueError:  # a pipe, which the reader of edits refuses
-        return False
+        return f'"{FORMAT}"' in read_utf8(path)
+    except (OSError, DecodeError):
+        return False  # told by who reads it
 
 
 def plain_settings(settings: Mapping[str, Any]) -> dict[str, Any]:

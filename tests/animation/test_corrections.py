@@ -39,6 +39,10 @@ def test_corrections_come_back_from_their_file(tmp_path):
     write_corrections(CORRECTIONS, path)
     assert is_corrections(path)
     assert read_corrections(path) == CORRECTIONS
+    path.write_text(json.dumps(json.loads(path.read_text()), sort_keys=True, indent=1))  # by another program
+    assert is_corrections(path)
+    assert read_corrections(path) == CORRECTIONS
+    write_corrections(CORRECTIONS, path)
     written = path.read_bytes()
     write_corrections(read_corrections(path), path)
     assert path.read_bytes() == written
