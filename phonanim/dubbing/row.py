@@ -61,7 +61,8 @@ class Common:
 
     `exports` are options of output formats; `edits` is a folder with an animator's changes to each line,
     `<output>.edits.json`; `corrections` one with `<output>.corrections.json`, usually the output folder,
-    where a review leaves them; `styled` are the dials that the style of the run has set; `characters` are
+    where a review leaves them, or else in the folder of edits;
+    `styled` are the dials that the style of the run has set; `characters` are
     the names that a cell of `character` may have; `names` is a table of the names of shapes.
     """
 
@@ -98,7 +99,8 @@ def parse_row(id: str, row: Row, root: Place, common: Common, speaks: bool = Tru
         edits=_found(cells["edits"], root)
         if "edits" in cells
         else _sidecar(common.edits, f"{output}{EDITS}"),
-        corrections=_sidecar(common.corrections, f"{output}{CORRECTIONS}"),
+        corrections=_sidecar(common.corrections, f"{output}{CORRECTIONS}")
+        or _sidecar(common.edits, f"{output}{CORRECTIONS}"),
         exports={**common.exports, **_exports(cells, root)},
         voice=cells.get("voice", ""),
         names=common.names,

@@ -70,6 +70,18 @@ def test_a_new_alignment_keeps_them_and_tells_what_it_cannot(lines):
     assert any("correction of the phones B IY was left out" in note for note in other)
 
 
+def test_a_run_into_another_folder_takes_them_from_the_folder_of_edits(lines):
+    (lines / "kept").mkdir()
+    write_corrections(Corrections(PhoneChanges(READ, SPOKEN)), lines / "kept/a.corrections.json")
+    write_corrections(Corrections(PhoneChanges(READ, SPOKEN)), lines / "kept/b.corrections.json")
+    write_corrections(
+        Corrections(), lines / "out/b.corrections.json"
+    )  # what lies beside the outputs is newer
+    assert batch(lines, "--edits", str(lines / "kept")) == 0
+    labels = {name: [p.label for p in load(lines / f"out/{name}.npz").phones] for name in "ab"}
+    assert labels == {"a": ["", "AA", "D", "IY", ""], "b": ["", "AA", "B", "IY", ""]}
+
+
 def test_an_output_does_not_take_the_place_of_corrections(lines, capsys):
     write_corrections(Corrections(), lines / "out/a.corrections.json")
     write_textgrid(lines / "lines/a.corrections.TextGrid", {"phones": READ}, 1.5)
