@@ -17,7 +17,7 @@ from phonanim.speech.alignment import Interval
 from phonanim.speech.labels import is_silent
 
 MARGIN, GAP, TITLE, CAPTION = 24, 10, 40, 62  # pixels
-PAPER, INK, FAINT, ACCENT = (24, 26, 31), (236, 238, 242), (142, 150, 163), (224, 137, 110)
+PAPER, INK, FAINT, ACCENT = (252, 252, 253), (20, 22, 28), (92, 99, 112), (213, 94, 0)
 
 
 @dataclass(frozen=True, slots=True)
