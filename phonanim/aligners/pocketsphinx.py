@@ -54,6 +54,43 @@ def align_sound(sound: Sound, text: str | None, name: str) -> SpeechAlignment:
     raise AlignmentError(f"{name}: the text cannot be found in the audio; check that they match")
 
 
+FORGIVEN = (RuntimeError, AlignmentError, OptionError)
+"""What the alignment of a piece may raise, where it does not have its words."""
+
+
+class PieceAligner:
+    """Aligns pieces of a recording one after the other; the acoustic model is loaded once."""
+
+    def __init__(self) -> None:
+        self._decoders: dict[bool, Any] = {}
+        self._notes: dict[str, None] = {}
+
+    def align(self, piece: Sound, words: list[str]) -> SpeechAlignment:
+        """Find words in a piece. Raises one of FORGIVEN where it does not have them."""
+        samples = _pcm(resample(piece.samples, piece.rate, RATE))
+        try:
+            found, phones = self._passes(samples, piece.duration, words, bestpath=False)
+        except RuntimeError:  # raised by pocketsphinx
+            found, phones = self._passes(samples, piece.duration, words, bestpath=True)
+        return SpeechAlignment(tuple(found), tuple(phones), piece.duration)
+
+    def _passes(
+        self, samples: bytes, duration: float, words: list[str], bestpath: bool
+    ) -> tuple[list[Interval], list[Interval]]:
+        decoder = self._decoders.get(bestpath) or _decoder("", bestpath)[0]
+        self._decoders.pop(bestpath, None)  # a decoder that failed is of no more use
+        known, notes = _known_words(decoder, " ".join(words))
+        self._notes |= dict.fromkeys(notes)
+        decoder.set_align_text(" ".join(known))
+        found = _two_passes(decoder, samples, duration)
+        self._decoders[bestpath] = decoder
+        return found
+
+    def notes(self) -> tuple[str, ...]:
+        """Notes on the words that the dictionary lacks."""
+        return tuple(self._notes)
+
+
 def split_words(text: str) -> list[str]:
     """The words of a sentence in lower case, without punctuation."""
     return re.findall(r"[^\W_]+(?:['’][^\W_]+)*", text.lower().replace("’", "'"))
@@ -128,6 +165,8 @@ def _decoder(text: str | None, bestpath: bool) -> tuple[Any, tuple[str, ...]]:
     options: dict[str, Any] = {} if text is None else {"lm": None}
     decoder = Decoder(samprate=RATE, loglevel="FATAL", bestpath=bestpath, **options)
     if text is None:
+        return decoder, ()
+    if not text.strip():
         return decoder, ()
     words, notes = _known_words(decoder, text)
     decoder.set_align_text(" ".join(words))

@@ -61,8 +61,18 @@ def align_by_speech(audio: Path, text: str, voice: str) -> SpeechAlignment:
         )
     spoken = speak(text, voice)
     path, share = warp(sound, spoken)
-    words = tuple(Interval(w.label, *_moved(path, w.start, w.end)) for w in spoken.words)
-    return SpeechAlignment(words, _in_order(spoken.phones, path), sound.duration, _doubts(share))
+    words, phones = words_along(spoken, path), phones_along(spoken, path)
+    return SpeechAlignment(words, phones, sound.duration, _doubts(share))
+
+
+def words_along(spoken: SpokenText, path: NDArray[np.int64]) -> tuple[Interval, ...]:
+    """The words of made speech in the recording onto which it was warped."""
+    return tuple(Interval(word.label, *_moved(path, word.start, word.end)) for word in spoken.words)
+
+
+def phones_along(spoken: SpokenText, path: NDArray[np.int64]) -> tuple[Interval, ...]:
+    """The phones of made speech in the recording onto which it was warped."""
+    return _in_order(spoken.phones, path)
 
 
 def _doubts(share: float) -> tuple[str, ...]:

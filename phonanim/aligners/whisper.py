@@ -45,7 +45,7 @@ def recognize(sound: Sound, name: str) -> Transcript:
     model = _model()
     samples = resample(sound.samples, sound.rate, RATE)
     parts, scores = [], []
-    for begin, end in _windows(samples):
+    for begin, end in quiet_windows(samples):
         heard = _heard(model, samples[begin:end])
         if heard.no_speech_prob < SILENT and heard.sequences[0]:
             parts.append(_text(heard.sequences[0]))
@@ -56,16 +56,23 @@ def recognize(sound: Sound, name: str) -> Transcript:
     return Transcript(text, float(np.exp(np.mean(scores))))
 
 
-def _heard(model: Any, samples: NDArray[np.float32]) -> Any:
+def hear(samples: NDArray[np.float32]) -> str:
+    """The words of at most 30 s of English speech at 16 kHz, "" where there are none; faster, less exact."""
+    heard = _heard(_model(), samples, beam_size=1)
+    return _text(heard.sequences[0]) if heard.no_speech_prob < SILENT and heard.sequences[0] else ""
+
+
+def _heard(model: Any, samples: NDArray[np.float32], beam_size: int = 5) -> Any:
     import ctranslate2
 
     padded = np.pad(samples, (0, max(0, round(WINDOW * RATE) - len(samples))))
     mel = np.ascontiguousarray(whisper_mel(padded.astype(np.float32), BANDS).T[None])
     features = ctranslate2.StorageView.from_array(mel)
-    return model.generate(features, [PROMPT], beam_size=5, return_scores=True, return_no_speech_prob=True)[0]
+    asked = {"beam_size": beam_size, "return_scores": True, "return_no_speech_prob": True}
+    return model.generate(features, [PROMPT], **asked)[0]
 
 
-def _windows(samples: NDArray[np.float32]) -> list[tuple[int, int]]:
+def quiet_windows(samples: NDArray[np.float32]) -> list[tuple[int, int]]:
     """Begins and ends, in samples, of windows of at most WINDOW seconds that are cut where it is quietest."""
     longest, shortest, step = round(WINDOW * RATE), round(EARLIEST * RATE), RATE // 5
     begin, found = 0, []

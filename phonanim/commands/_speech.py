@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from phonanim.errors import AlignmentError, OptionError
+from phonanim.errors import OptionError
 from phonanim.speech.textgrid import write_textgrid
 
 if TYPE_CHECKING:
     from phonanim.aligners.espeak import SpokenText
-    from phonanim.aligners.pocketsphinx import SpeechAlignment
     from phonanim.commands import Console
 
 CLEAR = 0.5  # confidence below which recognized words are refused
@@ -29,32 +27,13 @@ def align_recording(
     path = recording.with_suffix(".TextGrid")
     if path.exists():
         raise OptionError(f"{path}: already exists; animate it, or remove it to make it again")
-    found, language = align_speech(recording, text or understand(recording, voice, console), voice)
+    from phonanim.aligners.long import align_recording as align_by_text
+
+    found, language = align_by_text(recording, text or understand(recording, voice, console), voice)
     for note in found.notes:
         console.print(f"note: {note}")
     write_textgrid(path, {"words": found.words, "phones": found.phones}, found.duration)
     return path, language
-
-
-def align_speech(recording: Path, text: str, voice: str | None) -> tuple[SpeechAlignment, str]:
-    """Align a recording with its text; the alignment, and the language of its labels.
-
-    English is aligned by pocketsphinx, and by speech of eSpeak NG where pocketsphinx does not find the text.
-    """
-    from phonanim.aligners.espeak import VOICE, can_speak, reading_language
-    from phonanim.aligners.pocketsphinx import align
-    from phonanim.aligners.warping import align_by_speech
-
-    if voice is not None:
-        return align_by_speech(recording, text, voice), reading_language(voice)
-    try:
-        return align(recording, text), "english"
-    except AlignmentError as error:
-        if not can_speak():
-            raise
-        found = align_by_speech(recording, text, VOICE)
-        note = f"{error}; aligned with speech of eSpeak NG instead"
-        return replace(found, notes=(note, *found.notes)), reading_language(VOICE)
 
 
 def understand(recording: Path, voice: str | None, console: Console) -> str:

@@ -74,7 +74,7 @@ def command(
     elif aligner == "mfa":
         found = align_with_mfa(audio, text, mfa_model, mfa_dictionary)
     else:
-        found = align_with_pocketsphinx(audio, text, console)
+        found = align_english(audio, text, console)
     target = output or audio.with_suffix(".TextGrid")
     write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)
     console.print(f"read {audio}: {found.duration:.2f} s" + ("" if text else ", words recognized"))
@@ -87,26 +87,27 @@ def command(
     console.print_result({**facts, "notes": list(found.notes)})
 
 
-def align_with_pocketsphinx(audio: Path, text: str | None, console: Console) -> SpeechAlignment:
+def align_english(audio: Path, text: str | None, console: Console) -> SpeechAlignment:
     """Align English; without text, the words are those of Whisper if it is there, else of pocketsphinx."""
+    from phonanim.aligners.long import align_recording
     from phonanim.aligners.pocketsphinx import align
     from phonanim.aligners.whisper import can_recognize
-    from phonanim.commands._speech import align_speech, understand
+    from phonanim.commands._speech import understand
 
     if text is None and can_recognize():
         text = understand(audio, None, console)
-    return align(audio, None) if text is None else align_speech(audio, text, None)[0]
+    return align(audio, None) if text is None else align_recording(audio, text, None)[0]
 
 
 def align_with_espeak(audio: Path, text: str | None, voice: str | None) -> SpeechAlignment:
     """Align with speech that eSpeak NG makes of the text. Raises OptionError without text."""
     from phonanim.aligners.espeak import VOICE
-    from phonanim.aligners.warping import align_by_speech
+    from phonanim.aligners.long import align_recording
     from phonanim.errors import OptionError
 
     if text is None:
         raise OptionError("--aligner espeak needs the spoken words; give them with --text or --text-file")
-    return align_by_speech(audio, text, voice or VOICE)
+    return align_recording(audio, text, voice or VOICE)[0]
 
 
 def align_with_mfa(

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import cast
 
 from phonanim.aligners.espeak import VOICE, can_speak, reading_language, speak, write_speech
-from phonanim.aligners.pocketsphinx import align
-from phonanim.aligners.warping import align_by_speech
+from phonanim.aligners.long import align_recording
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError
@@ -96,15 +95,12 @@ def align_line(line: Line, target: Path) -> tuple[Options, tuple[str, ...]]:
     """
     recording, text, options = cast("Path", line.alignment), str(line.text), line.options
     code = _language_code(line)
-    if code.startswith("en"):
-        found = align(recording, text)
-    elif can_speak():
-        found = align_by_speech(recording, text, code)
-    else:
+    if not code.startswith("en") and not can_speak():
         raise OptionError(
             f"{recording}: text in {options.language!r} is aligned by the extra espeak; pip install "
             "'phonanim[espeak]', or give an alignment (phonanim align --aligner mfa makes one)"
         )
+    found, _ = align_recording(recording, text, None if code.startswith("en") else code)
     target.parent.mkdir(parents=True, exist_ok=True)
     write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)
     return aligned_options(line), found.notes

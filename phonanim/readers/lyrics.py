@@ -27,7 +27,7 @@ def recognizes(source: AlignmentFile) -> bool:
 
 def read(source: AlignmentFile) -> Recording:
     """The words. A line ends where the next one begins, or after a second a word at most."""
-    told = dict(found.groups() for row in lines(source) if (found := _ABOUT.fullmatch(row)))
+    told = {found[1]: found[2] for row in lines(source) if (found := _ABOUT.fullmatch(row))}
     earlier = _earlier(told)
     rows = sorted(_rows(source))
     cues: list[Cue] = []

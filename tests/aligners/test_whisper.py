@@ -31,7 +31,7 @@ def test_a_long_recording_is_cut_where_it_is_quiet() -> None:
     samples = np.random.default_rng(0).normal(0, 0.1, 70 * 16000).astype(np.float32)
     for silent in (24, 51):
         samples[silent * 16000 : (silent + 1) * 16000] = 0
-    (a, b), (c, d), (e, f) = whisper._windows(samples)
+    (a, b), (c, d), (e, f) = whisper.quiet_windows(samples)
     assert (a, f) == (0, len(samples))
     assert (b, d) == (c, e)
     assert 24 <= b / 16000 <= 25
