@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ from phonanim.speech.textgrid import write_textgrid
 if TYPE_CHECKING:
     from phonanim.aligners.espeak import SpokenText
     from phonanim.commands import Console
+    from phonanim.options import Options
 
 CLEAR = 0.5  # confidence below which recognized words are refused
 
@@ -34,6 +36,30 @@ def align_recording(
         console.print(f"note: {note}")
     write_textgrid(path, {"words": found.words, "phones": found.phones}, found.duration)
     return path, language
+
+
+def align_subtitles(path: Path, audio: Path, options: Options, console: Console) -> tuple[Path, Options]:
+    """Align lines of text that have times with their recording, into a TextGrid beside them.
+
+    Its path and how to read it; those that are given, where there is nothing to align. Raises OptionError if
+    another TextGrid of that name exists.
+    """
+    from phonanim.aligners.cues import align_cues
+
+    aligned = align_cues(path, audio, options)
+    if aligned is None:
+        return path, options
+    found, language = aligned
+    target = path.with_suffix(".aligned.TextGrid")
+    with tempfile.TemporaryDirectory(prefix="phonanim-") as folder:
+        fresh = Path(folder) / target.name
+        write_textgrid(fresh, {"words": found.words, "phones": found.phones}, found.duration)
+        if target.exists() and target.read_bytes() != fresh.read_bytes():
+            raise OptionError(f"{target}: is there already, with other times; animate it, or remove it")
+    write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)
+    for note in found.notes:
+        console.print(f"note: {note}")
+    return target, replace(options, language=language)
 
 
 def understand(recording: Path, voice: str | None, console: Console) -> str:

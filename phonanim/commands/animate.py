@@ -102,16 +102,15 @@ def command(
       phonanim animate speech.wav --model audio
       phonanim animate speech.wav --model models/facediffuser --takes 3 --steps 50
     """
-    if alignment is None or text is not None or needs_words(alignment, options):
-        beside = outputs[0] if outputs else SPOKEN
-        alignment, options, recording = make_alignment(alignment, text, voice, beside, options, console)
-        audio = audio or recording
+    beside = outputs[0] if outputs else SPOKEN
+    source, options, audio = find_source(alignment, text, voice, beside, audio, options, console)
+    given, alignment = alignment or source, source
     if moves_mesh(options, template):
         check_mesh_options(takes, edits, sheet, view, exports)
         write_mesh(alignment, outputs, options, audio, template, console)
         return
     if not outputs:
-        outputs = (alignment.with_suffix(".glb"),)
+        outputs = (given.with_suffix(".glb"),)
         if click.get_current_context().get_parameter_source("rig") is ParameterSource.DEFAULT:
             options = replace(options, rig=options.rig if "character" in exports else HEAD_RIG)
     if "character" in exports:
@@ -152,6 +151,38 @@ def write_take(
     for line in (*report_lines(facts), *output_notes(animation, outputs, exports)):
         console.print(line)
     return animation, facts
+
+
+def find_source(
+    alignment: Path | None,
+    text: str | None,
+    voice: str | None,
+    beside: Path,
+    audio: Path | None,
+    options: Options,
+    console: Console,
+) -> tuple[Path, Options, Path | None]:
+    """What to animate, which may have to be made first; how to read it; and the recording."""
+    if alignment is None or text is not None or needs_words(alignment, options):
+        made, options, recording = make_alignment(alignment, text, voice, beside, options, console)
+        return made, options, audio or recording
+    return with_lines_aligned(alignment, audio, options, console)
+
+
+def with_lines_aligned(
+    alignment: Path, audio: Path | None, options: Options, console: Console
+) -> tuple[Path, Options, Path | None]:
+    """The alignment, how to read it, and the recording; of lines of text, one made of both."""
+    from phonanim.media.audio import find_audio
+    from phonanim.readers import LINES
+
+    recording = audio or find_audio(alignment)
+    if recording is None or alignment.suffix.lower() not in LINES:
+        return alignment, options, audio
+    from phonanim.commands._speech import align_subtitles
+
+    path, settings = align_subtitles(alignment, recording, options, console)
+    return path, settings, audio if path == alignment else recording
 
 
 def needs_words(path: Path, options: Options) -> bool:

@@ -11,7 +11,9 @@ from phonanim.aligners.long import align_recording
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError
+from phonanim.inputs.speech_input import is_recording
 from phonanim.options import Options
+from phonanim.readers import LINES
 from phonanim.speech.labels import load_language
 from phonanim.speech.language_names import is_auto
 from phonanim.speech.textgrid import write_textgrid
@@ -51,20 +53,40 @@ def sound_place(line: Line, folder: Place) -> Place | None:
     return folder / f"{line.output}{SOUND}" if line.is_spoken else line.audio
 
 
-def prepare_line(line: Line, folder: Path) -> Prepared:
-    """Align or speak a line in `folder`, if it needs that. Raises PhonanimError."""
+def prepare_line(line: Line, folder: Path, scratch: Path) -> Prepared:
+    """Align or speak a line in `folder`, if it needs that. Raises PhonanimError.
+
+    Lines of text that have times, such as subtitles, are aligned with their recording in the folder `scratch`.
+    """
     target, audio = (
         cast("Path", alignment_place(line, folder)),
         cast("Path | None", sound_place(line, folder)),
     )
     if line.text is None:
-        return Prepared(target, audio, line.options)
+        return _with_lines_aligned(Prepared(target, audio, line.options), scratch)
     target.parent.mkdir(parents=True, exist_ok=True)
     if line.is_spoken:
         options, notes = speak_line(line, target, cast("Path", audio))
         return Prepared(target, audio, options, notes, (target, cast("Path", audio)))
     options, notes = align_line(line, target)
     return Prepared(target, audio, options, notes, (target,))
+
+
+def _with_lines_aligned(given: Prepared, scratch: Path) -> Prepared:
+    path, audio = given.alignment, given.audio
+    if audio is None or path.suffix.lower() not in LINES or is_recording(path):
+        return given
+    from phonanim.aligners.cues import align_cues
+
+    aligned = align_cues(path, audio, given.options)
+    if aligned is None:
+        return given
+    found, language = aligned
+    target = scratch / f"{path.stem}.TextGrid"
+    write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)
+    return replace(
+        given, alignment=target, options=replace(given.options, language=language), notes=found.notes
+    )
 
 
 def voice_of(line: Line) -> str:

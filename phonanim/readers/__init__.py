@@ -13,6 +13,9 @@ from phonanim.speech.alignment import Recording
 from phonanim.speech.alignment_file import AlignmentFile
 
 READERS = Registry("phonanim.readers", needs=("FORMAT", "recognizes", "read"))
+LINES = (".srt", ".vtt", ".sbv", ".ass", ".ssa", ".lrc", ".ttml", ".dfxp", ".xml", ".json", ".tsv", ".csv")
+"""Suffixes of files that may give times to lines of text alone."""
+
 COMMONEST = "textgrid"  # is tried first, so that the other readers are usually not imported
 
 

@@ -8,6 +8,7 @@ from click.testing import CliRunner
 
 from phonanim.commands.animate import command
 from phonanim.errors import OptionError
+from phonanim.inputs.alignment import read_alignment
 
 pytest.importorskip("espeakng_loader", reason="needs the extra espeak")
 
@@ -96,3 +97,42 @@ def test_a_text_that_pocketsphinx_does_not_find(
     assert "aligned with speech of eSpeak NG instead" in done.output
     assert '"yes' in Path("b.TextGrid").read_text()
     assert done.exit_code == 0
+
+
+SUBTITLES = """1
+00:00:00,100 --> 00:00:03,000
+they bought their offices from one another,
+
+2
+00:00:03,000 --> 00:00:06,100
+and were thus considered to have a vested interest in them.
+"""
+
+
+def test_subtitles_are_aligned_within_their_lines(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, shared_data: Path
+) -> None:
+    pytest.importorskip("pocketsphinx")
+    from phonanim.aligners.pocketsphinx import align
+
+    monkeypatch.chdir(tmp_path)
+    Path("b.wav").write_bytes((shared_data / "textgrids" / "002_en_LJ006-0114.wav").read_bytes())
+    Path("b.srt").write_text(SUBTITLES)
+    done = CliRunner().invoke(command, ["b.srt", "-o", "b.csv", "--rig", "arkit"], catch_exceptions=False)
+    assert "the words of 1 lines are aligned within the time of each" in done.output
+    assert "share its time by their letters" not in done.output
+    right = align(
+        Path("b.wav"),
+        "they bought their offices from one another and were thus considered to "
+        "have a vested interest in them",
+    )
+    found = read_alignment("b.aligned.TextGrid").words
+    begins = [word.start for word in found if word.label]
+    assert len(begins) == len(right.words)
+    assert max(abs(a - b.start) for a, b in zip(begins, right.words, strict=True)) < 0.1
+    first = Path("b.csv").read_bytes()
+    assert run("b.srt", "-o", "b.csv", "--rig", "arkit")["audio"] == "b.wav"
+    assert Path("b.csv").read_bytes() == first
+    Path("b.aligned.TextGrid").write_text("mine")
+    with pytest.raises(OptionError, match=r"b\.aligned\.TextGrid: is there already, with other times"):
+        run("b.srt", "-o", "b.csv", "--rig", "arkit")
