@@ -1,21 +1,13 @@
 """Speech from text by eSpeak NG, offline, in about a hundred languages, with the times of words and phones.
 
-eSpeak NG is under the GPL (version 3 or later). phonanim contains nothing of it: the extra `espeak` installs
-the package espeakng-loader, which carries the library and its voices, and the library is loaded at run time.
 Times are those that the synthesizer itself reports (`speak_lib.h`, events of phonemes and words).
 """
 
 from __future__ import annotations
 
 import base64
-import importlib.util
-import json
-import re
-import subprocess
-import sys
 import wave
 from dataclasses import dataclass
-from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from unicodedata import category, normalize
@@ -24,19 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.core.files import atomic_path
-from phonanim.core.lexicon import LEXICON
-from phonanim.errors import MissingExtraError, OptionError
+from phonanim.errors import OptionError
+from phonanim.media.espeak import ask_espeak, can_speak
 from phonanim.speech.alignment import Alignment, Interval
+from phonanim.speech.espeak_phones import plain_ipa, reading_language, unread_kanji
 from phonanim.speech.inventory import INVENTORY
-from phonanim.speech.labels import load_language
 from phonanim.speech.language import to_phones
-from phonanim.speech.language_names import find_language
+
+__all__ = ["VOICE", "SpokenText", "can_speak", "pronounce", "reading_language", "speak", "write_speech"]
 
 VOICE = "en-us"
-IPA = "IPA"
-STRESS = "ˈˌ"
-# Voices that read Han characters.
-SINITIC = ("cmn", "yue", "hak", "zh", "chinese", "mandarin", "cantonese", "hakka")
 MARGIN = 0.25  # seconds of silence before and after, so that a mouth can open and rest
 
 WORD, PHONEME = 1, 7  # types of events in speak_lib.h
@@ -55,11 +44,6 @@ class SpokenText:
     def duration(self) -> float:
         """Seconds."""
         return len(self.samples) / self.rate
-
-
-def can_speak() -> bool:
-    """Whether the extra `espeak` is installed."""
-    return importlib.util.find_spec("espeakng_loader") is not None
 
 
 def speaker_version() -> str:
@@ -87,57 +71,15 @@ def speak(text: str, voice: str = VOICE, words_per_minute: int | None = None) ->
     variant after a plus sign (`de+f2`). Raises OptionError for an unknown voice, suggesting the nearest, and
     for a text without anything to say; MissingExtraError without the extra.
     """
-    if not can_speak():
-        raise MissingExtraError("speech from text needs eSpeak NG: pip install 'phonanim[espeak]'")
     text = normalize("NFC", text)  # signs that are composed of two are spelled, one after the other
-    _refuse_kanji(text, voice)
-    done = subprocess.run(
-        [sys.executable, "-m", "phonanim.aligners._espeak_process"],
-        input=json.dumps({"text": text, "voice": voice, "words_per_minute": words_per_minute}),
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
-    )
-    if done.returncode:
-        reason = done.stderr.strip().splitlines() or [f"it ended with {done.returncode}"]
-        raise MissingExtraError(f"eSpeak NG cannot speak ({reason[-1]}); install phonanim[espeak] again")
-    answer = json.loads(done.stdout)
-    if "error" in answer:
-        raise OptionError(answer["error"])
+    if kanji := unread_kanji(text, voice):
+        raise OptionError(f"the voice {voice} cannot read {kanji}; write the text in kana, or in letters")
+    answer = ask_espeak({"text": text, "voice": voice, "words_per_minute": words_per_minute})
     samples = np.frombuffer(base64.b64decode(answer["samples"]), "<i2")
     spoken = _timed(samples, answer["rate"], answer["events"], text)
     if not spoken.phones:
         raise OptionError(f"{text[:40]!r}: the voice {voice} cannot speak any of it; give another text")
     return spoken
-
-
-def reading_language(voice: str) -> str:
-    """The language that the phones of a voice are read as: that of the voice, or IPA where there is none."""
-    stem = find_language(voice)
-    if stem is None or IPA not in load_language(stem).alphabets:
-        return "ipa"
-    return load_language(stem).written_in_ipa().full_name
-
-
-def plain_ipa(label: str) -> str:
-    """A phone of eSpeak NG in IPA, "" for the mark of a change of language, such as `(en)`.
-
-    Some of its sounds have names of its own (lexicon/espeak_labels.tsv), and `-` or `"` after a phone
-    distinguishes variants of it.
-    """
-    if label.startswith("(") and label.endswith(")"):
-        return ""
-    bare = label.lstrip(STRESS)
-    stress = label[: len(label) - len(bare)]
-    bare = bare.rstrip('-"')
-    return stress + _own_labels().get(bare, bare)
-
-
-@cache
-def _own_labels() -> dict[str, str]:
-    rows = (LEXICON / "espeak_labels.tsv").read_text("utf-8").splitlines()[1:]
-    return dict(row.split("\t")[:2] for row in rows)
 
 
 def write_speech(path: Path, spoken: SpokenText) -> None:
@@ -147,13 +89,6 @@ def write_speech(path: Path, spoken: SpokenText) -> None:
         stream.setsampwidth(2)
         stream.setframerate(spoken.rate)
         stream.writeframes(spoken.samples.astype("<i2").tobytes())
-
-
-def _refuse_kanji(text: str, voice: str) -> None:
-    kanji = re.findall(r"[\u3400-\u9fff]+", text)
-    if kanji and not voice.lower().startswith(SINITIC):
-        found = ", ".join(dict.fromkeys(kanji[:3]))
-        raise OptionError(f"the voice {voice} cannot read {found}; write the text in kana, or in letters")
 
 
 def _timed(

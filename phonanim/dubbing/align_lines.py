@@ -56,7 +56,7 @@ def sound_place(line: Line, folder: Place) -> Place | None:
 def prepare_line(line: Line, folder: Path, scratch: Path) -> Prepared:
     """Align or speak a line in `folder`, if it needs that. Raises PhonanimError.
 
-    Lines of text that have times, such as subtitles, are aligned with their recording in the folder `scratch`.
+    Lines of text that have times, such as subtitles, are aligned with their recording in `scratch`.
     """
     target, audio = (
         cast("Path", alignment_place(line, folder)),

@@ -12,11 +12,14 @@ from pathlib import Path
 
 from phonanim.core.decode import DecodeError, read_utf8
 from phonanim.errors import AlignmentError, LabelError
+from phonanim.media.espeak import can_speak
 from phonanim.speech.alignment_file import AlignmentFile, quote_label
 from phonanim.speech.cmu_dictionary import find_cmu_dictionary
+from phonanim.speech.espeak_phones import pronounce_words
 from phonanim.speech.intervals import Interval, Recording, Tier
 from phonanim.speech.labels import is_silent, load_language
 from phonanim.speech.language_names import is_auto
+from phonanim.speech.ruled_words import list_some, says_something, share_time, spell_by_rules
 from phonanim.speech.spelling import sound_out
 from phonanim.speech.spoken_words import is_sound, plain_word, split_word
 from phonanim.speech.tiers import (
@@ -88,15 +91,16 @@ def spell_out(
     given = path
     path = given or _default_dictionary(recording, language)
     if path is None:
-        return recording
+        return spell_by_rules(recording, _language_of(recording, language), source, unknown)
     word_tiers = best_named_tiers(recording.tiers, WORD_NAMES) or _wordlike_tiers(recording.tiers, path)
     others = [tier for tier in recording.tiers if tier not in word_tiers]
-    if not any(map(_says_something, word_tiers)) or best_tiers_by_content(others):
+    if not any(map(says_something, word_tiers)) or best_tiers_by_content(others):
         return recording
     if given is None and not _is_english(word_tiers, path):
         return recording
     settled, placed = settle_words(word_tiers, recording)
-    speller = Speller(load_pronunciations(path), path, source, unknown)
+    voice = _language_of(recording, language) or ""
+    speller = Speller(load_pronunciations(path), path, source, unknown, "" if voice == "en" else voice)
     first = len(recording.tiers) + 1
     spelled = [
         Tier("phones", speller.spell(tier), number, speaker_of(tier))
@@ -111,13 +115,24 @@ def spell_out(
 
 def _default_dictionary(recording: Recording, language: str) -> Path | None:
     """The CMU dictionary, unless the file or the options name a language other than English."""
+    spoken = _language_of(recording, language)
+    return find_cmu_dictionary() if spoken is not None and spoken in ("", "en") else None
+
+
+def _language_of(recording: Recording, language: str) -> str | None:
+    """The code of the language that the options or the file name, "" without any, "en" for all English.
+
+    None for one that does not exist.
+    """
+    expected = language.partition(":")[2]
+    named = (expected if is_auto(language) else language) or recording.spoken
+    if not named:
+        return ""
     try:
-        expected = language.partition(":")[2]
-        named = expected if is_auto(language) else language
-        spoken = load_language(named).code if named else recording.spoken.lower()
+        code = load_language(named).code or "en"
     except LabelError:
         return None
-    return find_cmu_dictionary() if not spoken or spoken.startswith("en") else None
+    return "en" if code.startswith("en") else code
 
 
 def _is_english(tiers: list[Tier], path: Path) -> bool:
@@ -127,10 +142,6 @@ def _is_english(tiers: list[Tier], path: Path) -> bool:
     words = [word for word in words if any(c.isalpha() for c in word)]
     parts = [part for word in words for part in ([word] if word in known else split_word(word))]
     return sum(part.strip("'.") in known for part in parts) >= ENOUGH_ENGLISH * len(parts)
-
-
-def _says_something(tier: Tier) -> bool:
-    return any(not is_silent(one.label) for one in tier.intervals)
 
 
 def _is_named(tier: Tier) -> bool:
@@ -160,6 +171,7 @@ class Speller:
     path: Path
     source: AlignmentFile
     unknown: str = "error"
+    voice: str = ""
     _told: dict[str, Counter[str]] = field(default_factory=dict)
     _compared: int = 0
 
@@ -172,12 +184,12 @@ class Speller:
             elif is_sound(word.label):
                 self._tell("are sounds, shown as silence", word.label)
             elif spoken := self._pronounce(word):
-                phones += _shared(word, spoken)
+                phones += share_time(word, spoken)
         return tuple(phones)
 
     def notes(self) -> tuple[str, ...]:
         """A note for each kind of word that was not in the dictionary."""
-        return tuple(f"{what}: {_some(words)}" for what, words in self._told.items())
+        return tuple(f"{what}: {list_some(words)}" for what, words in self._told.items())
 
     def _pronounce(self, word: Interval) -> tuple[str, ...]:
         plain = plain_word(word.label)
@@ -200,9 +212,14 @@ class Speller:
         if spelled:
             self._tell(f"are not in {self.path.name}, and are spelled by their letters", part)
             return spelled
-        return self._replacement(part, word)
+        return self._replacement(part, word, english)
 
-    def _replacement(self, part: str, word: Interval) -> tuple[str, ...]:
+    def _replacement(self, part: str, word: Interval, english_phones: bool) -> tuple[str, ...]:
+        if self.voice and not english_phones and can_speak():
+            spoken = pronounce_words([part], self.voice)[part]
+            self._tell(f"are not in {self.path.name}, and are pronounced by eSpeak NG", part)
+            if spoken:
+                return spoken
         if self.unknown == "silence":
             self._tell(f"are not in {self.path.name}, and are shown as silence", part)
             return ("sil",)
@@ -242,15 +259,3 @@ def _possessive(last: str) -> tuple[str, ...]:
     if bare in _HISSING:
         return ("IH", "Z")
     return ("S",) if bare in _VOICELESS else ("Z",)
-
-
-def _some(words: Counter[str]) -> str:
-    shown = ", ".join(quote_label(word) for word in list(words)[:MOST_SHOWN])
-    more = len(words) - MOST_SHOWN
-    return f"{shown} and {more} more" if more > 0 else shown
-
-
-def _shared(interval: Interval, phones: tuple[str, ...]) -> list[Interval]:
-    step = (interval.end - interval.start) / len(phones)
-    bounds = [interval.start + step * n for n in range(len(phones))] + [interval.end]
-    return [Interval(phone, bounds[n], bounds[n + 1]) for n, phone in enumerate(phones)]

@@ -45,13 +45,16 @@ def phone_tier(recording: Recording, wanted: str | None, speaker: str | None, so
 
 
 def _dictionary_hint(recording: Recording) -> str:
-    """What brings a dictionary, if the words may be English and none is installed."""
+    """What brings pronunciations: a dictionary if the words may be English, else the rules of eSpeak NG."""
+    from phonanim.media.espeak import can_speak
     from phonanim.speech.cmu_dictionary import find_cmu_dictionary
 
-    may_be_english = not recording.spoken or recording.spoken.lower().startswith("en")
-    if find_cmu_dictionary() or not may_be_english:
-        return ""
-    return "; pip install 'phonanim[align]' brings one for English"
+    spoken = recording.spoken.lower()
+    if spoken and not spoken.startswith("en"):
+        return "" if can_speak() else "; pip install 'phonanim[espeak]' brings pronunciations"
+    if not find_cmu_dictionary():
+        return "; pip install 'phonanim[align]' brings one for English"
+    return "; words of another language than English are read with its name in --language"
 
 
 def word_tier(recording: Recording, phones: Tier) -> Tier | None:

@@ -166,7 +166,7 @@ def test_a_column_without_a_name_is_not_used(folder: Path) -> None:
 def test_subtitles_are_aligned_with_their_recording(folder: Path) -> None:
     pytest.importorskip("pocketsphinx")
     (folder / "a.srt").write_text(f"1\n00:00:00,200 --> 00:00:04,600\n{TEXT}\n")
-    assert run(["batch", "a.srt", "-o", "out", "--fps", "25", "--workers", "1", "-q"]) == 0
+    assert run(["batch", "*.srt", "-o", "out", "--fps", "25", "--workers", "1", "-q"]) == 0
     notes = (folder / "out/report.json").read_text()
     assert "the words of 1 lines are aligned within the time of each" in notes
     assert "share its time by their letters" not in notes

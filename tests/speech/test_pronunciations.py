@@ -121,6 +121,7 @@ def test_without_a_dictionary_english_is_looked_up_where_one_is_installed(
 ) -> None:
     installed = save(tmp_path, CMU, name="cmu.dict")
     monkeypatch.setattr("phonanim.speech.pronunciations.find_cmu_dictionary", lambda: installed)
+    monkeypatch.setattr("phonanim.speech.ruled_words.can_speak", lambda: False)
     path = save(tmp_path, long_text([("words", WORDS)]))
     assert [i.label for i in read_alignment(path).intervals] == ["", "B", "IY1", "M", ""]
     with pytest.raises(AlignmentError, match="has words but no phones"):

@@ -1,4 +1,4 @@
-"""The process that speaks: a request as JSON on its input, samples and events as JSON on its output.
+"""The process that speaks: a request as JSON on its input, samples and events, or phonemes, on its output.
 
 eSpeak NG keeps the state of its noise and pitch from one text to the next, so that only the first text of a
 process always gives the same samples. It speaks one text and ends.
@@ -52,6 +52,34 @@ def speak(text: str, voice: str, words_per_minute: int | None = None) -> dict[st
 
     An event is its type, its sample, its position and length in the text, and the phone.
     """
+    library, rate, error = _open(voice)
+    if error:
+        return {"error": error}
+    if words_per_minute is not None:
+        library.espeak_SetParameter(SPEED, words_per_minute, 0)
+    sound, events = _synthesize(library, text)
+    return {"rate": rate, "samples": base64.b64encode(sound).decode(), "events": events}
+
+
+def spell(words: list[str], voice: str) -> dict[str, Any]:
+    """The phonemes of each word in IPA, parted by underscores, or an error."""
+    library, _, error = _open(voice)
+    if error:
+        return {"error": error}
+    library.espeak_TextToPhonemes.restype = ctypes.c_char_p
+    found = []
+    for word in words:
+        rest = ctypes.c_char_p(word.encode("utf-8"))
+        parts = []
+        while rest.value:
+            spelled = library.espeak_TextToPhonemes(ctypes.byref(rest), UTF8, IPA | ord("_") << 8)
+            parts.append((spelled or b"").decode("utf-8", "ignore"))
+        found.append(" ".join(parts))
+    return {"phonemes": found}
+
+
+def _open(voice: str) -> tuple[Any, int, str]:
+    """The library with a voice, the rate of its samples, and what is wrong, if anything is."""
     import espeakng_loader
 
     library = ctypes.CDLL(espeakng_loader.get_library_path())
@@ -59,18 +87,15 @@ def speak(text: str, voice: str, words_per_minute: int | None = None) -> dict[st
     data = espeakng_loader.get_data_path().encode()
     rate = library.espeak_Initialize(SYNCHRONOUS, 0, data, PHONEME_EVENTS | IPA | DO_NOT_EXIT)
     if rate <= 0:
-        return {"error": "eSpeak NG does not start; install it again: pip install 'phonanim[espeak]'"}
+        return library, 0, "eSpeak NG does not start; install it again: pip install 'phonanim[espeak]'"
     files = {key: file for code, name, file in reversed(_voices(library)) for key in (name, code)}
     name, plus, variant = voice.partition("+")
     file = files.get(DEFAULT if name.lower() == "english" else name.lower(), "")
     if not file or library.espeak_SetVoiceByName(f"{file}{plus}{variant}".encode()) != 0:
         near = get_close_matches(voice.lower(), files, n=1)
         hint = f"did you mean {near[0]!r}?" if near else "voices are language codes, such as de or pt-br"
-        return {"error": f"eSpeak NG has no voice {voice!r}; {hint}"}
-    if words_per_minute is not None:
-        library.espeak_SetParameter(SPEED, words_per_minute, 0)
-    sound, events = _synthesize(library, text)
-    return {"rate": rate, "samples": base64.b64encode(sound).decode(), "events": events}
+        return library, 0, f"eSpeak NG has no voice {voice!r}; {hint}"
+    return library, rate, ""
 
 
 def _synthesize(library: Any, text: str) -> tuple[bytes, list[tuple[int, int, int, int, str]]]:
@@ -112,4 +137,5 @@ def _voices(library: Any) -> list[tuple[str, str, str]]:
 
 
 if __name__ == "__main__":
-    json.dump(speak(**json.load(sys.stdin)), sys.stdout)
+    asked = json.load(sys.stdin)
+    json.dump(spell(**asked) if "words" in asked else speak(**asked), sys.stdout)
