@@ -57,8 +57,9 @@ def record(minutes: float, voice: str, noise: float) -> tuple[np.ndarray, list[t
     for number, sentence in enumerate(sentences(), 1):
         spoken = speak(sentence, voice)
         samples = resample(spoken.samples.astype(np.float32) / 32768, spoken.rate, RATE)
-        for word in spoken.words:
-            words += [(part, length / RATE + word.start) for part in split_words(word.label)[:1]]
+        tokens = sentence.split()
+        for token, word in zip(tokens, spoken.words, strict=len(tokens) == len(spoken.words)):
+            words.append((token, length / RATE + word.start))
         pieces.append(samples)
         if number % 10 == 0 and noise:
             pieces.append(chord(noise, number))
@@ -102,7 +103,8 @@ def main() -> None:
         found = align_long(path, text, given.voice if given.by_speech else None)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         seconds = time.process_time() - start + after.ru_utime - children.ru_utime
-    pairs = match_words([word for word, _ in words], [word.label.lower() for word in found.words])
+    said = [split_words(word)[0] for word, _ in words]
+    pairs = match_words(said, [word.label.lower() for word in found.words])
     errors = np.array([1000 * abs(words[i][1] - found.words[j].start) for i, j in pairs])
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(f"{minutes:.1f} minutes, {len(words)} words, {given.wrong:.0%} of the text wrong")

@@ -32,11 +32,14 @@ CHUNK = 60 * RATE  # samples that are analysed at once
 FLOOR = 1e-7
 LOUDNESS = 1.0  # weight of the level beside the cepstra
 STEPS = (0.35, 0.0, 0.2, 0.6)  # price of staying, and of going on by 1, 2, 3 blocks
-WAITING, RESTING = 0.3, 1.0  # price of a silent block, and of any other, between two sentences
+WAITING, RESTING = 0.3, 1.2  # price of a block without speech, and of any other, between two words
+MODULATED = 0.05  # deviation of the level over a second, of its range, below which a sound is no speech
 BAND = 120.0  # seconds to either side of the even line
 LONGEST_SENTENCE = 25  # words
 GROUP = 12.0  # seconds of made speech from which sentences are aligned together
 APART = 0.5  # seconds between sentences from which they are aligned apart
+WAITED = 1.0  # seconds for which the path waits between two words, from which they are aligned apart
+EDGE = 0.1  # seconds of silence around a part of a sentence
 REACH = 1.0  # seconds around a cut within which the quietest place is looked for
 SHORTEST = 0.3  # seconds of a piece
 
@@ -61,7 +64,7 @@ def align_in_parts(audio: Path, text: str, voice: str) -> SpeechAlignment:
     spoken = [speak(sentence, voice) for sentence in _sentences(text)]
     if not spoken:
         raise AlignmentError(f"{audio}: the text has no words; give the words of the recording")
-    groups = _groups(spoken, _bounds(samples, spoken))
+    groups = _groups(*_places(samples, spoken))
     words: list[Interval] = []
     phones: list[Interval] = []
     doubtful: list[str] = []
@@ -123,23 +126,62 @@ def _moved(intervals: Sequence[Interval], begin: int) -> list[Interval]:
     return _later(intervals, begin / RATE)
 
 
-def _bounds(samples: Floats, spoken: Sequence[SpokenText]) -> list[tuple[int, int]]:
-    """The samples of the recording in which each sentence lies."""
+Places = tuple[list[SpokenText], list[tuple[int, int]]]
+
+
+def _places(samples: Floats, spoken: Sequence[SpokenText]) -> Places:
+    """Sentences, parted where the path waits within them, and the samples where each lies."""
     ours = _blocks([samples])
     theirs = _blocks([resample(one.samples.astype(np.float32) / 32768, one.rate, RATE) for one in spoken])
     ends = np.cumsum([_count(one.duration) for one in spoken])
+    starts = [0, *ends[:-1].tolist()]
     between = np.zeros(len(theirs.level), bool)
     for end in [0, *ends]:
         between[max(0, end - 3) : end + 3] = True
+    for one, start in zip(spoken, starts, strict=True):
+        for word in one.words:
+            between[_gap(word, start)] = True
     path = _path(ours, theirs, between)
+    parts: list[SpokenText] = []
     cuts: list[tuple[int, int]] = []
-    for end in ends[:-1]:
+    for one, start, end in zip(spoken, starts, ends.tolist(), strict=True):
+        first = 0
+        for number, word in enumerate(one.words[1:], 1):
+            waits = np.flatnonzero(np.isin(path, np.arange(len(between))[_gap(word, start)]))
+            if len(waits) * HOP * BLOCK >= WAITED * RATE:
+                parts.append(_part(one, first, number))
+                cuts.append((_quietest(samples, int(waits[0])), _quietest(samples, int(waits[-1]))))
+                first = number
+        parts.append(_part(one, first, len(one.words)) if first else one)
         inside = np.flatnonzero((path >= end - 3) & (path < end + 3))
-        first, last = (inside[0], inside[-1]) if len(inside) else [int(np.searchsorted(path, end))] * 2
-        cuts.append((_quietest(samples, int(first)), _quietest(samples, int(last))))
-    starts = [0, *(begin for _, begin in cuts)]
-    stops = [*(end for end, _ in cuts), len(samples)]
-    return [(a, max(b, a + round(SHORTEST * RATE))) for a, b in zip(starts, stops, strict=True)]
+        last = inside if len(inside) else np.array([min(int(np.searchsorted(path, end)), len(path) - 1)])
+        cuts.append((_quietest(samples, int(last[0])), _quietest(samples, int(last[-1]))))
+    begins = [0, *(begin for _, begin in cuts[:-1])]
+    stops = [*(stop for stop, _ in cuts[:-1]), len(samples)]
+    return parts, [(a, max(b, a + round(SHORTEST * RATE))) for a, b in zip(begins, stops, strict=True)]
+
+
+def _gap(word: Interval, start: int) -> slice:
+    """The blocks around the begin of a word, in a sentence that begins at a block."""
+    block = start + round(word.start * RATE / HOP / BLOCK)
+    return slice(max(0, block - 1), block + 1)
+
+
+def _part(spoken: SpokenText, first: int, last: int) -> SpokenText:
+    """The words of a sentence from one to before another, with a little silence around them."""
+    words = spoken.words[first:last]
+    begin = words[0].start
+    end = spoken.words[last].start if last < len(spoken.words) else spoken.duration
+    silence = np.zeros(round(EDGE * spoken.rate), np.int16)
+    inner = spoken.samples[round(begin * spoken.rate) : round(end * spoken.rate)]
+    phones = [phone for phone in spoken.phones if begin - 1e-6 <= phone.start < end - 1e-6]
+    by = len(silence) / spoken.rate - begin
+    return SpokenText(
+        np.concatenate([silence, inner, silence]),
+        spoken.rate,
+        tuple(_later(words, by)),
+        tuple(_later(phones, by)),
+    )
 
 
 def _count(seconds: float) -> int:
@@ -176,7 +218,10 @@ def _blocks(pieces: Sequence[Floats]) -> _Blocks:
             levels.append(np.log((part.reshape(count, size) ** 2).mean(axis=1) + FLOOR).astype(np.float32))
     level, values = np.concatenate(levels), np.concatenate(cepstra)
     low, high = np.percentile(level, [5, 95])
-    speech = level > low + 0.3 * (high - low)
+    loud = level > low + 0.3 * (high - low)
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(level, 6, mode="edge"), 13)
+    speech = loud & (around.std(axis=1) > MODULATED * (high - low))
+    speech = speech if speech.any() else loud
     normal = (values - values[speech].mean(axis=0)) / (values[speech].std(axis=0) + 1e-6)
     level = np.clip((level - high) / max(float(high - low), 1e-6), -1.2, 0.2)
     return _Blocks(normal.astype(np.float32), level.astype(np.float32), speech)
