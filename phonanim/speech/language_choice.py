@@ -38,7 +38,10 @@ SHARPNESS = 0.8
 CONSIDERED = 24
 """Notations that are compared by pairs of labels, after a comparison by single labels."""
 
-MOST = 12
+FEW = 12
+"""Labels of a line up to which all notations are compared by pairs: single labels tell too little."""
+
+MOST = 36
 NEGLIGIBLE = 1e-3
 """How many languages are candidates at most, and the share below which one is not."""
 
@@ -225,8 +228,9 @@ def _near(singles: dict[str, int]) -> list[Notation]:
     usual = USUAL * sum(singles.values())
     if not any(fit > usual and one.language != ANY and one.lists(singles) for one, fit in fits.items()):
         fits |= zip(united_notations(), _log_shares(singles, united_notations()), strict=True)
-    ranked = sorted(fits, key=lambda one: -fits[one])[:CONSIDERED]
-    least = fits[ranked[0]] - APART * sum(singles.values()) - HOPELESS
+    count = sum(singles.values())
+    ranked = sorted(fits, key=lambda one: -fits[one])[: CONSIDERED if count > FEW else None]
+    least = fits[ranked[0]] - APART * count - HOPELESS
     return [one for one in ranked if fits[one] >= least]
 
 
