@@ -131,5 +131,6 @@ def spoken_articulation(
     """Articulation scaled by the options, stress, rate and loudness."""
     louder = None if loudness is None else options.loudness * loudness.at(times)
     gains = effort_gains(track, times, options.reduction, options.hold, louder)
-    mouth = scale_articulation(mouth, options.intensity, options.jaw, options.lips, gains, options.rounding)
+    rounding = options.rounding * track.rounding
+    mouth = scale_articulation(mouth, options.intensity, options.jaw, options.lips, gains, rounding)
     return set_closures(mouth, options.closures, times)

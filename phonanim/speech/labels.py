@@ -60,7 +60,8 @@ class Language:
     listed, a capital that is none of them is its small letter before it is SAMPA. `fold` makes labels
     case-insensitive, `ignore` lists characters without a visible effect. `labels` lists what aligners of the
     language write, by aligner. `in_ipa` maps letters that romanizations use for another sound to that of IPA,
-    for alignments in IPA: see `for_labels`. `notation` is "ipa" in the language for those.
+    for alignments in IPA: see `for_labels`. `notation` is "ipa" in the language for those. `rounding` is how
+    far lips are rounded, against English; in IPA without a language, where there are `front` rounded vowels.
     """
 
     name: str
@@ -75,6 +76,8 @@ class Language:
     ignore: str = ""
     fold: bool = False
     notation: str = ""
+    rounding: float = 1.0
+    front: str = ""
 
     @property
     def full_name(self) -> str:
@@ -87,6 +90,12 @@ class Language:
         Japanese j is an affricate in romanized labels, and a glide beside ɕ or ɯ.
         """
         return self.written_in_ipa() if any(map(_is_ipa, labels)) else self
+
+    def rounding_of(self, labels: Iterable[str]) -> float:
+        """How far lips are rounded in an alignment with these labels, against English."""
+        return (
+            self.rounding if not self.front or any(set(self.front) & set(label) for label in labels) else 1.0
+        )
 
     def written_in_ipa(self) -> Language:
         """The language for alignments in IPA."""
@@ -286,6 +295,8 @@ def _build_language(name: str, table: dict[str, Any]) -> Language:
         labels={aligner: tuple(text.split()) for aligner, text in table.get("labels", {}).items()},
         ignore=table.get("ignore", ""),
         fold=fold,
+        rounding=float(table.get("rounding", 1.0)),
+        front=table.get("front", ""),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -77,7 +77,8 @@ def read_phones(
     if not any(segment.code != SILENT for segment in segments):
         notes.lines.append(f'no phone is spoken in tier "{quote_label(alignment.tier)}"')
     track = to_track(merge_segments(fill_gaps(segments, alignment.duration)))
-    return PhoneReading(track, notes.all(), found)
+    rounding = chosen.rounding_of(interval.label for interval in alignment.intervals)
+    return PhoneReading(replace(track, rounding=rounding), notes.all(), found)
 
 
 class _Notes:

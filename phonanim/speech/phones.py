@@ -14,12 +14,14 @@ class PhoneTrack:
 
     `codes` is (segments,) uint8, indices into the inventory (lexicon/phones.csv). `bounds` is
     (segments + 1,) float64 seconds, strictly rising from 0 to the duration. `labels` are the labels of the
-    alignment that each segment came from ("" where a gap was filled with silence).
+    alignment that each segment came from ("" where a gap was filled with silence). `rounding` is how far the
+    language rounds its lips, against English.
     """
 
     codes: NDArray[np.uint8]
     bounds: NDArray[np.float64]
     labels: tuple[str, ...]
+    rounding: float = 1.0
 
     @property
     def duration(self) -> float:

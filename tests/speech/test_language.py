@@ -247,6 +247,16 @@ def test_a_mistyped_label_does_not_turn_arpabet_into_sampa() -> None:
 
 
 @pytest.mark.parametrize(
+    ("language", "labels", "rounding"),
+    [("fr", "s a l y", 1.25), ("en", "M UW1", 1.0), ("ipa", "t yː z", 1.25), ("ipa", "t uː z", 1.0)],
+)
+def test_lips_are_rounder_in_languages_with_front_rounded_vowels(
+    language: str, labels: str, rounding: float
+) -> None:
+    assert read_phones(alignment(labels), language).track.rounding == rounding
+
+
+@pytest.mark.parametrize(
     ("language", "labels", "phones"),
     [
         ("ja", "k oː j a ɴ", "k ow y aa ng"),
