@@ -132,7 +132,7 @@ Places = tuple[list[SpokenText], list[tuple[int, int]]]
 def _places(samples: Floats, spoken: Sequence[SpokenText]) -> Places:
     """Sentences, parted where the path waits within them, and the samples where each lies."""
     ours = _blocks([samples])
-    theirs = _blocks([resample(one.samples.astype(np.float32) / 32768, one.rate, RATE) for one in spoken])
+    theirs = _blocks([_sound(one) for one in spoken])
     ends = np.cumsum([_count(one.duration) for one in spoken])
     starts = [0, *ends[:-1].tolist()]
     between = np.zeros(len(theirs.level), bool)
@@ -159,6 +159,10 @@ def _places(samples: Floats, spoken: Sequence[SpokenText]) -> Places:
     begins = [0, *(begin for _, begin in cuts[:-1])]
     stops = [*(stop for stop, _ in cuts[:-1]), len(samples)]
     return parts, [(a, max(b, a + round(SHORTEST * RATE))) for a, b in zip(begins, stops, strict=True)]
+
+
+def _sound(spoken: SpokenText) -> Floats:
+    return resample((spoken.samples / 32768).astype(np.float32), spoken.rate, RATE)
 
 
 def _gap(word: Interval, start: int) -> slice:

@@ -11,7 +11,6 @@ from phonanim.aligners.long import align_recording
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError
-from phonanim.inputs.speech_input import is_recording
 from phonanim.options import Options
 from phonanim.readers import LINES
 from phonanim.speech.labels import load_language
@@ -35,17 +34,24 @@ class Prepared:
 
 
 def made_suffixes(line: Line) -> tuple[str, ...]:
-    """The suffixes of the files that are made for a line besides its outputs."""
+    """The suffixes of the files that are made for a line, or may be, besides its outputs."""
     if line.text is None:
-        return ()
+        return (SUFFIX,) if has_timed_lines(line) else ()
     return (SUFFIX, SOUND) if line.is_spoken else (SUFFIX,)
+
+
+def has_timed_lines(line: Line) -> bool:
+    """Whether a line has a recording and a file that may give times to lines of text, such as subtitles."""
+    source = line.alignment
+    return line.audio is not None and source is not None and source.suffix.lower() in LINES
 
 
 def alignment_place(line: Line, folder: Place) -> Place:
     """The place of the alignment of a line, now or once it is made in `folder`."""
+    made = folder / f"{line.output}{SUFFIX}"
     if line.text is None and line.alignment is not None:
-        return line.alignment
-    return folder / f"{line.output}{SUFFIX}"
+        return made if has_timed_lines(line) and made.is_file() else line.alignment
+    return made
 
 
 def sound_place(line: Line, folder: Place) -> Place | None:
@@ -53,17 +59,13 @@ def sound_place(line: Line, folder: Place) -> Place | None:
     return folder / f"{line.output}{SOUND}" if line.is_spoken else line.audio
 
 
-def prepare_line(line: Line, folder: Path, scratch: Path) -> Prepared:
-    """Align or speak a line in `folder`, if it needs that. Raises PhonanimError.
-
-    Lines of text that have times, such as subtitles, are aligned with their recording in `scratch`.
-    """
-    target, audio = (
-        cast("Path", alignment_place(line, folder)),
-        cast("Path | None", sound_place(line, folder)),
-    )
+def prepare_line(line: Line, folder: Path) -> Prepared:
+    """Align or speak a line in `folder`, if it needs that. Raises PhonanimError."""
+    audio = cast("Path | None", sound_place(line, folder))
+    target = folder / f"{line.output}{SUFFIX}"
     if line.text is None:
-        return _with_lines_aligned(Prepared(target, audio, line.options), scratch)
+        given = Prepared(cast("Path", line.alignment), audio, line.options)
+        return _with_lines_aligned(given, target) if has_timed_lines(line) else given
     target.parent.mkdir(parents=True, exist_ok=True)
     if line.is_spoken:
         options, notes = speak_line(line, target, cast("Path", audio))
@@ -72,21 +74,19 @@ def prepare_line(line: Line, folder: Path, scratch: Path) -> Prepared:
     return Prepared(target, audio, options, notes, (target,))
 
 
-def _with_lines_aligned(given: Prepared, scratch: Path) -> Prepared:
-    path, audio = given.alignment, given.audio
-    if audio is None or path.suffix.lower() not in LINES or is_recording(path):
-        return given
+def _with_lines_aligned(given: Prepared, target: Path) -> Prepared:
+    """A line whose file gives times to lines of text, aligned within each of them; else as it is."""
     from phonanim.aligners.cues import align_cues
 
-    aligned = align_cues(path, audio, given.options)
+    target.unlink(missing_ok=True)  # of an earlier run
+    aligned = align_cues(given.alignment, cast("Path", given.audio), given.options)
     if aligned is None:
         return given
     found, language = aligned
-    target = scratch / f"{path.stem}.TextGrid"
+    target.parent.mkdir(parents=True, exist_ok=True)
     write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)
-    return replace(
-        given, alignment=target, options=replace(given.options, language=language), notes=found.notes
-    )
+    options = replace(given.options, language=language)
+    return Prepared(target, given.audio, options, found.notes, (target,))
 
 
 def voice_of(line: Line) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -96,11 +95,7 @@ Written = tuple[AnimationResult, dict[str, str], Path | None]
 
 def _written(line: Line, folder: Path, formats: tuple[str, ...]) -> Written:
     """The animation of a line, the content hashes of the outputs that were written, and its recording."""
-    with tempfile.TemporaryDirectory(prefix="phonanim-") as scratch:
-        return _animated(line, folder, formats, prepare_line(line, folder, Path(scratch)))
-
-
-def _animated(line: Line, folder: Path, formats: tuple[str, ...], given: Prepared) -> Written:
+    given = prepare_line(line, folder)
     rigs = rigs_of_formats(line, formats)
     paths = [folder / f"{line.output}.{suffix}" for suffix in formats]
     exports, idle = assign_options(line.exports, paths)
