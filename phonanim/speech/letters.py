@@ -66,10 +66,12 @@ def script_languages(labels: Iterable[str]) -> dict[str, float]:
 def needs_package(label: str) -> str:
     """What to install to read a label in the letters of its script, as the end of a message; else ""."""
     script = script_of(label)
-    if not script or script in ("HIRAGANA", "KATAKANA", "HANGUL") or find_spec("epitran") is not None:
+    if not script or script in ("HIRAGANA", "KATAKANA", "HANGUL"):
         return ""
     if not any(row.mapping for row in _scripts() if row.name == script):
         return f"{script.capitalize()} letters are not read; give phones in IPA"
+    if find_spec("epitran") is not None:
+        return ""
     return f"{script.capitalize()} letters are read with pip install 'phonanim[letters]'"
 
 

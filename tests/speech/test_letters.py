@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib.util
+import sys
+import types
 
 import pytest
 
@@ -12,6 +14,7 @@ from phonanim.speech.bilabials import says_shut, shut_segments
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.labels import load_language
 from phonanim.speech.language import read_phones
+from phonanim.speech import letters
 from phonanim.speech.letters import script_languages, script_of, spell_hangul, spell_kana
 from phonanim.speech.phones import PhoneTrack
 
@@ -74,6 +77,31 @@ def test_the_package_that_reads_a_script_is_named() -> None:
 def test_letters_are_read_by_their_mapping() -> None:
     track = read_phones(line("м ы ш")).track
     assert [INVENTORY.phones[code] for code in track.codes] == ["m", "ih", "sh"]
+
+
+def test_letters_go_to_the_mapping_of_their_language(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Epitran:
+        def __init__(self, mapping: str) -> None:
+            self.mapping = mapping
+
+        def transliterate(self, label: str) -> str:
+            return {"rus-Cyrl": {"м": "m", "ы": "ɨ"}, "hin-Deva": {"म": "mə"}}[self.mapping][label]
+
+    caches = (letters._transliterator, letters.spell_letters)
+    monkeypatch.setattr(letters, "find_spec", lambda name: object())
+    monkeypatch.setitem(sys.modules, "epitran", types.SimpleNamespace(Epitran=Epitran))
+    for cache in caches:
+        cache.cache_clear()
+    try:
+        assert letters.spell_letters("м", "russian") == ("m",)
+        assert letters.spell_letters("ы", "russian") == ("ɨ",)
+        assert letters.spell_letters("म", "hindi") == ("m",)  # without the vowel that its name has
+        assert letters.spell_letters("м", "bulgarian") == ()
+        assert letters.needs_package("м") == ""
+        assert letters.needs_package("γ") == "Greek letters are not read; give phones in IPA"
+    finally:
+        for cache in caches:
+            cache.cache_clear()
 
 
 def test_labels_say_that_lips_shut() -> None:
