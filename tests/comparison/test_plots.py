@@ -12,6 +12,7 @@ import pytest
 from phonanim.comparison import plots
 from phonanim.comparison.figures import draw_file
 from phonanim.comparison.plots import Shown
+from phonanim.core.decode import read_toml
 
 pytest.importorskip("matplotlib")
 MODELS = [Shown("ours", "phones", True), Shown("second", "phones"), Shown("third", "audio")]
@@ -102,3 +103,10 @@ def test_a_figure_is_written_at_the_size_at_which_names_were_placed(tmp_path: Pa
     seen = []
     draw_file(lambda figure: seen.append(figure.dpi), tmp_path / "a.png")
     assert seen == [110]
+
+
+def test_the_notes_of_the_plan_stand_on_the_published_pages(root: Path) -> None:
+    notes = read_toml(root / "benchmarks/compare.toml")["notes"]
+    pages = [root / "docs/benchmark.md", *(root / "docs/benchmark").glob("*.md")]
+    published = "\n".join(path.read_text("utf-8") for path in pages).replace("](../", "](")
+    assert [name for name, note in notes.items() if note.strip() not in published] == []
