@@ -91,14 +91,19 @@ def open_plain(path: Path) -> BinaryIO:
 
 def write_text(path: Path, text: str) -> None:
     """Write UTF-8 text with Unix line ends, atomically. Raises OutputError."""
-    try:
-        data = text.encode("utf-8")
-    except UnicodeEncodeError as error:
-        raise OutputError(
-            f"{path}: would hold a name that is not UTF-8; rename the file that has it"
-        ) from error
-    with atomic_path(path) as partial:
-        partial.write_bytes(data)
+    write_pieces(path, [text])
+
+
+def write_pieces(path: Path, pieces: Iterable[str]) -> None:
+    """Write text piece by piece, so that it is never in memory as a whole, as `write_text` does."""
+    with atomic_path(path) as partial, partial.open("wb") as file:
+        try:
+            for piece in pieces:
+                file.write(piece.encode("utf-8"))
+        except UnicodeEncodeError as error:
+            raise OutputError(
+                f"{path}: would hold a name that is not UTF-8; rename the file that has it"
+            ) from error
 
 
 def concatenate_pieces(pieces: Iterable[NDArray[Any]]) -> NDArray[Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,18 @@ DIGITS = 6  # a millionth of full weight; no rig shows smaller differences
 
 def document(animation: Animation) -> dict[str, Any]:
     """The animation as plain values."""
-    curves = np.round(np.asarray(animation.values, np.float64), DIGITS).T.tolist()
+    return {**facts(animation), "curves": dict(curves(animation))}
+
+
+def curves(animation: Animation) -> Iterator[tuple[str, list[float]]]:
+    """The name and the rounded values of each channel, one after the other."""
+    for column, name in enumerate(animation.channels):
+        values = np.asarray(animation.values[:, column], np.float64)
+        yield name, np.round(values, DIGITS).tolist()
+
+
+def facts(animation: Animation) -> dict[str, Any]:
+    """Everything but the curves as plain values."""
     return {
         "format": FORMAT,
         "rig": animation.rig,
@@ -31,15 +43,14 @@ def document(animation: Animation) -> dict[str, Any]:
         "phones": pack_intervals(animation.phones),
         "words": pack_intervals(animation.words),
         "provenance": animation.provenance,
-        "curves": dict(zip(animation.channels, curves, strict=True)),
     }
 
 
 def from_document(tree: Any, path: Path) -> Animation:
     """The inverse of `document`; the audio file is searched next to `path`. Raises OutputError."""
     try:
-        curves = decode_table(tree["curves"], "curves")
-        return from_values(tree, _columns(curves, path), list(curves), path)
+        found = decode_table(tree["curves"], "curves")
+        return from_values(tree, _columns(found, path), list(found), path)
     except DAMAGE as error:
         raise not_ours(path, error) from error
 

@@ -17,7 +17,7 @@ from phonanim.animation.animation import Animation
 from phonanim.articulation import CHANNELS
 from phonanim.core.decode import DAMAGE, parse_json, read_arrays
 from phonanim.core.files import atomic_path
-from phonanim.exporters._document import document, from_values, not_ours
+from phonanim.exporters._document import facts, from_values, not_ours
 
 SUMMARY = "NumPy archive: `values` (frames, channels), `channels`, `fps`, phones, words, provenance"
 EPOCH = (1980, 1, 1, 0, 0, 0)  # the same input gives the same bytes on any day
@@ -35,7 +35,7 @@ def write(animation: Animation, path: Path) -> None:
         "fps": np.float64(animation.fps),
         "start": np.float64(animation.start),
         "times": animation.times,
-        "about": np.array(json.dumps({k: v for k, v in document(animation).items() if k != "curves"})),
+        "about": np.array(json.dumps(facts(animation))),
     }
     if animation.articulation is not None:
         arrays["articulation"] = np.asarray(animation.articulation, np.float32)

@@ -14,6 +14,7 @@ from phonanim import exporters
 from phonanim.articulation import CHANNELS
 from phonanim.errors import MissingExtraError, OutputError
 from phonanim.exporters import find_exporter, formats, load, option_names, save, suffixes
+from phonanim.exporters._document import document
 from phonanim.exporters.npz import save_arrays
 from phonanim.rig.head import SHIPPED
 from phonanim.rig.neck import TURNS
@@ -271,3 +272,10 @@ def test_json_of_another_format(tmp_path):
     (tmp_path / "a.json").write_text("[")
     with pytest.raises(OutputError, match=r"a\.json: cannot be read as JSON"):
         load(tmp_path / "a.json")
+
+
+def test_json_is_written_curve_by_curve_as_a_whole(tmp_path):
+    take = line(frames=7)
+    save(take, tmp_path / "a.json")
+    whole = json.dumps(document(take), ensure_ascii=False, separators=(",", ":")) + "\n"
+    assert (tmp_path / "a.json").read_text("utf-8") == whole
