@@ -1,6 +1,7 @@
 // The heads, one beside the other, each moved by its take.
 
 const FIELD = 26; // degrees from bottom to top
+const SHADED = 1.3; // of the height of the picture: what casts shadows is within it
 const AROUND = 1.55, ALONE = 4; // of the height of what moves, with the eyes and without
 const UP = new THREE.Vector3(0, 1, 0);
 // Colour, strength, and place from the middle of the head in its heights: to the left, up, ahead of the face.
@@ -48,12 +49,11 @@ class Stage {
     return head;
   }
 
-  // Place the lights around a head as its face looks.
-  shine({ model, lights, face }) {
-    const size = new THREE.Box3().setFromObject(model).getSize(new THREE.Vector3()).y;
-    const centre = new THREE.Box3().setFromObject(model).getCenter(new THREE.Vector3());
+  // Place the lights around a face as it looks. Shadows are as fine as the face, also of whole bodies.
+  shine({ model, lights, face: { ahead, centre, tall } }) {
+    const size = Math.min(new THREE.Box3().setFromObject(model).getSize(new THREE.Vector3()).y, SHADED * tall);
     lights.forEach((light, number) => {
-      light.position.set(...LIGHTS[number].slice(2)).applyAxisAngle(UP, face.ahead).multiplyScalar(size).add(centre);
+      light.position.set(...LIGHTS[number].slice(2)).applyAxisAngle(UP, ahead).multiplyScalar(size).add(centre);
       light.target.position.copy(centre);
       if (number === 0) this.shade(light, size);
     });
