@@ -28,12 +28,14 @@ class KeptCommand(click.Command):
 
 
 def keep_arguments(folder: Place) -> None:
-    """Write how the running command was called to its output folder."""
+    """Write how the running command was called to its output folder, where it is on this machine."""
     from phonanim.dubbing.reserve import RUN
     from phonanim.dubbing.storage import write
 
+    if not isinstance(folder, Path):
+        return
     arguments = without_output(click.get_current_context().meta[ARGUMENTS])
-    where = str(Path.cwd()) if not isinstance(folder, Path) else os.path.relpath(Path.cwd(), folder)
+    where = os.path.relpath(Path.cwd(), folder)
     document = {"format": FORMAT, "folder": Path(where).as_posix(), "arguments": arguments}
     write(folder / RUN, json.dumps(document, indent=1, ensure_ascii=False) + "\n")
 
