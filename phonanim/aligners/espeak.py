@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import wave
+from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -19,7 +20,7 @@ from phonanim.core.files import atomic_path
 from phonanim.errors import OptionError
 from phonanim.media.espeak import ask_espeak, can_speak
 from phonanim.speech.alignment import Alignment, Interval
-from phonanim.speech.espeak_phones import plain_ipa, reading_language, unread_kanji
+from phonanim.speech.espeak_phones import plain_ipa, pronounce_words, reading_language, unread_kanji
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.language import to_phones
 
@@ -54,14 +55,19 @@ def speaker_version() -> str:
         return ""
 
 
-def pronounce(word: str, voice: str = VOICE) -> tuple[str, ...]:
-    """A word, a number or a name as phones of the inventory in upper case (ARPAbet without stress).
+def pronounce(words: Iterable[str], voice: str = VOICE) -> dict[str, tuple[str, ...]]:
+    """Words, numbers and names as phones of the inventory in upper case (ARPAbet without stress).
 
-    Raises what `speak` raises.
+    Raises OptionError for a word that cannot be spoken, and what `pronounce_words` raises.
     """
-    spoken = speak(word, voice)
-    track, _ = to_phones(Alignment(spoken.phones, spoken.duration, "", word), "ipa", unknown="nearest")
-    return tuple(INVENTORY.phones[code].upper() for code in track.codes if code)
+    found = {}
+    for word, labels in pronounce_words(words, voice).items():
+        if not labels:
+            raise OptionError(f"{word[:40]!r}: the voice {voice} cannot speak any of it; give another text")
+        phones = tuple(Interval(label, float(n), n + 1.0) for n, label in enumerate(labels))
+        track, _ = to_phones(Alignment(phones, float(len(phones)), "", word), "ipa", unknown="nearest")
+        found[word] = tuple(INVENTORY.phones[code].upper() for code in track.codes if code)
+    return found
 
 
 def speak(text: str, voice: str = VOICE, words_per_minute: int | None = None) -> SpokenText:

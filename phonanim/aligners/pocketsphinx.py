@@ -142,7 +142,7 @@ def _known_words(decoder: Any, text: str) -> tuple[list[str], tuple[str, ...]]:
             f"not in the pronouncing dictionary: {listed}; spell numbers out and write names as the words "
             "they sound like, or pip install 'phonanim[espeak]', which pronounces them"
         )
-    taught = {word: pronounce(word) for word in unknown}
+    taught = pronounce(unknown)
     for word, phones in taught.items():
         decoder.add_word(word, " ".join(phones))
     said = ", ".join(f"{word!r} ({' '.join(phones)})" for word, phones in taught.items())
