@@ -7,7 +7,7 @@ from functools import cache, lru_cache
 
 from phonanim.core.lexicon import LEXICON
 from phonanim.speech.inventory import INVENTORY
-from phonanim.speech.labels import BRACKETS, Language, is_silent
+from phonanim.speech.labels import BRACKETS, LONGEST, Language, is_silent
 from phonanim.speech.phones import PhoneTrack
 
 SHUT = ("p", "b", "m")
@@ -21,6 +21,7 @@ def says_shut(label: str, language: Language | None = None) -> bool:
     A label that the language lists with another meaning, as Vietnamese lists `ph`, does not say it; nor does
     X-SAMPA with a capital or a backslash, which are other sounds.
     """
+    label = label[:LONGEST]
     letters = unicodedata.normalize("NFKD" if label.isascii() else "NFC", label.strip().strip(BRACKETS))
     if not letters or is_silent(label) or "\\" in letters:
         return False

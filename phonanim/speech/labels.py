@@ -216,7 +216,9 @@ def _written_in_ipa(language: Language) -> Language:
 @lru_cache(maxsize=4096)
 def _is_ipa(label: str) -> bool:
     """Whether a label has a letter or mark that only IPA has."""
-    return any(first <= letter <= last for letter in normalize("NFC", label) for first, last in IPA_BLOCKS)
+    return any(
+        first <= letter <= last for letter in normalize("NFC", label[:LONGEST]) for first, last in IPA_BLOCKS
+    )
 
 
 def _coded(name: str) -> str | None:

@@ -13,6 +13,7 @@ SIGNS = {"&": "and", "%": "percent", "@": "at", "+": "plus", "=": "equals", "#":
 PIECES = "\u2581\u0120"
 """Marks of the start of a word in tokens: of SentencePiece, and of byte-pair encodings."""
 
+LONGEST = 10_000  # characters of a word that are looked at
 _TRANSLATED = str.maketrans({**dict.fromkeys(APOSTROPHES, "'"), **dict.fromkeys(DASHES, "-")})
 _SOUND = re.compile(r"[\[(<{*♪#].*[\])>}*♪#]|[♪♫]+", re.DOTALL)
 _EDGES = "'.,;:!?\"()[]{}«»“”„‚‹›¿¡…*_~|/\\-"
@@ -26,7 +27,8 @@ def is_sound(text: str) -> bool:
 def plain_word(text: str) -> str:
     """A word in lower case with straight apostrophes and hyphens, without marks around it."""
     text = text.strip().split("\n")[0]  # what an annotator put below it is no part of the word
-    word = unicodedata.normalize("NFC", text).strip(PIECES + " \t\u00a0").translate(_TRANSLATED).lower()
+    word = unicodedata.normalize("NFC", text[:LONGEST])
+    word = word.strip(PIECES + " \t\u00a0").translate(_TRANSLATED).lower()
     return word.strip(_EDGES.replace("'", "")) if word.strip(_EDGES) else ""
 
 

@@ -150,3 +150,8 @@ def test_only_the_most_frequent_labels_decide(monkeypatch):
     english = ["AA1", "S", "T", "IH0", "N"] * 20
     monkeypatch.setattr(language_choice, "MOST_LABELS", 5)
     assert rank_languages([*english, *(f"q{n}" for n in range(50))]).language.name == "english"
+
+
+def test_a_label_of_very_many_marks_costs_no_time():
+    label = "a" + "\u0303\u0330" * 500_000  # its normal form takes quadratic time
+    assert read_phones(line(f"a {label} m"), "english", "silence").track.duration > 0
