@@ -61,8 +61,9 @@ def read_mesh(path: Path) -> tuple[Array, NDArray[np.int64], dict[str, slice]]:
         raise RigError(f"{path}: cannot be read: {error.strerror}") from error
     except Exception as error:  # any error of a parser in damaged data
         reason = " ".join(str(error).split())
+        article = "an" if kind == "obj" else "a"
         raise RigError(
-            f"{path}: is damaged or not a {kind.upper()} file ({reason}); export it again"
+            f"{path}: is damaged or not {article} {kind.upper()} file ({reason}); export it again"
         ) from error
     meshes = {name: mesh for name, mesh in scene.geometry.items() if len(getattr(mesh, "faces", ()))}
     if not meshes:

@@ -122,7 +122,7 @@ def test_a_template_as_ply(tmp_path):
     (tmp_path / "rest.ply").write_text(PLY)
     assert read_template(tmp_path / "rest.ply").tolist() == [[0, 0, 0], [1, 0, 0], [0, 2, 0]]
     (tmp_path / "torn.ply").write_text("ply\n")
-    with pytest.raises(RigError, match=r"torn.ply: is damaged or no PLY file"):
+    with pytest.raises(RigError, match=r"torn.ply: is damaged or not a PLY file"):
         read_template(tmp_path / "torn.ply")
 
 

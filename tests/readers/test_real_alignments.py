@@ -40,7 +40,7 @@ READ = {
     "071_en_cold_corpus.TextGrid": ("phones", "english", 246, 0),
     "073_maus_maus_test.TextGrid": ("MAU", "english", 21, 0),
     "077_en_words_segments.TextGrid": ("segments", "english", 1, 1),
-    "080_en_phone_word_no_silence.TextGrid": ("phone", "ipa", 4, 0),
+    "080_en_phone_word_no_silence.TextGrid": ("phone", "croatian", 4, 0),
     "082_en_mfa_test.TextGrid": ("phones", "english", 21, 0),
     "085_en_test.phones": ("labels", "english", 24, 1),
     "101_en_short_format.TextGrid": ("phone", "english", 104, 2),

@@ -182,7 +182,7 @@ def test_openutau_needs_a_package(monkeypatch: pytest.MonkeyPatch) -> None:
     [
         ("bpm: 240", "bpm: 0", r"is a damaged project \(ZeroDivisionError.*\); save it again"),
         ("- name: Mary", "- name: [", r"is a damaged project \(.*\); save it again"),
-        ("- name: Mary", "- name: &a Mary", r"has anchors, which no project needs"),
+        ("- name: Mary", "- name: &a Mary", r"has anchors, which a project does not need"),
         ("  notes:", "  none:", r"has no notes; save it with a part that is sung"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -43,14 +44,11 @@ def data() -> Examples:
 @pytest.fixture
 def meta(monkeypatch: pytest.MonkeyPatch) -> None:
     """Training goes to "meta", whose tensors have shapes and no numbers; steps are counted, not read."""
-    from phonanim.regressors import _torch, _torch_audio, _torch_diffusion
-
-    for part in (_torch, _torch_audio, _torch_diffusion):
+    names = ("", "_audio", "_diffusion", "_dnn", "_lstm", "_procedural")
+    # All are imported before one is changed: they take `device` from the first.
+    parts = [import_module(f"phonanim.regressors._torch{name}") for name in names]
+    for part in parts:
         monkeypatch.setattr(part, "device", lambda: torch.device("meta"))
-    parts = ("_torch_dnn", "_torch_lstm", "_torch_procedural")
-    for name in parts:
-        module = pytest.importorskip(f"phonanim.regressors.{name}")
-        monkeypatch.setattr(module, "device", lambda: torch.device("meta"))
 
     def first_step(optimizer: Any, *given: Any, **named: Any) -> None:
         for group in optimizer.param_groups:

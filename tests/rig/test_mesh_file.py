@@ -91,8 +91,11 @@ def test_other_formats(tmp_path: Path, kind: str) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("v 0 0 zero\nf 1 1 1\n", r"a.obj: is damaged or no OBJ file \(.*\); export it again"),
-        ("v 0 0 0\nf 1 2 3\n", r"a.obj: is damaged or no OBJ file \(.*out of bounds.*\); export it again"),
+        ("v 0 0 zero\nf 1 1 1\n", r"a.obj: is damaged or not an OBJ file \(.*\); export it again"),
+        (
+            "v 0 0 0\nf 1 2 3\n",
+            r"a.obj: is damaged or not an OBJ file \(.*out of bounds.*\); export",
+        ),
         ("v 0 0 0\nv 1 0 0\nf 1 2\n", "a.obj: holds no mesh; export the head with its faces"),
         ("v 0 0 0\n", "a.obj: holds no mesh; export the head with its faces"),
         ("", "a.obj: holds no mesh; export the head with its faces"),

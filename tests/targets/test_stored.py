@@ -128,5 +128,5 @@ def test_other_meshes_are_refused() -> None:
         Vertices.fit(TargetSettings(), Source("sample"), [])
     with pytest.raises(CorpusError, match="its sensors have no names"):
         Sensors.fit(TargetSettings(), Source("sample"), [])
-    with pytest.raises(ModelError, match="the model knows no face of 'c'"):
+    with pytest.raises(ModelError, match="the model has no face of 'c'"):
         target.rest_of("c")
