@@ -16,6 +16,12 @@ os.environ.setdefault("PHONANIM_CACHE", "")  # features of sound are kept nowher
 use_one_thread()  # before NumPy is imported, as the commands do it
 
 ROOT = Path(__file__).resolve().parent.parent
+LONG = ("test_journeys.py", "test_hostile_files.py", "test_html.py", "test_comparison.py", "test_seeds.py")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest files come first, so that no process is left with one of them at the end."""
+    items.sort(key=lambda item: LONG.index(item.path.name) if item.path.name in LONG else len(LONG))
 
 
 @pytest.fixture(scope="session")
