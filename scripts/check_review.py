@@ -107,7 +107,9 @@ def wait_for_take(browser: Browser, revision: int, what: str) -> None:
     if browser.value(f"{output}.className"):
         raise RuntimeError(f"{what}: {said}")
     spent = browser.value(f"{PAGE}.phonanim.line.spent")
-    print(f"{what}: {said}, {spent} ms of processor time")
+    entry = f"{PAGE}.performance.getEntriesByType('resource').at(-1)"
+    answered = browser.value(f"Math.round({entry}.responseEnd - {entry}.requestStart)")
+    print(f"{what}: {said}; answered in {answered} ms, {spent} ms of processor time")
 
 
 def correct(browser: Browser) -> None:
