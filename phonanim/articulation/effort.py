@@ -30,7 +30,6 @@ HELD = 0.6  # seconds after which a vowel counts as held
 BREATHING = 0.07  # of jaw and lip gap, up and down in a held vowel
 WAVES = (0.7, 1.0), (1.13, 0.5)  # hertz and share: two waves without a common period, so that nothing repeats
 SETTLING = 0.3  # seconds in which the variation of a held vowel fades in and out
-FOLLOWING = ("jaw", "lip_gap", "upper_lip")
 SILENT = INVENTORY.code(SILENCE)
 
 

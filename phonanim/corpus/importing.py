@@ -33,9 +33,9 @@ def import_dataset(
     """Write the recordings of a data set into a folder, and return the rows of its table.
 
     motion/<name>.npy has every `every`-th frame; audio/<name>.wav is mono, 16 bits, at the rate of the data
-    set; textgrid/<name>.TextGrid has the phones if there are any. recordings.csv and dataset.json are written
-    last. `splits` names the splits to import; the default is all. Raises CorpusError, or OptionError for an
-    unknown name.
+    set; textgrid/<name>.TextGrid has the phones if there are any; templates/<subject>.npy is a face at rest,
+    (vertices, 3), where the data set has some. recordings.csv and dataset.json are written last. `splits`
+    names the splits to import; the default is all. Raises CorpusError, or OptionError for an unknown name.
     """
     dataset = load_dataset(name)
     recordings = [one for one in dataset.recordings(folder) if not splits or one.split in splits]
@@ -48,6 +48,7 @@ def import_dataset(
         frames = _thinned(recording.frames(), every)
         rows.append(_write(recording, frames, output))
         progress(number / len(recordings))
+    write_templates(dataset, folder, output)
     facts = {
         "name": name,
         **asdict(dataset.CARD),

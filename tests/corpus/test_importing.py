@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from phonanim.__main__ import run
-from phonanim.corpus.importing import import_dataset
+from phonanim.corpus.importing import import_dataset, write_templates
+from phonanim.corpus.motion_build import imported_templates
 from phonanim.datasets import dataset_names
 from phonanim.errors import CorpusError
 from phonanim.media.audio import read_sound
@@ -50,6 +51,27 @@ def test_names_cannot_leave_the_folder(made, tmp_path):
         CorpusError, match=r"\.\._/\.\./a21: is not a valid file name; the data set is damaged"
     ):
         import_dataset("vocaset", folder, tmp_path / "out")
+
+
+def test_faces_at_rest_come_with_the_data_set_and_into_the_corpus(made, tmp_path):
+    folder, _ = made("vocaset")
+    rest = np.random.default_rng(3).normal(size=(5023, 3))
+    index = pickle.loads((folder / "subj_seq_to_idx.pkl").read_bytes())
+    (folder / "templates.pkl").write_bytes(pickle.dumps(dict.fromkeys(index, rest)))
+    import_dataset("vocaset", folder, tmp_path / "out")
+    assert {path.stem for path in (tmp_path / "out/templates").iterdir()} == set(index)
+    known = imported_templates(tmp_path / "out")
+    np.testing.assert_allclose(next(iter(known.values())), 1000 * rest, rtol=1e-5)
+
+
+def test_the_name_of_a_face_at_rest_cannot_leave_the_folder(tmp_path):
+    class Faces:
+        @staticmethod
+        def templates(folder):
+            return {"../a": np.zeros((1, 3))}
+
+    with pytest.raises(CorpusError, match=r"the template '../a' has no valid name; the data set is damaged"):
+        write_templates(Faces, tmp_path, tmp_path / "out")
 
 
 def test_the_commands(made, tmp_path, capsys):
