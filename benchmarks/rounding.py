@@ -2,8 +2,8 @@
 
     python benchmarks/rounding.py
 
-eSpeak NG (phonanim[espeak]) speaks a short line of each language. Prints the largest mouthPucker in the middle
-of a /y/, with the `rounding` of the language file, and with --rounding set to its inverse, which cancels it.
+eSpeak NG (phonanim[espeak]) speaks a short line of each language. Prints the largest mouthPucker in the
+middle of a /y/: with the `rounding` of the language file, and with its inverse as --rounding, so without it.
 """
 
 from __future__ import annotations
