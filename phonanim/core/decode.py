@@ -8,15 +8,13 @@ from __future__ import annotations
 import io
 import json
 import math
-import os
 import re
-import stat
 import sys
 import zipfile
 import zlib
 from collections.abc import Iterable
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,12 +116,6 @@ def check_depth(tree: Any) -> None:
         if not level:
             return
     raise DecodeError(f"it is nested deeper than {MAX_DEPTH} levels")
-
-
-def check_plain_file(stream: IO[Any]) -> None:
-    """Raise DecodeError when an open file is a pipe or a device, which may never end."""
-    if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
-        raise DecodeError("it is a pipe or a device; save its content to a plain file")
 
 
 def read_tensors(path: Path) -> dict[str, NDArray[Any]]:
