@@ -55,12 +55,12 @@ def phone_errors(reference: Alignment, found: tuple[Interval, ...]) -> np.ndarra
     return 1000 * np.abs(np.subtract.outer(onsets, others)).min(axis=1)
 
 
-def word_error_rate(spoken: list[str], heard: list[str]) -> float:
+def word_error_rate(spoken: list[str], recognized: list[str]) -> float:
     """Levenshtein distance over the words that were spoken."""
-    row = list(range(len(heard) + 1))
+    row = list(range(len(recognized) + 1))
     for number, word in enumerate(spoken, 1):
         last, row[0] = row[0], number
-        for place, other in enumerate(heard, 1):
+        for place, other in enumerate(recognized, 1):
             last, row[place] = row[place], min(last + (word != other), row[place] + 1, row[place - 1] + 1)
     return row[-1] / len(spoken)
 
@@ -72,14 +72,14 @@ def recognize(folder: Path) -> None:
         words = split_words(
             " ".join(w.label for w in spoken(read_alignment(folder / f"{name}.TextGrid").words))
         )
-        rates = [word_error_rate(words, heard) for heard in both(folder / f"{name}.wav")]
+        rates = [word_error_rate(words, recognized) for recognized in both(folder / f"{name}.wav")]
         print(f"{name:<24} {100 * rates[0]:24.0f} % {100 * rates[1]:12.0f} %")
 
 
 def both(audio: Path) -> tuple[list[str], list[str]]:
     """The words that Whisper and that pocketsphinx recognize."""
-    heard = split_words(whisper.recognize(read_sound(audio), str(audio)).text)
-    return heard, [word.label for word in align(audio).words]
+    recognized = split_words(whisper.recognize(read_sound(audio), str(audio)).text)
+    return recognized, [word.label for word in align(audio).words]
 
 
 def recognize_commands(folder: Path) -> None:
@@ -87,9 +87,9 @@ def recognize_commands(folder: Path) -> None:
     count, wrong = 0, np.zeros(2)
     for path in sorted((folder / "textgrid").glob("*.TextGrid"))[:COMMANDS]:
         words = split_words(" ".join(word.label for word in spoken(read_alignment(path).words)))
-        heard = both(folder / "audio" / f"{path.stem}.flac")
+        recognized = both(folder / "audio" / f"{path.stem}.flac")
         count += len(words)
-        wrong += [word_error_rate(words, each) * len(words) for each in heard]
+        wrong += [word_error_rate(words, each) * len(words) for each in recognized]
     rates = 100 * wrong / count
     print(f"{COMMANDS} commands of GRID{'':<17} {rates[0]:14.0f} % {rates[1]:12.0f} %")
 

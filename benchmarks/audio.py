@@ -70,7 +70,7 @@ def run(config: Path, folder: Path, output: Path, only: str | None, seeds: tuple
     face = fit_face(corpus.landmarks[corpus.rows(train)], corpus.indices)
     shuffled = np.random.default_rng(0).permutation(train)  # as benchmarks/evaluate.py splits it
     held_out, rest = np.sort(shuffled[:89]), np.sort(shuffled[89:])
-    learned, checked = (make_examples(corpus, face, clips, heard=True) for clips in (rest, held_out))
+    learned, checked = (make_examples(corpus, face, clips, with_sound=True) for clips in (rest, held_out))
     chosen = {n: v for n, v in variants(plan).items() if not only or n in only.split(",")}
     for seed, (name, values) in product(seeds or plan["seeds"], chosen.items()):
         if str(seed) in read_rows(output).get(key_of(values), {}):
@@ -138,7 +138,7 @@ def decoding_ms(model: AudioRegressor, sound: Sound) -> float:
 
 
 def latency(model: AudioRegressor) -> str:
-    """Milliseconds of sound, the step included, that must be heard before it can be decoded."""
+    """Milliseconds of sound, the step included, that must be read before it can be decoded."""
     config = model.config
     if config.decoder == "mlp":
         return f"{1000 * config.widths[1] / config.rate:.0f}"
@@ -156,7 +156,7 @@ def cost(config: Path, folder: Path) -> None:
     corpus = load_corpus(folder)
     train = corpus.clips_of("train")
     clips, face = train[:1], fit_face(corpus.landmarks[corpus.rows(train)], corpus.indices)
-    some = make_examples(corpus, face, clips, heard=True)
+    some = make_examples(corpus, face, clips, with_sound=True)
     fit: Any = regressor_class("two_stage").fit
     for name in plan["decoders"]["names"]:
         settings = make_config("two_stage", {**variants(plan)[name], "epochs": 0}, name)
@@ -189,13 +189,13 @@ def table(config: Path, results: Path) -> None:
 def encoding(recording: Path, encoders: tuple[str, ...]) -> None:
     """Print what encoders cost: processor milliseconds for a second of speech, the least of five runs."""
     sound = read_sound(recording)
-    heard = resample(sound.samples, sound.rate, RATE)
-    heard = np.pad(heard, (0, -len(heard) % HOP))
+    samples = resample(sound.samples, sound.rate, RATE)
+    samples = np.pad(samples, (0, -len(samples) % HOP))
     for name in encoders:
         encoder, taken = load_encoder(name), []
         for _ in range(5):
             before = time.process_time()
-            encoder.run(heard)
+            encoder.run(samples)
             taken.append(time.process_time() - before)
         print(
             f"{name}: {1000 * min(taken) / sound.duration:.1f} ms, {encoder.layers} layers of {encoder.dims}"
@@ -206,7 +206,7 @@ def encoding(recording: Path, encoders: tuple[str, ...]) -> None:
 @click.argument("folder", type=click.Path(exists=True, path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="A picture of them; needs matplotlib.")
 def layers(folder: Path, output: Path | None) -> None:
-    """Show how much of each layer of its encoder a model hears (Medina 2023, Figures 4.14 and 4.15)."""
+    """Show how much of each layer of its encoder a model uses (Medina 2023, Figures 4.14 and 4.15)."""
     model: Any = regressors.load(folder).regressor
     for number, share in enumerate(model.layer_shares):
         print(f"layer {number}: {share:.3f}")
@@ -259,7 +259,7 @@ def epoch(folder: Path, count: int) -> None:
     train = corpus.clips_of("train")
     face = fit_face(corpus.landmarks[corpus.rows(train)], corpus.indices)
     learned, checked = (
-        make_examples(corpus, face, clips, heard=True) for clips in (train[:count], train[:1])
+        make_examples(corpus, face, clips, with_sound=True) for clips in (train[:count], train[:1])
     )
     settings = make_config("phisanet", {"epochs": 1}, "published")
     before = time.process_time()

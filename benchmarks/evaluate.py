@@ -6,7 +6,7 @@
 `validation` scores a tenth of the training clips, `words` and `phones` retrain with words or phones
 withheld, `ema` compares lip aperture with two German utterances of another speaker, and `test` scores the
 50 test clips, on which nothing is ever fitted or chosen. `oracle` fits on the test clips as well, and scores
-them: what the same model could reach if it had heard every sentence, a bound and not a result.
+them: what the same model could reach if it had learned from every sentence, a bound and not a result.
 """
 
 from __future__ import annotations

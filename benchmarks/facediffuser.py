@@ -153,20 +153,20 @@ def trained(folder: Path) -> FaceDiffuser:
 @click.option("--seconds", default=4.0, help="How much speech.")
 def speed(folder: Path, corpus_folder: Path, output: Path, count: int, seconds: float) -> None:
     """Time sampling with the encoder of the sound outside the loop, and inside it at every step."""
-    os.environ["PHONANIM_CACHE"] = ""  # nothing is kept, everything is heard anew
+    os.environ["PHONANIM_CACHE"] = ""  # nothing is kept, everything is encoded anew
     corpus = load_corpus(corpus_folder)
     parts = [read_sound(corpus.audio[int(clip)]) for clip in corpus.clips_of("train")[:2]]
     samples = np.concatenate([part.samples for part in parts])[: round(seconds * parts[0].rate)]
     sound, model = Sound(samples, parts[0].rate), trained(folder).changed(steps=count)
     grid = step_times(sound.duration, model.config.rate)
     encoder = cached_encoder(model.config.encoder)
-    _, hearing = timed(lambda: encode(encoder, sound))
+    _, encoding = timed(lambda: encode(encoder, sound))
     outside, once = timed(lambda: model.modes_at_steps(encode(encoder, sound), grid))
-    inside, every = timed(lambda: heard_every_step(model, sound))
+    inside, every = timed(lambda: every_step_recognized(model, sound))
     row = {
         "seconds": seconds,
         "steps": count,
-        "encoder_s": hearing,
+        "encoder_s": encoding,
         "outside_s": once,
         "inside_s": every,
         "times_slower": every / once,
@@ -181,7 +181,7 @@ def timed(work: Callable[[], Any]) -> tuple[Any, float]:
     return work(), time.process_time() - before
 
 
-def heard_every_step(model: FaceDiffuser, sound: Sound) -> Floats:
+def every_step_recognized(model: FaceDiffuser, sound: Sound) -> Floats:
     """Sampling as in the released code of the author: the encoder runs at every step."""
     config = model.config
     asked = step_times(sound.duration, config.rate)
@@ -192,10 +192,10 @@ def heard_every_step(model: FaceDiffuser, sound: Sound) -> Floats:
     )
     for turn, at in enumerate(sampling_times(config.timesteps, config.steps)):
         values = features_at_steps(encode(cached_encoder(config.encoder), sound), grid, config.rate)
-        heard = model.embed_sound(model.normalize_features(values)[None])
+        audio = model.embed_sound(model.normalize_features(values)[None])
         noise = model.noise(turn, 0, len(grid))
         seen = add_noise(found, shares[at], noise) if turn else noise
-        found = guided_motion(config, model.weights, seen, int(at), heard, None)
+        found = guided_motion(config, model.weights, seen, int(at), audio, None)
     return model.unscale_modes(found)[0, : len(asked)]
 
 

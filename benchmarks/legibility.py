@@ -6,9 +6,10 @@
 
 Models that are not trained yet are trained first and kept in --work. "lips alone" is the learned face as it
 was before articulation, with closures; "phones" blends it with articulation from phones, "sound" with
-articulation from sound alone (models that hear whole recordings). Readers of visemes: `lips` is the shipped
-one, `sensors` one that learned jaw and lips from the sensors of all other sentences. For sensors, targets are
-fitted anew without the sentence. Models that hear are compared with the recordings that have sound.
+articulation from sound alone (audio-driven models of whole recordings). Readers of visemes: `lips` is the
+shipped one, `sensors` one that learned jaw and lips from the sensors of all other sentences. For sensors,
+targets are fitted anew without the sentence. Audio-driven models are compared
+with the recordings that have sound.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from typing import Any
 
 import click
 import numpy as np
-from legibility_mouths import Curves, Hear, Line, Mouth, head_lips, listener, mouths, pooled
+from legibility_mouths import ArticulationOf, Curves, Line, Mouth, head_lips, listener, mouths, pooled
 from legibility_sensors import left_out_targets, sensor_rows
 
 from phonanim.articulation.table import read_targets
@@ -43,7 +44,9 @@ from phonanim.regressors import Model
 DRAWS = 1000  # of the bootstrap over clips
 
 
-def film_rows(models: dict[str, Model], corpus: Corpus, hear: Hear) -> Iterator[dict[str, Any]]:
+def film_rows(
+    models: dict[str, Model], corpus: Corpus, articulation_of: ArticulationOf
+) -> Iterator[dict[str, Any]]:
     """Each model and way against the captured lips of the test clips."""
     clips = corpus.clips_of("test").tolist()
     captured = [corpus.landmarks[corpus.rows([clip])].astype(np.float64) for clip in clips]
@@ -54,7 +57,7 @@ def film_rows(models: dict[str, Model], corpus: Corpus, hear: Hear) -> Iterator[
         for clip in clips:
             sound = None if model.regressor.input_modality == "phones" else read_sound(corpus.audio[clip])
             line = Line(corpus.tracks[clip], corpus.times(clip), sound)
-            for way, mouth in mouths(model, line, hear(model), read_targets()).items():
+            for way, mouth in mouths(model, line, articulation_of(model), read_targets()).items():
                 found.setdefault(way, []).append(mouth)
         for way, each in found.items():
             heads = [{CHANNEL_OF[k]: v for k, v in head_lips(one.values).items()} for one in each]
@@ -129,15 +132,15 @@ def main(plan_file: Path, work: Path, folders: tuple[Path, ...], output: Path) -
     """Train what is missing, score, write the JSON and print the tables."""
     plan = read_plan(plan_file)
     corpus, models = load_corpus(plan.corpus), load_models(plan, work)
-    hear = listener(corpus)
-    found: dict[str, Any] = {"films": list(film_rows(models, corpus, hear)), "sensors": []}
+    articulation_of = listener(corpus)
+    found: dict[str, Any] = {"films": list(film_rows(models, corpus, articulation_of)), "sensors": []}
     recordings = [one for folder in folders for one in load_recordings(folder)]
     if recordings:
         bundles = [folder for folder in folders if not list(folder.glob("*.npz"))]
         spoken = [one for folder in bundles for one in load_utterances(folder)]
         sounds = {one.name: read_sound(one.audio) for one in spoken}
         targets = left_out_targets(recordings, plan.corpus)
-        found["sensors"] = list(sensor_rows(models, recordings, sounds, hear, targets))
+        found["sensors"] = list(sensor_rows(models, recordings, sounds, articulation_of, targets))
     write_text(output, json.dumps(rounded(found), indent=1) + "\n")
     print(markdown(film_table(found)), markdown(sensor_table(found)), sep="\n\n")
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from phonanim.articulation import CHANNELS, Articulation
 from phonanim.articulation.blend import blend_articulation, blend_channels, lip_channels
-from phonanim.articulation.heard import (
-    HeardArticulation,
-    can_hear_articulation,
-    fit_heard_articulation,
+from phonanim.articulation.from_audio import (
+    AudioArticulation,
+    can_predict_articulation,
+    fit_audio_articulation,
 )
 from phonanim.articulation.table import Targets
 from phonanim.core.catalog import DEFAULT_MODEL
@@ -34,7 +34,7 @@ from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 Curves = dict[str, Array]
-Hear = Callable[[Model], HeardArticulation | None]
+ArticulationOf = Callable[[Model], AudioArticulation | None]
 CHIN = 152  # MediaPipe's number
 ALONE, BY_PHONES, BY_SOUND = "lips alone", "phones", "sound"
 
@@ -56,7 +56,9 @@ class Mouth:
     values: NDArray[np.float32]
 
 
-def mouths(model: Model, line: Line, heard: HeardArticulation | None, targets: Targets) -> dict[str, Mouth]:
+def mouths(
+    model: Model, line: Line, articulation: AudioArticulation | None, targets: Targets
+) -> dict[str, Mouth]:
     """One model's mouth in each way that it can be moved."""
     rig, face = load_rig("arkit"), load_model(DEFAULT_MODEL).face  # the rig knows the modes of this face
     shown = model.face.instance(model.regressor.predict(line.track, line.times, line.sound))
@@ -66,9 +68,9 @@ def mouths(model: Model, line: Line, heard: HeardArticulation | None, targets: T
     alone = retarget(closed, face, rig, "auto", line.track, line.times)
     found = {ALONE: Mouth(face_curves(shapes, face), alone)}
     ways = {BY_PHONES: blend_articulation(shapes, face, rest, line.track, line.times, targets=targets)}
-    if heard is not None and line.sound is not None:
+    if articulation is not None and line.sound is not None:
         seen = face.instance(modes)  # without closures, which need phones
-        said, silent, rounded = heard.at(line.sound, line.times)
+        said, silent, rounded = articulation.at(line.sound, line.times)
         ways[BY_SOUND] = Articulation(blend_channels(said, seen, face, rest, silent, rounded))
     for way, moved in ways.items():
         values = retarget(closed, face, rig, "auto", line.track, line.times, articulation=moved)
@@ -89,21 +91,21 @@ def head_lips(values: NDArray[np.float32]) -> Curves:
     return landmark_lips(1000 * points, spots.numbers)
 
 
-def listener(corpus: Corpus) -> Hear:
-    """Articulation from sound for a model that hears, fitted once for each encoder."""
+def listener(corpus: Corpus) -> ArticulationOf:
+    """Articulation from sound for an audio-driven model, fitted once for each encoder."""
 
     @lru_cache(maxsize=4)
-    def fitted(encoder: str) -> HeardArticulation:
+    def fitted(encoder: str) -> AudioArticulation:
         clips = corpus.clips_of("train").tolist()
         sounds = ((corpus.tracks[c], corpus.times(c), read_sound(corpus.audio[c])) for c in clips)
-        return fit_heard_articulation(encoder, sounds)
+        return fit_audio_articulation(encoder, sounds)
 
-    def hear(model: Model) -> HeardArticulation | None:
+    def articulation_of(model: Model) -> AudioArticulation | None:
         encoder = getattr(model.regressor.config, "encoder", "")
-        hears = model.regressor.input_modality == "audio" and can_hear_articulation(encoder)
-        return fitted(encoder) if hears else None
+        predicts = model.regressor.input_modality == "audio" and can_predict_articulation(encoder)
+        return fitted(encoder) if predicts else None
 
-    return hear
+    return articulation_of
 
 
 def pooled(readings: list[Reading]) -> Reading:

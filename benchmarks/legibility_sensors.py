@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from legibility_mouths import Array, Curves, Hear, Line, mouths, pooled
+from legibility_mouths import Array, ArticulationOf, Curves, Line, mouths, pooled
 
 sys.path[:0] = [str(Path(__file__).parent.parent / "scripts")]
 
@@ -33,7 +33,7 @@ def sensor_rows(
     models: dict[str, Model],
     recordings: list[Recording],
     sounds: dict[str, Sound],
-    hear: Hear,
+    articulation_of: ArticulationOf,
     targets: dict[str, Targets],
 ) -> Iterator[dict[str, Any]]:
     """Each model and way against sensors: r of jaw and gap, ratio of deviations in mm, and visemes read."""
@@ -59,7 +59,7 @@ def sensor_rows(
             found: dict[str, list[tuple[dict[str, float], Reading]]] = {}
             for i, one in zip(at, chosen, strict=True):
                 line = Line(one.track, one.times, sounds.get(one.name))
-                for way, mouth in mouths(model, line, hear(model), targets[one.name]).items():
+                for way, mouth in mouths(model, line, articulation_of(model), targets[one.name]).items():
                     scores = sensor_scores(mouth.curves, one)
                     reading = read_visemes(sight_of(one, mouth.curves), readers[i])
                     found.setdefault(way, []).append((scores, reading))

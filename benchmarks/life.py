@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from phonanim.evaluation.upper_face import RAISED, rises
 from phonanim.inputs.alignment import read_alignment
 from phonanim.life import Life, blinks, gaze, life_curves
-from phonanim.media.voice import hear_voice
+from phonanim.media.voice import analyze_voice
 from phonanim.rig.neck import TURNS
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.labels import is_silent
@@ -115,10 +115,10 @@ def main() -> None:
     life_curves(Life(0), read_prosody(track), times)
     read = time.process_time() - began
     began = time.process_time()
-    life_curves(Life(0), read_prosody(track, voice=hear_voice(samples, 16000)), times)
-    heard = time.process_time() - began
+    life_curves(Life(0), read_prosody(track, voice=analyze_voice(samples, 16000)), times)
+    with_sound = time.process_time() - began
     print(f"\n{len(times)} frames: {len(times) / read:.0f} a second from phones, ", end="")
-    print(f"{len(times) / heard:.0f} from phones and sound")
+    print(f"{len(times) / with_sound:.0f} from phones and sound")
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ from phonanim.animation.motion import predict_controls
 from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.face.model import lip_aperture
 from phonanim.media.audio import read_sound
-from phonanim.media.voice import FRAMES, Voice, hear_voice
+from phonanim.media.voice import FRAMES, Voice, analyze_voice
 from phonanim.metrics import correlation, speech_mask
 from phonanim.options import Options
 from phonanim.pipeline import load_cached_rig, load_model
@@ -40,14 +40,14 @@ def clip_rows(corpus: Corpus, model_name: str) -> None:
     model, rig = load_model(model_name), load_cached_rig("arkit")
     clips = np.asarray(corpus.clips_of("test"))
     sounds = [read_sound(corpus.audio[clip]) for clip in clips]
-    heard = [hear_voice(sound.samples, sound.rate) for sound in sounds]
-    spoken = [measure_loudness(voice, corpus.tracks[clip]) for voice, clip in zip(heard, clips, strict=True)]
+    voices = [analyze_voice(sound.samples, sound.rate) for sound in sounds]
+    spoken = [measure_loudness(voice, corpus.tracks[clip]) for voice, clip in zip(voices, clips, strict=True)]
     levels = np.array([one.mean for one in spoken])
     known = np.isfinite(levels)  # not where the alignment leaves no speech that stands out
     usual = float(levels[known].mean())
     ways: dict[str, list[float]] = {"captured": [], "constant": [], "followed": [], "across": []}
     gaps: dict[str, list[Array]] = {way: [] for way in ways}
-    for clip, voice, own in zip(clips, heard, spoken, strict=True):
+    for clip, voice, own in zip(clips, voices, spoken, strict=True):
         track, times = corpus.tracks[clip], corpus.times(clip)
         said = speech_mask(track, times)
         curves = {"captured": lip_aperture(corpus.landmarks[corpus.rows([clip])].astype(float), model.face)}
@@ -89,7 +89,7 @@ def take_rows(folder: Path) -> None:
     print(f"\n| take | pieces | SLCC of {JAW} | change of its speed, % per dB |\n|---|---:|---:|---:|")
     for name in sorted(set(stored.files) - {"fps", "names"}):
         sound = read_sound(folder / f"{name}.flac")
-        voice = hear_voice(sound.samples, sound.rate)
+        voice = analyze_voice(sound.samples, sound.rate)
         levels, speeds = pieces(voice, stored[name][:, jaw].astype(np.float64), fps)
         slope = 100 * np.polyfit(levels, speeds, 1)[0] / speeds.mean()
         print(f"| {name} | {len(levels)} | {correlation(levels, speeds):.2f} | {slope:.1f} |")

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from phonanim.life.head import tune
 from phonanim.media.audio import SUFFIXES, read_audio
 from phonanim.media.praat import with_praat_pitch
-from phonanim.media.voice import FRAMES, Voice, hear_voice
+from phonanim.media.voice import FRAMES, Voice, analyze_voice
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -55,12 +55,12 @@ def errors(name: str, noise: int | None, paths: list[Path]) -> Iterator[str]:
     pairs, spent, seconds = [], 0.0, 0.0
     for path in paths:
         samples, rate = read_audio(path)
-        truth = with_praat_pitch(hear_voice(samples, rate), samples, rate)
-        heard = samples if noise is None else with_noise(samples, noise)
+        truth = with_praat_pitch(analyze_voice(samples, rate), samples, rate)
+        noisy = samples if noise is None else with_noise(samples, noise)
         begun = time.process_time()
-        found = hear_voice(heard, rate)
+        found = analyze_voice(noisy, rate)
         if name == "praat":
-            found = with_praat_pitch(found, heard, rate)
+            found = with_praat_pitch(found, noisy, rate)
         spent, seconds = spent + time.process_time() - begun, seconds + len(samples) / rate
         pairs.append((found, truth))
     own, known = (np.concatenate([pair[i].pitch for pair in pairs]) for i in (0, 1))

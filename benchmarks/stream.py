@@ -1,7 +1,7 @@
 """What streaming costs: exactness against waiting, processor time for each frame, and a run by the clock.
 
     python benchmarks/stream.py look-ahead work/natural/ljspeech    phones: error against seconds waited
-    python benchmarks/stream.py ahead                               sound: networks that hear so far ahead
+    python benchmarks/stream.py ahead                               sound: networks that read so far ahead
     python benchmarks/stream.py cost work/cnn work/tcn              processor time, one frame at a time
     python benchmarks/stream.py int8 work/cnn work/tcn              weights of 8 bits
     python benchmarks/stream.py realtime --seconds 60               frames that leave when they fall due
@@ -105,7 +105,7 @@ def rms(parts: list[NDArray[np.float32]]) -> float:
 
 
 def ahead() -> None:
-    """Networks of convolutions that hear more or less ahead."""
+    """Networks of convolutions that read more or less ahead."""
     variants = [("cnn", steps, 0.004) for steps in (0, 3, 7, 11)]
     variants += [("cnn", 7, 0.0), ("tcn", 0, 0.0)]
     print("kind  steps ahead    ctc  look-ahead  vertex error  aperture r  width r  processor")
@@ -172,7 +172,7 @@ def phone_times() -> NDArray[np.float64]:
 
 
 def sound_times(path: Path) -> NDArray[np.float64]:
-    """A frame's sound, 1/60 s, heard and shown."""
+    """A frame's sound, 1/60 s, encoded and shown."""
     stream = SoundStream(Options(model=str(path)))
     stream.warm_up()
     size = round(RATE / FPS)
@@ -203,17 +203,17 @@ def int8(models: list[Path]) -> None:
         rng = np.random.default_rng(0)
         values = rng.normal(regressor.centre, 1 / regressor.scale, (2000, *regressor.centre.shape))
         small = {n: np.multiply(*rounded(part)) for n, part in regressor.weights.items()}
-        heard = values.astype(np.float32)
-        apart = np.abs(replace(regressor, weights=small).step(heard) - regressor.step(heard))
+        features = values.astype(np.float32)
+        apart = np.abs(replace(regressor, weights=small).step(features) - regressor.step(features))
         size = sum(part.size for part in regressor.weights.values())
         print(f"{path.name}: {4 * size / 1e3:.0f} kB as float32, {size / 1e3:.0f} kB as int8")
         print(f"  modes move by {apart.mean():.3f} mm, at most {apart.max():.3f} mm")
-        products(regressor, heard)
+        products(regressor, features)
 
 
-def products(regressor: Streamed, heard: NDArray[np.float32]) -> None:
+def products(regressor: Streamed, features: NDArray[np.float32]) -> None:
     """Milliseconds of one step, and of its largest product in floats and in whole numbers."""
-    field = heard[: regressor.receptive_field]
+    field = features[: regressor.receptive_field]
     kernel = max(regressor.weights.values(), key=lambda part: part.size)
     flat = kernel.reshape(-1, kernel.shape[-1])
     whole = rounded(flat)[0]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import find_audio, read_audio, resample
-from phonanim.media.voice import FRAMES, hear_voice
+from phonanim.media.voice import FRAMES, analyze_voice
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.inventory import INVENTORY, SILENCE
 from phonanim.speech.language import to_phones
@@ -79,12 +79,12 @@ def levels(
     intervals, samples = line
     seconds = len(samples) / RATE
     track, _ = to_phones(Alignment(intervals, seconds, "phones", "a line"), "english", "nearest")
-    voice = hear_voice(samples, RATE)
+    voice = analyze_voice(samples, RATE)
     times = np.arange(0, seconds, 1 / FRAMES)
     spoken = track.sample(times) != INVENTORY.code(SILENCE)
     stream = StreamedLoudness(reference, ahead)
-    heard = [stream.until(time, voice, track, 0.0).at(np.array([time])) for time in times.tolist()]
-    return measure_loudness(voice, track, reference).at(times)[spoken], np.concatenate(heard)[spoken]
+    streamed = [stream.until(time, voice, track, 0.0).at(np.array([time])) for time in times.tolist()]
+    return measure_loudness(voice, track, reference).at(times)[spoken], np.concatenate(streamed)[spoken]
 
 
 if __name__ == "__main__":

@@ -87,8 +87,8 @@ class Judge:
     def examples(self, clips: Clips, targets: str) -> Examples:
         """Clips with their sound; targets are modes of the mouth or of the face, or controls of a rig."""
         if targets != "rig":
-            return make_examples(self.corpus, getattr(self, targets), clips, heard=True)
-        found = make_examples(self.corpus, self.mouth, clips, heard=True)
+            return make_examples(self.corpus, getattr(self, targets), clips, with_sound=True)
+        found = make_examples(self.corpus, self.mouth, clips, with_sound=True)
         return replace(found, targets=tuple(self.scores[1][self.corpus.rows([clip])] for clip in clips))
 
 
@@ -110,7 +110,7 @@ def takes_of(judge: Judge, model: FaceDiffuser, seeds: range) -> NDArray[np.floa
     values = [
         features_at_steps(sound_features(encoder, sound, None), grid, model.config.rate) for sound in sounds
     ]
-    heard = model.embed_sound(np.stack([model.normalize_features(one) for one in values]))
+    audio = model.embed_sound(np.stack([model.normalize_features(one) for one in values]))
     wide = (len(sounds), len(grid), len(model.low))
     place = (judge.corpus.times(int(judge.measured[0])) - grid[0]) * model.config.rate
 
@@ -118,7 +118,7 @@ def takes_of(judge: Judge, model: FaceDiffuser, seeds: range) -> NDArray[np.floa
         def noise(turn: int) -> Floats:
             return np.random.default_rng([seed, turn]).standard_normal(wide, np.float32)
 
-        found = model.unscale_modes(sample_motion(model.config, model.weights, heard, noise))
+        found = model.unscale_modes(sample_motion(model.config, model.weights, audio, noise))
         return np.stack([interpolate_rows(one, place) for one in found])
 
     return np.stack([take(seed) for seed in seeds])

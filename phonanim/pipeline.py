@@ -38,7 +38,7 @@ from phonanim.core.version import __version__
 from phonanim.errors import ModelError, OptionError
 from phonanim.exporters import load
 from phonanim.face.model import FaceModel
-from phonanim.inputs.prosody import add_heard
+from phonanim.inputs.prosody import add_prosody
 from phonanim.inputs.speech_input import SpeechInput, read_speech_input
 from phonanim.life import Life, add_life, idle_life, life_of, mouth_freedom
 from phonanim.media.audio import find_audio
@@ -123,7 +123,7 @@ def animate_detailed(
     """
     options = corrected_options(options, corrections)
     model, rig = model_with_settings(options), load_cached_rig(options.rig)
-    line = read_speech_input(path, options, audio, model.input_modality, corrections.phones, model.hearing)
+    line = read_speech_input(path, options, audio, model.input_modality, corrections.phones, model.recognizer)
     options = timed_options(options, corrections, line.alignment.intervals)
     frames = frame_count(line.track.duration, options.fps)
     _check_length(path, frames, rig, options)
@@ -132,7 +132,7 @@ def animate_detailed(
         return AnimationResult(animation, line.track, line.notes, None, None, line.language, line.read)
     life = life_of(options, path.stem)
     follows = options.loudness > 0 and articulates(options, rig, line.track, line.sound)
-    line = add_heard(line, model.regressor, options, loudness=follows, prosody=life.moves(rig))
+    line = add_prosody(line, model.regressor, options, loudness=follows, prosody=life.moves(rig))
     motion = predict_controls(
         line.track, model, rig, options, frames, sound=line.sound, loudness=line.loudness
     )
@@ -194,7 +194,7 @@ def _animate_sensors(
 ) -> Animation:
     """A rig moved by the articulation of predicted sensors. Raises RigError for one without a mouth."""
     rig, life = load_cached_rig(options.rig), life_of(options, path.stem)
-    line = add_heard(line, model.regressor, options, loudness=False, prosody=life.moves(rig))
+    line = add_prosody(line, model.regressor, options, loudness=False, prosody=life.moves(rig))
     times = np.arange(frame_count(line.track.duration, options.fps)) / options.fps
     rows = model.predict(line.track, options.fps, len(times), sound=line.sound)
     mouth = sensed_articulation(model, target, rows, line.track, times, line.sound, options.contacts)
@@ -306,5 +306,5 @@ def _whispered(line: SpeechInput) -> tuple[str, ...]:
 def _known(line: SpeechInput) -> dict[str, Any]:
     """The language that the labels were read as, and the hash of a recording that moved the face."""
     moved = line.sound is not None or line.voice is not None
-    heard = {"audio_sha256": content_hash(line.audio)} if moved and line.audio else {}
-    return ({"language": line.language.facts()} if line.language else {}) | heard
+    recorded = {"audio_sha256": content_hash(line.audio)} if moved and line.audio else {}
+    return ({"language": line.language.facts()} if line.language else {}) | recorded

@@ -35,7 +35,7 @@ from phonanim.speech.visible_phones import PLACES
 
 TABLE = Path(__file__).parent / "label_sources.tsv"
 STRESS = re.compile("[ˈˌ'ˑ]")
-HEARD = {"\u0303": 1.5, "ʲ": 0.4, "ʰ": 0.3, "ː": 0.2}
+AUDIBLE = {"\u0303": 1.5, "ʲ": 0.4, "ʰ": 0.3, "ː": 0.2}
 """Costs of marks that tell phones apart; others cost 0.1."""
 SILENT = {"sil", "sp", "spn", ""}
 
@@ -193,7 +193,7 @@ def apart(one: tuple[Articulation, ...], two: tuple[Articulation, ...], ipa: str
     marks = [
         {c for c in unicodedata.normalize("NFD", text) if c in ipa_diacritics()} for text in (ipa, other)
     ]
-    return far + sum(HEARD.get(mark, 0.1) for mark in marks[0] ^ marks[1])
+    return far + sum(AUDIBLE.get(mark, 0.1) for mark in marks[0] ^ marks[1])
 
 
 def weighted_words(notation: Notation, dictionaries: Path, most: int = 8000) -> Iterator[tuple[str, float]]:

@@ -70,8 +70,10 @@ def is_backdrop(picture: NDArray[np.uint8]) -> NDArray[np.bool_]:
 def columns(corpus: Corpus, clip: int) -> tuple[NDArray[np.int64], list[str]]:
     """Frames of a clip in the middle of its longest phones, in their order, and the phones' labels."""
     track = corpus.tracks[clip]
-    heard = np.array([not is_silent(label) for label in track.labels])
-    longest = np.argsort(-np.where(heard, np.diff(track.bounds), 0), kind="stable")[: min(WIDTH, heard.sum())]
+    spoken = np.array([not is_silent(label) for label in track.labels])
+    longest = np.argsort(-np.where(spoken, np.diff(track.bounds), 0), kind="stable")[
+        : min(WIDTH, spoken.sum())
+    ]
     chosen = np.sort(longest)
     middles = (track.bounds[chosen] + track.bounds[chosen + 1]) / 2
     frames = np.minimum((middles * corpus.fps).astype(np.int64), corpus.frames[clip] - 1)

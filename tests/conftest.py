@@ -74,9 +74,9 @@ def line(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture(scope="session")
-def unheard_line(root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def line_without_sound(root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The example alignment in a folder without its recording."""
-    return Path(shutil.copy(root / "examples" / "line.TextGrid", tmp_path_factory.mktemp("unheard")))
+    return Path(shutil.copy(root / "examples" / "line.TextGrid", tmp_path_factory.mktemp("silent")))
 
 
 @pytest.fixture

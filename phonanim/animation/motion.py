@@ -13,7 +13,7 @@ from phonanim.articulation import Articulation
 from phonanim.articulation.blend import blend_articulation, blend_channels
 from phonanim.articulation.closures import set_closures
 from phonanim.articulation.effort import effort_gains
-from phonanim.articulation.heard import HeardArticulation
+from phonanim.articulation.from_audio import AudioArticulation
 from phonanim.articulation.scaling import scale_articulation
 from phonanim.errors import ModelError
 from phonanim.face import contacts
@@ -82,9 +82,9 @@ def _move_block(
             lips.instance(modes), lips, closed, track, times, options.contacts, options.quickness
         )
         articulation = spoken_articulation(mouth, options, track, times, loudness)
-    elif sound is not None and hears_articulation(options, rig, model):
+    elif sound is not None and articulates_from_audio(options, rig, model):
         articulation = spoken_articulation(
-            hear_mouth(modes, model, sound, times), options, track, times, None
+            mouth_from_audio(modes, model, sound, times), options, track, times, None
         )
     values = retarget(modes, model.face, rig, options.retarget, track, times, options.contacts, articulation)
     if articulation is None:
@@ -100,14 +100,14 @@ def articulates(options: Options, rig: Rig, track: PhoneTrack, sound: Sound | No
     return options.retarget in ("auto", "articulation") and rig.speaks and known
 
 
-def hears_articulation(options: Options, rig: Rig, model: regressors.Model) -> bool:
+def articulates_from_audio(options: Options, rig: Rig, model: regressors.Model) -> bool:
     """Whether articulation moves the rig without phones. Rigs of mouth shapes choose them by phones."""
     by_phones = rig.visemes or (rig.through and rig.through.rig.visemes)
     chosen = options.retarget in ("auto", "articulation") and rig.speaks
     return chosen and not by_phones and model.articulation is not None
 
 
-def hear_mouth(
+def mouth_from_audio(
     modes: NDArray[np.floating], model: regressors.Model, sound: Sound, times: NDArray[np.float64]
 ) -> Articulation:
     """Articulation by sound alone, blended with the learned lips, (frames, modes) -> (frames, channels).
@@ -116,7 +116,7 @@ def hear_mouth(
     """
     if model.articulation is None:
         raise ModelError("the model has not learned articulation from sound; train it again")
-    values, silent, rounded = HeardArticulation.from_tensors(model.articulation).at(sound, times)
+    values, silent, rounded = AudioArticulation.from_tensors(model.articulation).at(sound, times)
     lips, closed = contacts.lip_part(model.face)
     return Articulation(blend_channels(values, lips.instance(modes), lips, closed, silent, rounded))
 

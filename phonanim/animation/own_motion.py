@@ -12,7 +12,7 @@ from phonanim.animation.other_rig import move_to_rig
 from phonanim.articulation import CHANNELS, Articulation, articulate
 from phonanim.articulation.blend import CLEAR
 from phonanim.articulation.closures import enforce_contacts
-from phonanim.articulation.heard import HeardArticulation
+from phonanim.articulation.from_audio import AudioArticulation
 from phonanim.articulation.table import read_targets
 from phonanim.errors import ModelError, OptionError
 from phonanim.media.audio import Sound
@@ -91,14 +91,14 @@ def sensed_articulation(
 ) -> Articulation:
     """Articulation of predicted sensors, (frames, size) -> (frames, channels) mm.
 
-    Channels that the sensors do not show are those of the phones, else those that the model has learned to
-    hear, else those of a mouth at rest. Contacts of lips and teeth are enforced where there are phones.
+    Channels that the sensors do not show are those of the phones, else those that the model predicts from
+    sound, else those of a mouth at rest. Contacts of lips and teeth are enforced where there are phones.
     """
     spoken = bool(track.codes.any())
     if spoken:
         values = articulate(track, times).values.copy()
     elif sound is not None and model.articulation is not None:
-        values = HeardArticulation.from_tensors(model.articulation).at(sound, times)[0]
+        values = AudioArticulation.from_tensors(model.articulation).at(sound, times)[0]
     else:
         values = np.tile(read_targets().target[SILENCE], (len(times), 1))
     gap, teeth = CHANNELS.index("lip_gap"), CHANNELS.index("lower_lip_to_teeth")

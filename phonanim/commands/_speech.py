@@ -76,15 +76,15 @@ def understand(recording: Path, voice: str | None, console: Console) -> str:
             f"{recording}: words are recognized in English only; give them with --text, or choose --model "
             "audio, which recognizes phones of any language"
         )
-    heard = recognize(read_sound(recording), str(recording))
-    if heard.confidence < CLEAR:
+    words = recognize(read_sound(recording), str(recording))
+    if words.confidence < CLEAR:
         raise OptionError(
-            f"{recording}: its words are not clear ({heard.confidence:.0%} sure: {heard.text!r}); give them "
+            f"{recording}: its words are not clear ({words.confidence:.0%} sure: {words.text!r}); give them "
             "with --text, and with --voice the language of speech that is not English, or choose --model "
             "audio, which recognizes phones"
         )
-    console.print(f"understood ({heard.confidence:.0%} sure): {heard.text}")
-    return heard.text
+    console.print(f"understood ({words.confidence:.0%} sure): {words.text}")
+    return words.text
 
 
 def speak_text(text: str, voice: str, beside: Path) -> Path:

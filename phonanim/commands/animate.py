@@ -190,7 +190,7 @@ def needs_words(path: Path, options: Options) -> bool:
     from phonanim.inputs.speech_input import is_recording
     from phonanim.pipeline import load_model
 
-    return is_recording(path) and load_model(options.model).input_modality not in ("audio", "heard")
+    return is_recording(path) and load_model(options.model).input_modality not in ("audio", "recognized")
 
 
 def with_own_rig(options: Options, character: Any, console: Console) -> Options:

@@ -113,8 +113,8 @@ def command(
     """Animate phones or audio in real time, as they arrive.
 
     SOURCE is - (stdin) or a file: lines of JSON, such as {"phone": "AA1", "start": 0.1, "end": 0.2},
-    {"time": 0.3}, {"end": true}; or any alignment. For a model that hears (audio, or of kind cnn, tcn) it is
-    a recording, or - for raw samples: 16-bit, little-endian. A recording and the microphone are heard by the
+    {"time": 0.3}, {"end": true}; or any alignment. For an audio-driven model (audio, cnn, tcn) it is
+    a recording, or - for raw samples: 16-bit, little-endian. A recording and the microphone are read by the
     model audio unless another is named.
 
     \b
@@ -133,7 +133,7 @@ def command(
     places, realtime = shown_places(places, view, character), realtime or view
     if character is not None:
         options = with_own_rig(options, character, console)
-    options = with_model_that_hears(options, source, microphone)
+    options = with_audio_model(options, source, microphone)
     engine, events, ahead = open_engine(source, microphone, rate, channels, options, look_ahead, audio)
     check_options(realtime, ahead, delay)
     sound, start = sound_in_step(source, microphone, audio, options) if realtime else (None, 0.0)
@@ -168,15 +168,15 @@ def command(
         raise click.exceptions.Exit(1)
 
 
-def with_model_that_hears(options: Options, source: str, microphone: bool) -> Options:
+def with_audio_model(options: Options, source: str, microphone: bool) -> Options:
     """The options with the model audio for a recording and for the microphone, unless one was chosen."""
-    from phonanim.core.catalog import HEARING_MODEL
+    from phonanim.core.catalog import RECOGNITION_MODEL
     from phonanim.inputs.speech_input import is_recording
 
     chosen = click.get_current_context().get_parameter_source("model") is not ParameterSource.DEFAULT
     if chosen or not (microphone or is_recording(Path(source))):
         return options
-    return replace(options, model=HEARING_MODEL)
+    return replace(options, model=RECOGNITION_MODEL)
 
 
 def open_engine(
@@ -194,30 +194,30 @@ def open_engine(
     from phonanim.pipeline import load_model
     from phonanim.stream import inputs
     from phonanim.stream.engine import PhoneStream
-    from phonanim.stream.heard import HeardStream
+    from phonanim.stream.recognized import RecognizedStream
     from phonanim.stream.sound import SoundStream
 
     line = "stream" if microphone or source == "-" else Path(source).stem
     modality = load_model(options.model).input_modality
     sounds = microphone or is_recording(Path(source))
-    hears = modality == "audio" or (modality == "heard" and (sounds or source == "-"))
-    silent = not (hears or sounds)
+    audio_driven = modality == "audio" or (modality == "recognized" and (sounds or source == "-"))
+    silent = not (audio_driven or sounds)
     lines = silent and (source == "-" or inputs.is_lines(Path(source)))
-    if audio is not None and (hears or lines):
+    if audio is not None and (audio_driven or lines):
         raise OptionError(f"--audio {audio}: is for the recording of an alignment; leave it out")
-    if hears:
+    if audio_driven:
         if microphone:
-            heard = inputs.microphone(None if source == "-" else source, rate)
+            pieces = inputs.microphone(None if source == "-" else source, rate)
         elif source == "-":
-            heard = inputs.raw_samples(STDIN, channels)
+            pieces = inputs.raw_samples(STDIN, channels)
         else:
-            rate, heard = inputs.recording(Path(source))
-        if modality == "heard":
-            listening = HeardStream(options, rate, look_ahead, line)
+            rate, pieces = inputs.recording(Path(source))
+        if modality == "recognized":
+            listening = RecognizedStream(options, rate, look_ahead, line)
             waits = listening.look_ahead
-            return listening, heard, None if waits is None else waits + SLACK
+            return listening, pieces, None if waits is None else waits + SLACK
         engine = SoundStream(options, rate, line)
-        return engine, heard, engine.look_ahead + SLACK
+        return engine, pieces, engine.look_ahead + SLACK
     if sounds:
         given = "--microphone: gives audio" if microphone else f"{source}: is a recording"
         raise OptionError(

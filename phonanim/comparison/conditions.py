@@ -121,11 +121,11 @@ def _phones(sound: Sound, text: str | None, name: str) -> list[tuple[str, float,
 
 
 def condition_scores(
-    model: regressors.Model, heard: dict[str, tuple[ClipInput, ...]], corpus: Corpus, face: FaceModel
+    model: regressors.Model, inputs: dict[str, tuple[ClipInput, ...]], corpus: Corpus, face: FaceModel
 ) -> dict[str, dict[str, Any]]:
     """Sums of a model by variant and "with CONDITION/frames"; closures are those of the labelled phones."""
     found: dict[str, dict[str, Any]] = {"raw": {}, "contacts": {}}
-    for name, given in heard.items():
+    for name, given in inputs.items():
         modes = [_predict(model, take, corpus) for take in given]
         for variant, rows in found.items():
             shapes = _shapes(model, given, modes, corpus, closing=variant == "contacts")
@@ -151,7 +151,7 @@ def _shapes(
 
 
 def describe_conditions(
-    plan: Plan, heard: dict[str, tuple[ClipInput, ...]], corpus: Corpus
+    plan: Plan, inputs: dict[str, tuple[ClipInput, ...]], corpus: Corpus
 ) -> dict[str, dict[str, Any]]:
     """Description of each condition, clips that were not aligned, and speech frames with another phone."""
     return {
@@ -161,7 +161,7 @@ def describe_conditions(
             "not_aligned": sum(not take.aligned for take in given),
             "other_phone": round(float(np.concatenate([_other(t, corpus) for t in given]).mean()), 4),
         }
-        for name, given in heard.items()
+        for name, given in inputs.items()
     }
 
 

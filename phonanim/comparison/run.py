@@ -49,7 +49,7 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
     found = list(make_folds(plan, corpus))
     jobs = [job for fold in found for job in _jobs(plan, fold, work)]
     jobs += [*mouth_jobs(plan, corpus, work), *sweep_jobs(plan, corpus, work)]
-    heard = clip_inputs(plan, corpus, work, lambda done: progress("aligning", done))
+    inputs = clip_inputs(plan, corpus, work, lambda done: progress("aligning", done))
     fit_all(jobs, workers, lambda done: progress("training", done))
     begin = time.process_time()
     document: Document = {
@@ -62,11 +62,11 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
             **corpus.provenance,
         },
         "folds": {f.name: {"train": len(f.train), "clips": [corpus.clips[c] for c in f.test]} for f in found},
-        "conditions": describe_conditions(plan, heard, corpus),
+        "conditions": describe_conditions(plan, inputs, corpus),
         "models": {},
     }
     for number, name in enumerate(plan.models):
-        document["models"][name] = _score_model(plan, name, found, heard, work, corpus)
+        document["models"][name] = _score_model(plan, name, found, inputs, work, corpus)
         progress("scoring", (number + 1) / len(plan.models))
     for name, scores in mouth_scores(plan, work).items():
         document["models"][name]["scores"]["raw"][WHERE] = scores
@@ -105,7 +105,7 @@ def _score_model(
     plan: Plan,
     name: str,
     found: list[Fold],
-    heard: dict[str, tuple[ClipInput, ...]],
+    inputs: dict[str, tuple[ClipInput, ...]],
     work: Path,
     corpus: Corpus,
 ) -> Document:
@@ -131,7 +131,7 @@ def _score_model(
         if fold.name == "test":
             row |= describe_model(trained.model) | {"training_s": trained.seconds}
             row |= _cost(trained.model, folder, corpus, fold) | _pictures(trained, predicted, corpus)
-            for variant, scores in condition_scores(trained.model, heard, corpus, face).items():
+            for variant, scores in condition_scores(trained.model, inputs, corpus, face).items():
                 row["scores"][variant].update(scores)
             if plan.ema is not None and "ema" in plan.folds:
                 row["ema"] = {v: ema_scores(trained.model, plan.ema, v == "contacts") for v in VARIANTS}

@@ -13,7 +13,7 @@ from phonanim.errors import ModelError
 
 SHIPPED = Path(__file__).parent.parent / "models"
 DEFAULT_MODEL = "default"
-HEARING_MODEL = "audio"  # the shipped model that hears phones
+RECOGNITION_MODEL = "audio"  # the shipped model that recognizes phones
 MAX_CARD = 1 << 24  # bytes
 CARD = "model.json"  # the description in a model folder
 

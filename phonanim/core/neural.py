@@ -60,11 +60,11 @@ def transformer_block(signal: Floats, part: Mapping[str, Floats], heads: int) ->
     (..., steps, dims) -> the same; `part` holds norm1, query, key, value, out, norm2, wide and narrow, and
     NAME_bias of each (that of key may be absent).
     """
-    heard = layer_norm(signal, part["norm1"], part["norm1_bias"])
-    query, key, value = (heard @ part[n] + part.get(f"{n}_bias", 0) for n in ("query", "key", "value"))
+    normal = layer_norm(signal, part["norm1"], part["norm1_bias"])
+    query, key, value = (normal @ part[n] + part.get(f"{n}_bias", 0) for n in ("query", "key", "value"))
     signal = signal + attend(query, key, value, heads) @ part["out"] + part["out_bias"]
-    heard = layer_norm(signal, part["norm2"], part["norm2_bias"])
-    wide = gelu(heard @ part["wide"] + part["wide_bias"])
+    normal = layer_norm(signal, part["norm2"], part["norm2_bias"])
+    wide = gelu(normal @ part["wide"] + part["wide_bias"])
     return np.asarray(signal + wide @ part["narrow"] + part["narrow_bias"])
 
 

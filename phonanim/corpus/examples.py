@@ -18,10 +18,12 @@ from phonanim.regressors import Examples
 from phonanim.targets import Target
 
 
-def make_examples(corpus: Corpus, face: FaceModel, clips: Iterable[int], heard: bool = False) -> Examples:
+def make_examples(
+    corpus: Corpus, face: FaceModel, clips: Iterable[int], with_sound: bool = False
+) -> Examples:
     """Clips of a corpus as training examples: modes of the captured face at mid-exposure instants.
 
-    With `heard`, the recordings are included. Raises AudioError when one cannot be read.
+    With `with_sound`, the recordings are included. Raises AudioError when one cannot be read.
     """
     chosen = [int(clip) for clip in clips]
     return Examples(
@@ -29,7 +31,7 @@ def make_examples(corpus: Corpus, face: FaceModel, clips: Iterable[int], heard: 
         tuple(corpus.times(clip) for clip in chosen),
         tuple(face.project(corpus.landmarks[corpus.rows([clip])]).astype(np.float32) for clip in chosen),
         (1.0,) * len(chosen),
-        tuple(read_sound(corpus.audio[clip]) for clip in chosen) if heard else (),
+        tuple(read_sound(corpus.audio[clip]) for clip in chosen) if with_sound else (),
     )
 
 
@@ -68,13 +70,13 @@ def motion_examples(
     """
     chosen = tuple(int(clip) for clip in clips)
     ones = [corpus.clips[clip] for clip in chosen]
-    heard = all(one.audio for one in ones)
+    with_sound = all(one.audio for one in ones)
     return Examples(
         tuple(one.track for one in ones),
         tuple(corpus.times(clip) for clip in chosen),
         EncodedClips(corpus, target, chosen),
         (1.0,) * len(chosen),
-        tuple(read_clip_sound(one) for one in ones) if heard else (),
+        tuple(read_clip_sound(one) for one in ones) if with_sound else (),
         tuple(style_number(style_name(one, by), styles) for one in ones) if styles else (),
     )
 

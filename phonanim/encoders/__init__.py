@@ -116,8 +116,8 @@ def encode(encoder: Encoder, sound: Sound) -> Features:
     """
     check_sound(sound)
     shape = (count_steps(sound), encoder.layers, encoder.dims)
-    heard = f"{encoder.identity}, {encoder.window} s at a time, {encoder.margin} s around"
-    values = cached_features(heard, sound, shape, _windows(encoder, sound))
+    identity = f"{encoder.identity}, {encoder.window} s at a time, {encoder.margin} s around"
+    values = cached_features(identity, sound, shape, _windows(encoder, sound))
     return Features(values, STEPS, encoder.start)
 
 
@@ -138,8 +138,8 @@ def _windows(encoder: Encoder, sound: Sound) -> Iterator[NDArray[np.float32]]:
     """Features of consecutive stretches of a recording, each encoded with its context."""
     rate, left = sound.rate, count_steps(sound)
     for begin, first, last in _spans(left / STEPS, encoder.window, encoder.margin):
-        heard = resample(sound.samples[begin * rate : (begin + encoder.window) * rate], rate, RATE)
-        found = encoder.run(np.pad(heard, (0, -len(heard) % HOP if len(heard) else HOP)))
+        samples = resample(sound.samples[begin * rate : (begin + encoder.window) * rate], rate, RATE)
+        found = encoder.run(np.pad(samples, (0, -len(samples) % HOP if len(samples) else HOP)))
         fresh = found[round((first - begin) * STEPS) : round((last - begin) * STEPS)][:left]
         left -= len(fresh)
         yield fresh

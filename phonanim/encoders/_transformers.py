@@ -54,9 +54,9 @@ class Hidden:
 
         if self.normalized:
             samples = (samples - samples.mean()) / np.sqrt(samples.var() + np.float32(1e-7))
-        heard = torch.from_numpy(np.pad(samples, (0, self.field - HOP)).astype(np.float32))
+        padded = torch.from_numpy(np.pad(samples, (0, self.field - HOP)).astype(np.float32))
         with torch.no_grad():
-            found = self.model(heard[None], output_hidden_states=True).hidden_states
+            found = self.model(padded[None], output_hidden_states=True).hidden_states
         return np.asarray(torch.stack(found, dim=2)[0].numpy(), np.float32)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from phonanim.errors import EvaluationError
 from phonanim.evaluation.predictions import line_name
 from phonanim.media.audio import read_sound
-from phonanim.media.voice import hear_voice
+from phonanim.media.voice import analyze_voice
 
 SOUNDS = (".wav", ".flac", ".ogg", ".mp3")
 
@@ -17,7 +17,7 @@ SOUNDS = (".wav", ".flac", ".ogg", ".mp3")
 def speech_level(path: Path) -> float:
     """Mean level of the voiced frames of a sound, dB of full scale; NaN without voice. Raises AudioError."""
     sound = read_sound(path)
-    voice = hear_voice(sound.samples, sound.rate)
+    voice = analyze_voice(sound.samples, sound.rate)
     spoken = voice.active() & np.isfinite(voice.pitch)
     return float(voice.level[spoken].mean()) if spoken.any() else float("nan")
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from phonanim.errors import OptionError
 from phonanim.media.audio import SUFFIXES, read_sound
-from phonanim.media.voice import hear_voice
+from phonanim.media.voice import analyze_voice
 from phonanim.speech.loudness import speech_level
 
 QUIETEST = -90.0  # dB of full scale
@@ -22,7 +22,7 @@ def parse_level(text: str, find: Callable[[str], Path] = Path) -> float:
     if text.lower().endswith(SUFFIXES):
         path = find(text)
         sound = read_sound(path)
-        level = speech_level(hear_voice(sound.samples, sound.rate))
+        level = speech_level(analyze_voice(sound.samples, sound.rate))
         if math.isnan(level):
             raise OptionError(f"{path}: has no voiced speech to take a level from; name another recording")
         return round(level, 2)

@@ -1,4 +1,4 @@
-"""What is heard in a line: its voice, its prosody and its loudness, from phones, a recording, or both."""
+"""What the sound of a line gives: voice, prosody and loudness, from phones, a recording, or both."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from phonanim.errors import AudioError, MissingExtraError
 from phonanim.inputs.speech_input import SpeechInput, sound_from
 from phonanim.media.audio import read_sound
 from phonanim.media.praat import with_praat_pitch
-from phonanim.media.voice import Voice, hear_voice
+from phonanim.media.voice import Voice, analyze_voice
 from phonanim.options import Options
 from phonanim.speech.loudness import measure_loudness
-from phonanim.speech.prosody import AHEAD, Prosody, hear_prosody, read_prosody
+from phonanim.speech.prosody import AHEAD, Prosody, measure_prosody, read_prosody
 
 SPARE = 0.02  # seconds of a model's look-ahead that are lost to rounding
 
 
-def add_heard(
+def add_prosody(
     source: SpeechInput, regressor: object, options: Options, loudness: bool, prosody: bool
 ) -> SpeechInput:
     """The same input with its voice, and with the loudness and the prosody where they are asked for.
@@ -42,7 +42,7 @@ def life_ahead(regressor: object) -> float:
 def _find_prosody(source: SpeechInput, regressor: object, voice: Voice | None) -> Prosody:
     """The prosody of a line; without phones, no frame uses more look-ahead than the model."""
     if voice is not None and not source.alignment.intervals:
-        return hear_prosody(voice, life_ahead(regressor))
+        return measure_prosody(voice, life_ahead(regressor))
     return read_prosody(source.track, source.alignment.words, voice=voice)
 
 
@@ -56,7 +56,7 @@ def _find_voice(source: SpeechInput, method: str) -> tuple[Voice | None, tuple[s
             return None, ()
     if sound is None:
         return None, ()
-    voice = hear_voice(sound.samples, sound.rate)
+    voice = analyze_voice(sound.samples, sound.rate)
     if method == "praat":
         try:
             return with_praat_pitch(voice, sound.samples, sound.rate), ()

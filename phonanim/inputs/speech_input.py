@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Literal
 
 from phonanim.errors import AlignmentError, AudioError
-from phonanim.hearing.hearer import LANGUAGE, hear_phones
 from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import SUFFIXES, Sound, audio_notes, find_audio, read_sound, truncation_note
 from phonanim.media.voice import Voice
 from phonanim.options import Options
+from phonanim.recognition.recognizer import LANGUAGE, recognize_phones
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.language import ReadingLanguage, read_phones
 from phonanim.speech.loudness import Loudness
@@ -19,12 +19,12 @@ from phonanim.speech.phone_changes import PhoneChanges, correct_phones
 from phonanim.speech.phones import PhoneTrack, silent_track
 from phonanim.speech.prosody import Prosody
 
-InputModality = Literal["phones", "audio", "both", "heard"]
-"""What a model reads: phones, audio, both, or phones that are heard where there is no alignment."""
+InputModality = Literal["phones", "audio", "both", "recognized"]
+"""What a model reads: phones, audio, both, or phones that are recognized where there is no alignment."""
 
 UNENFORCED = "there is no alignment: lip closures are as predicted from the audio, none is enforced"
 UNCHANGED = PhoneChanges()
-HEARD = "the phones were heard, not given, so some are wrong: an alignment or --text is surer"
+RECOGNIZED = "the phones were recognized, not given, so some are wrong: an alignment or --text is surer"
 APART = 0.5  # seconds between the ends of a recording and its alignment above which a note is given
 
 
@@ -33,7 +33,7 @@ class SpeechInput:
     """All that a line is animated from.
 
     The alignment and its phones (all silence without an alignment), the path of the recording, and its sound
-    if the model uses it. `voice`, `loudness` and `prosody` are what is heard in it, None where not needed.
+    if the model uses it. `voice`, `loudness` and `prosody` are what its sound gives, None where not needed.
     `language` is the language that the labels were read as, None without an alignment; `read` are the phones
     before they were corrected.
     """
@@ -56,18 +56,18 @@ def read_speech_input(
     audio: Path | None,
     modality: InputModality,
     changes: PhoneChanges = UNCHANGED,
-    hearing: Path | None = None,
+    recognizer: Path | None = None,
 ) -> SpeechInput:
     """Read an alignment or a recording, and for an audio-driven model the recording next to an alignment.
 
-    `changes` are phones that a person corrected. `hearing` is the network of a model that hears phones.
+    `changes` are phones that a person corrected. `recognizer` is the network that recognizes phones.
 
     Raises AlignmentError when a recording is given to a phone-driven model, AudioError when an audio-driven
-    model has no recording or nothing is heard in it, and the errors of reading either.
+    model has no recording or no speech is recognized in it, and the errors of reading either.
     """
     if is_recording(path):
-        if hearing is not None:
-            return _hear_recording(path, hearing, changes)
+        if recognizer is not None:
+            return _recognize_recording(path, recognizer, changes)
         return _read_recording(path, modality, options.features)
     read = read_with_options(path, options, audio)
     alignment, left = correct_phones(read, changes)
@@ -107,22 +107,22 @@ def _read_recording(path: Path, modality: InputModality, features: str | None) -
     return SpeechInput(nothing, silent_track(sound.duration), notes, sound, path)
 
 
-def _hear_recording(path: Path, hearing: Path, changes: PhoneChanges) -> SpeechInput:
-    """A recording with the phones that a network hears in it, and corrections of them."""
+def _recognize_recording(path: Path, recognizer: Path, changes: PhoneChanges) -> SpeechInput:
+    """A recording with the phones that a network recognizes in it, and corrections of them."""
     sound = read_sound(path)
-    read = hear_phones(sound, hearing, str(path))
-    heard, left = correct_phones(read, changes)
-    track = read_phones(heard, LANGUAGE).track
-    notes = (HEARD, *left, *audio_notes(sound), *truncation_note(path))
-    return SpeechInput(heard, track, notes, None, path, read=read.intervals)
+    read = recognize_phones(sound, recognizer, str(path))
+    corrected, left = correct_phones(read, changes)
+    track = read_phones(corrected, LANGUAGE).track
+    notes = (RECOGNIZED, *left, *audio_notes(sound), *truncation_note(path))
+    return SpeechInput(corrected, track, notes, None, path, read=read.intervals)
 
 
-def _apart(audio: Path, heard: float, read: float) -> tuple[str, ...]:
+def _apart(audio: Path, recorded: float, aligned: float) -> tuple[str, ...]:
     """A note when a recording and its alignment, of these durations in seconds, do not end together."""
-    if abs(heard - read) <= APART:
+    if abs(recorded - aligned) <= APART:
         return ()
-    shorter = "the recording" if heard < read else "the alignment"
-    lasts = f"{audio} lasts {heard:.2f} s and the alignment {read:.2f} s"
+    shorter = "the recording" if recorded < aligned else "the alignment"
+    lasts = f"{audio} lasts {recorded:.2f} s and the alignment {aligned:.2f} s"
     return (f"{lasts}; after its end, {shorter} counts as silent",)
 
 

@@ -106,11 +106,11 @@ def read_sound(path: Path) -> NDArray[np.float32]:
     av = library()
     resampler = av.AudioResampler(format="flt", layout="mono", rate=SOUND_RATE)
     with _opened(path) as (_, stream):
-        heard = list(stream.container.decode(audio=0)) if stream.container.streams.audio else []
-        if not heard:
+        frames = list(stream.container.decode(audio=0)) if stream.container.streams.audio else []
+        if not frames:
             raise CorpusError(f"{path}: has no audio track; the phones are found in the audio")
-        pieces = [piece.to_ndarray()[0] for frame in [*heard, None] for piece in resampler.resample(frame)]
-        late = (heard[0].time or 0.0) - float((stream.start_time or 0) * stream.time_base)
+        pieces = [piece.to_ndarray()[0] for frame in [*frames, None] for piece in resampler.resample(frame)]
+        late = (frames[0].time or 0.0) - float((stream.start_time or 0) * stream.time_base)
     samples = np.concatenate(pieces).astype(np.float32)
     start = round(late * SOUND_RATE)
     return np.concatenate([np.zeros(max(start, 0), np.float32), samples[max(-start, 0) :]])
@@ -132,15 +132,15 @@ def write_film(
         stream = film.add_stream("libx264", rate=rate, options=H264 | {"crf": str(quality)})
         stream.pix_fmt = "yuv420p"
         stream.codec_context.thread_count = THREADS
-        heard = None if sound is None else film.add_stream("aac", rate=SOUND_RATE, layout="mono")
+        track = None if sound is None else film.add_stream("aac", rate=SOUND_RATE, layout="mono")
         for number, frame in enumerate(frames):
             if number == 0:
                 stream.height, stream.width = frame.shape[:2]
             picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format="rgb24")
             film.mux(stream.encode(picture.reformat(format="yuv420p")))
         film.mux(stream.encode(None))
-        if heard is not None and sound is not None:
-            _encode_sound(film, heard, sound.astype(np.float32)[None], "fltp")
+        if track is not None and sound is not None:
+            _encode_sound(film, track, sound.astype(np.float32)[None], "fltp")
 
 
 def write_sound(samples: NDArray[np.float32], path: Path) -> None:

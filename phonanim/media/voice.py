@@ -83,7 +83,7 @@ class Voice:
         return times, np.clip(0.5 * louder + 0.6 * higher, 0.0, 1.0), times + NEAR + self.settled + 2 / FRAMES
 
 
-def hear_voice(
+def analyze_voice(
     samples: Floats, rate: int, first: int = 0, count: int | None = None, dropped: int = 0
 ) -> Voice:
     """Level and pitch of mono samples in -1..1, (samples,), at `rate` hertz: `count` frames from `first` on.

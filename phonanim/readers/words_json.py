@@ -136,7 +136,7 @@ def _segments(lines: list[Any]) -> Iterator[dict[str, Any]]:
 
 
 def _language(source: AlignmentFile) -> str:
-    """The language that the recognizer heard, "" when the file does not say."""
+    """The language that the recognizer found, "" when the file does not say."""
     first = source.json_lines[0] if source.json_lines else None
     found = first.get("language") if isinstance(first, dict) else None
     return found if isinstance(found, str) else ""

@@ -22,9 +22,9 @@ from phonanim.core.plugins import Registry
 from phonanim.core.typed import check_types
 from phonanim.errors import ModelError
 from phonanim.face.model import FaceModel
-from phonanim.hearing.network import load_network
 from phonanim.inputs.speech_input import InputModality as InputModality
 from phonanim.media.audio import Sound
+from phonanim.recognition.network import load_network
 from phonanim.regressors._contract import check_class, check_required
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.phones import PhoneTrack, silent_track
@@ -38,10 +38,10 @@ NEEDS = {
     "phones": "an alignment",
     "audio": "a recording",
     "both": "an alignment and a recording",
-    "heard": "an alignment or a recording",
+    "recognized": "an alignment or a recording",
 }
 FORMAT = 1
-HEARING = "hearing"  # the kind of a model that hears phones and animates them by another model
+RECOGNITION = "recognition"  # the kind of a model that recognizes phones and animates them by another model
 CHECKPOINT = "checkpoint.pt"  # the state of a training, in the model's folder until it ends
 
 
@@ -129,8 +129,8 @@ class Model:
 
     `target` is the reference face, or one of phonanim.targets.
 
-    `articulation` is what phonanim.articulation.heard has learned with it, for models that hear. `hearing` is
-    the file of the network that hears the phones of a recording, for models that hear phones.
+    `articulation` is what phonanim.articulation.from_audio has learned with it, for audio-driven models.
+    `recognizer` is the file of the network that recognizes the phones of a recording, for models that do.
 
     Examples:
         >>> import phonanim
@@ -144,12 +144,12 @@ class Model:
     target: Target
     card: dict[str, Any]
     articulation: Tensors | None = None
-    hearing: Path | None = None
+    recognizer: Path | None = None
 
     @property
     def input_modality(self) -> InputModality:
-        """The input that is used, as of its regressor; "heard" where phones may be heard in a recording."""
-        return self.regressor.input_modality if self.hearing is None else "heard"
+        """The input that is used, as of its regressor; "recognized" where a recording may be read."""
+        return self.regressor.input_modality if self.recognizer is None else "recognized"
 
     @property
     def face(self) -> FaceModel:
@@ -249,7 +249,7 @@ def make_config(kind: str, values: dict[str, Any], where: str) -> Any:
 def save(model: Model, folder: Path) -> None:
     """Write a model folder: weights.safetensors, face.safetensors, and model.json last.
 
-    Models that hear also have articulation.safetensors.
+    Audio-driven models also have articulation.safetensors.
     """
     from safetensors.numpy import save as serialized
 
@@ -295,8 +295,8 @@ def load(folder: Path) -> Model:
     Nothing in a model is executed: weights are safetensors, the rest is JSON.
     """
     card = _load_card(folder)
-    if card["kind"] == HEARING:
-        return _load_hearing(folder, card)
+    if card["kind"] == RECOGNITION:
+        return _load_recognizer(folder, card)
     target = _load_target(card, folder)
     tensors = _load_tensors(folder / "weights.safetensors")
     kind = card["kind"]
@@ -308,8 +308,8 @@ def load(folder: Path) -> Model:
         raise ModelError(
             f"{folder / 'weights.safetensors'}: does not match its model.json ({error}); train it again"
         ) from error
-    heard = folder / "articulation.safetensors"
-    return Model(regressor, target, card, _load_tensors(heard) if heard.is_file() else None)
+    articulation = folder / "articulation.safetensors"
+    return Model(regressor, target, card, _load_tensors(articulation) if articulation.is_file() else None)
 
 
 def _load_target(card: dict[str, Any], folder: Path) -> Target:
@@ -324,18 +324,18 @@ def _load_target(card: dict[str, Any], folder: Path) -> Target:
         raise ModelError(f"{path}: does not match model.json ({error}); train the model again") from error
 
 
-def _load_hearing(folder: Path, card: dict[str, Any]) -> Model:
-    """A model that hears phones: the one that animates them, and the file of the network."""
+def _load_recognizer(folder: Path, card: dict[str, Any]) -> Model:
+    """A model that recognizes phones: the one that animates them, and the file of the network."""
     name = card["config"].get("animated_by")
     other = find_model(name) if isinstance(name, str) else folder
-    animated = None if _load_card(other)["kind"] == HEARING else load(other)
+    animated = None if _load_card(other)["kind"] == RECOGNITION else load(other)
     if animated is None or animated.input_modality != "phones":
         raise ModelError(
             f"{folder / 'model.json'}: animated_by is not a phone-driven model; name one, such as default"
         )
-    network = folder / "hearing.safetensors"
+    network = folder / "recognizer.safetensors"
     load_network(network)
-    return replace(animated, card=card, hearing=network)
+    return replace(animated, card=card, recognizer=network)
 
 
 def _try_out(regressor: Regressor, n_modes: int) -> None:

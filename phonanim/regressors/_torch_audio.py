@@ -214,8 +214,8 @@ def validation_error(model: AudioModel, steps: Steps | None) -> float:
         most = max(1, min(32, BLOCK // max(1, int(length) * steps.targets[:1].nbytes)))
         for some in np.array_split(chosen, -(-len(chosen) // most)):
             rows = some[:, None] + np.arange(length)
-            heard = np.stack([model.mix_layers(steps.values[row].astype(np.float32)) for row in rows])
-            found = decode(model.config, model.weights, heard)
+            mixed = np.stack([model.mix_layers(steps.values[row].astype(np.float32)) for row in rows])
+            found = decode(model.config, model.weights, mixed)
             total += float(((found - steps.targets[rows]) ** 2).sum())
     return total / steps.targets.size
 

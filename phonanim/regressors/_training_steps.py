@@ -62,12 +62,14 @@ def gather_steps(kind: type[AudioInput], config: Any, examples: Examples, layers
     for track, times, target, sound, grid in zip(
         examples.tracks, examples.times, examples.targets, examples.sounds, grids, strict=True
     ):
-        heard = features_at_steps(kind.input_features(config, sound, track), grid, config.rate)[:, -layers:]
+        features = features_at_steps(kind.input_features(config, sound, track), grid, config.rate)[
+            :, -layers:
+        ]
         if values is None or targets is None:
-            values = new_rows((int(lengths.sum()), *heard.shape[1:]), np.float16)
+            values = new_rows((int(lengths.sum()), *features.shape[1:]), np.float16)
             targets = new_rows((int(lengths.sum()), target.shape[1]), np.float32)
         rows = slice(first, first + len(grid))
-        values[rows] = heard
+        values[rows] = features
         for column in range(0, target.shape[1], COLUMNS):
             some = slice(column, column + COLUMNS)
             targets[rows, some] = interpolate_columns(grid, times, target[:, some])

@@ -80,8 +80,8 @@ class Units:
         """The phone cost of each unit from a step on, for (lengths,) steps -> (lengths, units)."""
         places = (step + lengths[:, None] * PLACES) * self.config.step
         codes = track.sample(places.ravel() + TICK).reshape(places.shape)
-        heard = self.phones[np.arange(len(PLACES)), codes].mean(axis=1)
-        return np.asarray(-lengths[:, None] * heard, np.float32)
+        scores = self.phones[np.arange(len(PLACES)), codes].mean(axis=1)
+        return np.asarray(-lengths[:, None] * scores, np.float32)
 
     def _trace(
         self, last: Array, length: NDArray[np.int16], before: NDArray[np.int32], steps: int

@@ -47,9 +47,9 @@ class FeaturesWithContext(Features):
 
     def at(self, times: Array, span: float = 0.0) -> Floats:
         """Both at instants, (times,) seconds -> (times, layers, dims + columns)."""
-        heard = super().at(times, span)
+        audio = super().at(times, span)
         said = context_features(self.track, times, self.kind)
-        return np.concatenate([heard, np.repeat(said[:, None], heard.shape[1], axis=1)], axis=2)
+        return np.concatenate([audio, np.repeat(said[:, None], audio.shape[1], axis=1)], axis=2)
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,8 @@ class Hybrid(AudioRegressor):
     def input_features(cls, config: Any, sound: Sound, track: PhoneTrack | None) -> Features:
         """The audio features of a sound with the phone context of its track."""
         assert track is not None
-        heard = super().input_features(config, sound, track)
-        return FeaturesWithContext(heard.values, heard.rate, heard.start, track, config.beside)
+        audio = super().input_features(config, sound, track)
+        return FeaturesWithContext(audio.values, audio.rate, audio.start, track, config.beside)
 
 
 def pad_sound(sound: Sound, end: float) -> Sound:

@@ -98,11 +98,11 @@ def is_whispered(voice: Voice, vowels: NDArray[np.bool_]) -> bool:
 
     Both tell whispered from soft speech (Zhang and Hansen 2007, Interspeech).
     """
-    heard = vowels & (voice.level > FLOOR)
-    if heard.sum() < LEAST:
+    loud = vowels & (voice.level > FLOOR)
+    if loud.sum() < LEAST:
         return False
-    voiced = float(np.isfinite(voice.pitch[heard]).mean())
-    return voiced < VOICELESS and _ranked(voice.tilt[heard], 0.5) < FLAT
+    voiced = float(np.isfinite(voice.pitch[loud]).mean())
+    return voiced < VOICELESS and _ranked(voice.tilt[loud], 0.5) < FLAT
 
 
 def _ranked(values: Array, share: float) -> float:

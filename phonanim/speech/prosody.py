@@ -110,7 +110,7 @@ def read_prosody(
     )
 
 
-def hear_prosody(voice: Voice, ahead: float = AHEAD, ended: bool = True) -> Prosody:
+def measure_prosody(voice: Voice, ahead: float = AHEAD, ended: bool = True) -> Prosody:
     """The prosody of a recording without phones: phrases by level, accents by peaks of level and pitch."""
     active = voice.active()
     times = voice.start + np.arange(len(active) + 1) / FRAMES

@@ -24,7 +24,7 @@ from phonanim.speech.phones import PhoneTrack
 from phonanim.speech.prosody import Prosody
 from phonanim.stream.events import Event, Phone, Samples, Tick
 from phonanim.stream.language import StreamedLanguage
-from phonanim.stream.life import HeardPhones, HeardVoice, StreamedLife
+from phonanim.stream.life import StreamedLife, StreamedProsody, StreamedVoice
 from phonanim.stream.loudness import StreamedLoudness
 
 REACH = float(EDGES[-1])  # seconds to either side that the features use
@@ -72,11 +72,11 @@ class PhoneStream:
             )
         life = life_of(self.options, self.line)
         ahead = AHEAD if self.look_ahead is None else min(self.look_ahead, AHEAD)
-        self.felt = HeardPhones(self.options, self.words, ahead)
+        self.felt = StreamedProsody(self.options, self.words, ahead)
         streamed = StreamedLife(life, self.rig, self.options.fps, self._prosody)
         self.life = streamed if life.moves(self.rig) else None
         follows = self.rate is not None and self.options.loudness > 0
-        self.heard = HeardVoice(self.rate, ahead) if self.rate is not None and follows else None
+        self.voice_stream = StreamedVoice(self.rate, ahead) if self.rate is not None and follows else None
         self.level = StreamedLoudness(self.options.level, ahead)
         if modality == "audio":
             raise OptionError(f"model {self.options.model} is audio-driven; stream audio to it, not phones")
@@ -103,7 +103,7 @@ class PhoneStream:
     def warm_up(self) -> None:
         """Make a frame and discard it, so that the first real one is as fast as the others."""
         other = PhoneStream(self.options, 0.0)
-        StreamedLanguage("auto").hear("m")  # reads the tables of labels
+        StreamedLanguage("auto").add("m")  # reads the tables of labels
         other.pass_time(0.1)
         other.frames()
 
@@ -113,8 +113,8 @@ class PhoneStream:
             self.push(event.label, event.start, event.end)
         elif isinstance(event, Tick):
             self.tick(event.time)
-        elif isinstance(event, Samples) and self.heard is not None:
-            self.heard.push(np.nan_to_num(event.values, nan=0.0, posinf=0.0, neginf=0.0))
+        elif isinstance(event, Samples) and self.voice_stream is not None:
+            self.voice_stream.push(np.nan_to_num(event.values, nan=0.0, posinf=0.0, neginf=0.0))
 
     def push(self, label: str, start: float, end: float) -> None:
         """Add the next phone. Raises StreamError when its times are invalid, and then ignores the phone.
@@ -143,7 +143,7 @@ class PhoneStream:
 
     def _check_label(self, label: str, start: float, end: float) -> None:
         """Raise LabelError for a label that is unknown in the language, which it may help to find."""
-        named = self.language.hear(label)
+        named = self.language.add(label)
         one = Alignment((Interval(label, 0.0, end - start),), end - start, "stream", "the stream")
         try:
             to_phones(replace(one, offset=start), named, self.options.unknown)
@@ -198,10 +198,10 @@ class PhoneStream:
 
     def _loudness(self, track: PhoneTrack, origin: float, count: int) -> Loudness | None:
         """The level of the next frames, on the clock of their track."""
-        if self.heard is None:
+        if self.voice_stream is None:
             return None
         fps = self.options.fps
-        voice = self.heard.hear(self.emitted / fps, self.ended)
+        voice = self.voice_stream.analyze(self.emitted / fps, self.ended)
         return self.level.until((self.emitted + count) / fps, voice, track, origin)
 
     def _prosody(self, time: float) -> tuple[Prosody, PhoneTrack]:

@@ -133,12 +133,12 @@ def raw_samples(source: int, channels: int) -> Iterator[Event]:
 def microphone(device: str | None, rate: int) -> Iterator[Event]:
     """Audio from a microphone, without end. Raises MissingExtraError, AudioError."""
     sounddevice = _sounddevice()
-    heard: SimpleQueue[Event] = SimpleQueue()
+    events: SimpleQueue[Event] = SimpleQueue()
 
     def callback(data: Any, frames: int, time: Any, status: Any) -> None:
         if status:
-            heard.put(Problem(f"the microphone: {status}"))
-        heard.put(Samples(data[:, 0].copy()))
+            events.put(Problem(f"the microphone: {status}"))
+        events.put(Samples(data[:, 0].copy()))
 
     named = int(device) if device and device.isdigit() else device or None
     try:
@@ -147,7 +147,7 @@ def microphone(device: str | None, rate: int) -> Iterator[Event]:
         )
         with stream:
             while True:
-                yield heard.get()
+                yield events.get()
     except (sounddevice.PortAudioError, ValueError) as error:
         what = " ".join(str(error).split())
         raise AudioError(f"the microphone cannot be opened ({what}); name another device") from error

@@ -34,7 +34,7 @@ class StreamedLanguage:
         elif expected := self.asked.partition(":")[2]:
             self.name = expected
 
-    def hear(self, label: str) -> str:
+    def add(self, label: str) -> str:
         """The language to read labels in, once this one has arrived."""
         if self.settled or is_silent(label):
             return self.name

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from phonanim.animation.overlay import limited
 from phonanim.life import BACK, Life, life_offsets, mouth_freedom
-from phonanim.media.voice import FRAMES, HALF, MEMORY, Voice, hear_voice
+from phonanim.media.voice import FRAMES, HALF, MEMORY, Voice, analyze_voice
 from phonanim.options import Options
 from phonanim.rig import Rig
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.language import to_phones
 from phonanim.speech.phones import PhoneTrack, silent_track
-from phonanim.speech.prosody import Prosody, hear_prosody, read_prosody
+from phonanim.speech.prosody import Prosody, measure_prosody, read_prosody
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -52,7 +52,7 @@ class StreamedLife:
 
 
 @dataclass
-class HeardPhones:
+class StreamedProsody:
     """Received phones, as far back as the life layer needs."""
 
     options: Options
@@ -69,7 +69,7 @@ class HeardPhones:
 
 
 @dataclass
-class HeardVoice:
+class StreamedVoice:
     """Level and pitch of the received audio, as far back as the life layer needs."""
 
     rate: int
@@ -84,28 +84,28 @@ class HeardVoice:
 
     def prosody(self, time: float, ended: bool) -> tuple[Prosody, PhoneTrack]:
         """The prosody of the kept audio at an instant; there are no phones."""
-        self.hear(time, ended)
+        self.analyze(time, ended)
         until = max((self.dropped + len(self.samples)) / self.rate, 1 / FRAMES)
-        return hear_prosody(self.voice, self.ahead, ended), silent_track(until)
+        return measure_prosody(self.voice, self.ahead, ended), silent_track(until)
 
-    def hear(self, time: float, ended: bool) -> Voice:
+    def analyze(self, time: float, ended: bool) -> Voice:
         """Level and pitch of what was received, from some seconds before an instant on."""
         begun = round(self.voice.start * FRAMES)
         first, came = begun + len(self.voice.level), self.dropped + len(self.samples)
         last = -(-came * FRAMES // self.rate) if ended else int((came / self.rate - HALF) * FRAMES)
         if last > first:
-            self._hear(begun, first, last - first, time)
+            self._extend(begun, first, last - first, time)
         return self.voice
 
-    def _hear(self, begun: int, first: int, count: int, time: float) -> None:
+    def _extend(self, begun: int, first: int, count: int, time: float) -> None:
         first -= first % 2  # pitch is found at every other frame
-        heard = hear_voice(self.samples, self.rate, first, count + 1, self.dropped)
+        added = analyze_voice(self.samples, self.rate, first, count + 1, self.dropped)
         size = count + begun + len(self.voice.level) - first
         own = first - begun
         old = max(0, int((time - KEPT) * FRAMES) - begun)
         old -= old % 2
-        level = np.concatenate([self.voice.level[:own], heard.level[:size]])[old:]
-        pitch = np.concatenate([self.voice.pitch[:own], heard.pitch[:size]])[old:]
+        level = np.concatenate([self.voice.level[:own], added.level[:size]])[old:]
+        pitch = np.concatenate([self.voice.pitch[:own], added.pitch[:size]])[old:]
         self.voice = Voice(level, pitch, (begun + old) / FRAMES)
         needed = int((first / FRAMES - 2 * HALF) * self.rate) - self.dropped
         if needed > 0:

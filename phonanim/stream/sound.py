@@ -26,7 +26,7 @@ from phonanim.speech.phones import PhoneTrack
 from phonanim.speech.prosody import Prosody
 from phonanim.stream.engine import ABREAST, reject_whole_line_layers
 from phonanim.stream.events import Event, Samples
-from phonanim.stream.life import HeardVoice, StreamedLife
+from phonanim.stream.life import StreamedLife, StreamedVoice
 from phonanim.stream.resampling import Resampler
 
 Floats = NDArray[np.float32]
@@ -63,7 +63,7 @@ class SoundStream:
         self.steps = Steps(self.regressor.encoder)
         self.context: Floats = np.empty((0, 1, self.regressor.encoder.dims), np.float32)
         life = life_of(self.options, self.line)
-        self.voice = HeardVoice(self.rate, life_ahead(self.regressor))
+        self.voice = StreamedVoice(self.rate, life_ahead(self.regressor))
         streamed = StreamedLife(life, self.rig, self.options.fps, self._prosody)
         self.life = streamed if life.moves(self.rig) else None
         self.modes = np.empty((0, len(self.model.face.std)), np.float32)
@@ -111,7 +111,7 @@ class SoundStream:
         self.level.add(samples)
         if self.life is not None:
             self.voice.push(samples)
-        self._hear(self.steps.push(self.resampler.push(samples)))
+        self._predict(self.steps.push(self.resampler.push(samples)))
         lost = int((~np.isfinite(event.values)).sum())
         if lost:
             place = f"before {self.seconds:.2f} s"
@@ -128,9 +128,11 @@ class SoundStream:
         if self.ended:
             return
         self.ended = True
-        self._hear(self.steps.end(self.resampler.end()))
+        self._predict(self.steps.end(self.resampler.end()))
         if len(self.context):
-            self._hear(np.repeat(self.context[-1:], self.regressor.ahead + 1, axis=0))  # repeat the last step
+            self._predict(
+                np.repeat(self.context[-1:], self.regressor.ahead + 1, axis=0)
+            )  # repeat the last step
             self.modes = self.modes[: len(step_times(self.seconds, STEPS)) - self.forgotten]
 
     def frames(self, most: int | None = None) -> Floats:
@@ -153,7 +155,7 @@ class SoundStream:
     def _prosody(self, time: float) -> tuple[Prosody, PhoneTrack]:
         return self.voice.prosody(time, self.ended)
 
-    def _hear(self, features: Floats) -> None:
+    def _predict(self, features: Floats) -> None:
         """Add features of the next steps, (steps, 1, dims), and predict the steps that they decide."""
         if len(features) and not len(self.context):
             features = np.concatenate([np.repeat(features[:1], self.regressor.before, axis=0), features])

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from phonanim.articulation import CHANNELS, articulate
-from phonanim.articulation.heard import can_hear_articulation, fit_heard_articulation
+from phonanim.articulation.from_audio import can_predict_articulation, fit_audio_articulation
 from phonanim.corpus.motion import MotionCorpus
 from phonanim.metrics import speech_mask
 from phonanim.regressors import Examples, Regressor, Tensors
@@ -16,12 +16,12 @@ from phonanim.targets.sensors import Sensors
 
 
 def learn_articulation(regressor: Regressor, recordings: Examples) -> Tensors | None:
-    """What a model that hears can tell of articulation without phones; None for other models."""
+    """The articulation that an audio-driven model predicts without phones; None for other models."""
     encoder = getattr(regressor.config, "encoder", "")
-    if regressor.input_modality != "audio" or not can_hear_articulation(encoder):
+    if regressor.input_modality != "audio" or not can_predict_articulation(encoder):
         return None
     clips = zip(recordings.tracks, recordings.times, recordings.sounds, strict=True)
-    return fit_heard_articulation(encoder, clips).tensors()
+    return fit_audio_articulation(encoder, clips).tensors()
 
 
 def with_zeros(target: Sensors, corpus: MotionCorpus, clips: Iterable[int]) -> Sensors:

@@ -23,7 +23,7 @@ from phonanim.training.recipe import Recipe
 
 Progress = Callable[[float], None]
 PHONE_TASKS = ("ctc", "classifier")
-"""Settings of models that hear that weight tasks on phones."""
+"""Settings of audio-driven models that weight tasks on phones."""
 
 
 def fit_motion(
@@ -72,8 +72,8 @@ def fit_motion(
             "speakers": len({corpus.clips[n].subject for n in train}),
         },
     }
-    heard = learn_articulation(regressor, learned) if isinstance(target, Sensors) else None
-    return Model(regressor, target, card, heard)
+    articulation = learn_articulation(regressor, learned) if isinstance(target, Sensors) else None
+    return Model(regressor, target, card, articulation)
 
 
 def split_clips(

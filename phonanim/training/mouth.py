@@ -128,9 +128,9 @@ def load_mouth(folder: Path) -> Mouth:
 def strip(mouth: Mouth, track: PhoneTrack, scale: float = 2.0) -> Image:
     """A picture of the mouth in the middle of every phone except silence, with its label below."""
     middles = (track.bounds[:-1] + track.bounds[1:]) / 2
-    heard = [n for n, label in enumerate(track.labels) if not is_silent(label)]
-    pictures = mouth.pictures(track, middles[heard], scale)
-    return label_pictures(pictures, [track.labels[n] for n in heard])
+    spoken = [n for n, label in enumerate(track.labels) if not is_silent(label)]
+    pictures = mouth.pictures(track, middles[spoken], scale)
+    return label_pictures(pictures, [track.labels[n] for n in spoken])
 
 
 def write_mouth_film(

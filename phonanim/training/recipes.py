@@ -86,9 +86,9 @@ def fit_recipe(
         face = fit_face(corpus.landmarks[corpus.rows(clips)], corpus.indices, known=shipped)
     shuffled = rng.permutation(clips)
     n_held_out = round(recipe.validation * len(clips))
-    heard = regressor_class(recipe.kind).input_modality != "phones"
-    held_out = make_examples(corpus, face, np.sort(shuffled[:n_held_out]), heard)
-    recordings = make_examples(corpus, face, np.sort(shuffled[n_held_out:]), heard)
+    with_sound = regressor_class(recipe.kind).input_modality != "phones"
+    held_out = make_examples(corpus, face, np.sort(shuffled[:n_held_out]), with_sound)
+    recordings = make_examples(corpus, face, np.sort(shuffled[n_held_out:]), with_sound)
     if recipe.teacher:
         recordings = add_teacher_examples(
             recordings, held_out, recipe.teacher, config, rng, lambda d: progress(d / 2)
@@ -99,7 +99,7 @@ def fit_recipe(
     if journal and getattr(regressor_class(recipe.kind), "resumable", False):
         fit = partial(fit, journal=journal)
     regressor = fit(settings, recordings, held_out, rng, lambda done: progress(base + (1 - base) * done))
-    if not heard:
+    if not with_sound:
         check_fitted(regressor, recipe.kind, recordings.tracks[0], recordings.times[0], len(face.std))
     card = {
         "fps": corpus.fps,

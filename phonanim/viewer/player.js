@@ -102,7 +102,7 @@ function curveRow(name, chosen) {
   return { name, row, show };
 }
 
-function hear(event) {
+function playPhone(event) {
   const span = intervalAt(takes[0].phones, timeline.timeOf(event));
   if (!span) return;
   seek(span[1]);
@@ -144,7 +144,7 @@ $("search").addEventListener("input", () => {
 });
 $("labels").innerHTML = takes.length > 1 ? takes.map((_, i) => `<span style="left:${((i + 0.5) / takes.length) * 100}%"></span>`).join("") : "";
 [...$("labels").children].forEach((label, i) => { label.textContent = takes[i].name + (i ? " (broken lines)" : ""); });
-$("timeline").addEventListener("dblclick", hear);
+$("timeline").addEventListener("dblclick", playPhone);
 document.addEventListener("keydown", keys);
 window.addEventListener("hashchange", fromAddress);
 window.phonanim = { player, takes, stage, timeline };

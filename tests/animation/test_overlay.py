@@ -27,8 +27,8 @@ SILENT = ("sad", "angry", "surprised", "smile")
 
 
 @pytest.fixture(scope="module")
-def line(unheard_line):
-    return unheard_line
+def line(line_without_sound):
+    return line_without_sound
 
 
 @pytest.fixture(scope="module")

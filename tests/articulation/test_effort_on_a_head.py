@@ -10,7 +10,7 @@ from voices import RATE, TIMES, TRACK, voiced
 from phonanim.animation.motion import Motion, predict_controls
 from phonanim.articulation.styles import read_styles
 from phonanim.face.model import FaceModel
-from phonanim.media.voice import hear_voice
+from phonanim.media.voice import analyze_voice
 from phonanim.options import Options
 from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.rig.head import load_head
@@ -90,7 +90,7 @@ def test_rounding_is_of_rounded_lips() -> None:
 
 def test_a_louder_phrase_opens_more_and_keeps_its_closures() -> None:
     sound = (voiced() * np.where(TIMES > 3.5, 2.0, 1.0)).astype(np.float32)
-    loudness = measure_loudness(hear_voice(sound, RATE), TRACK)
+    loudness = measure_loudness(analyze_voice(sound, RATE), TRACK)
     even, followed = moved(TRACK, Options()), moved(TRACK, Options(), loudness)
     none = moved(TRACK, Options(loudness=0), loudness)
     np.testing.assert_array_equal(none.values, even.values)

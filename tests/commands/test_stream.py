@@ -28,8 +28,8 @@ GOOD = """{"phone": "HH", "start": 0.1, "end": 0.2}
 
 
 @pytest.fixture(scope="module")
-def line(unheard_line: Path) -> Path:
-    return unheard_line
+def line(line_without_sound: Path) -> Path:
+    return line_without_sound
 
 
 @pytest.fixture(scope="module")

@@ -30,8 +30,8 @@ RATE = 16000
 
 def tone(hertz: float, begin: float = 0.0, end: float = 2.0) -> Sound:
     at = np.arange(2 * RATE) / RATE
-    heard = np.where((at >= begin) & (at < end), 0.5 * np.sin(2 * np.pi * hertz * at), 0)
-    return Sound(heard.astype(np.float32), RATE)
+    changed = np.where((at >= begin) & (at < end), 0.5 * np.sin(2 * np.pi * hertz * at), 0)
+    return Sound(changed.astype(np.float32), RATE)
 
 
 @pytest.fixture
@@ -45,11 +45,11 @@ def corpus(tmp_path: Path) -> Corpus:
 
 @pytest.mark.parametrize("semitones", [4, -4])
 def test_a_voice_is_moved_and_keeps_its_time(semitones: float) -> None:
-    heard = degradations.shift_voice(tone(150, 0.6, 1.3), semitones)
-    assert heard.samples.shape == (2 * RATE,)
-    strongest = np.argmax(np.abs(np.fft.rfft(heard.samples))) / 2
+    changed = degradations.shift_voice(tone(150, 0.6, 1.3), semitones)
+    assert changed.samples.shape == (2 * RATE,)
+    strongest = np.argmax(np.abs(np.fft.rfft(changed.samples))) / 2
     assert strongest == pytest.approx(150 * 2 ** (semitones / 12), rel=0.01)
-    loud = np.flatnonzero(np.abs(heard.samples) > 0.2) / RATE
+    loud = np.flatnonzero(np.abs(changed.samples) > 0.2) / RATE
     assert [loud[0], loud[-1]] == pytest.approx([0.6, 1.3], abs=degradations.SEARCH + 0.004)
 
 
@@ -65,12 +65,12 @@ def test_noise_is_as_loud_as_was_asked_for(snr: float) -> None:
     speech, noise = tone(100, 0.5, 1.0), degradations.white_noise(2 * RATE, np.random.default_rng(0))
     spoken = np.zeros(2 * RATE, bool)
     spoken[RATE // 2 : RATE] = True
-    heard = degradations.mix_noise(speech, noise, snr, spoken).samples
-    assert np.abs(heard).max() <= 1
-    quiet = heard[~spoken]
-    scale = np.corrcoef(heard[spoken], speech.samples[spoken])[0, 1] if snr > 10 else 1
+    changed = degradations.mix_noise(speech, noise, snr, spoken).samples
+    assert np.abs(changed).max() <= 1
+    quiet = changed[~spoken]
+    scale = np.corrcoef(changed[spoken], speech.samples[spoken])[0, 1] if snr > 10 else 1
     assert scale > 0.98
-    apart = np.linalg.lstsq(np.stack([speech.samples, noise], axis=1), heard, rcond=None)[0]
+    apart = np.linalg.lstsq(np.stack([speech.samples, noise], axis=1), changed, rcond=None)[0]
     power = (apart[0] * speech.samples[spoken]).var(), (apart[1] * noise).var()
     assert 10 * np.log10(power[0] / power[1]) == pytest.approx(snr, abs=0.05)
     assert quiet.std() == pytest.approx(apart[1], rel=0.05)
@@ -80,9 +80,9 @@ def test_babble_is_made_of_other_clips_and_of_the_seed(corpus: Corpus) -> None:
     clip = int(corpus.clips_of("test")[0])
     loud, soft = Condition(noise="babble", snr=0), Condition(noise="babble", snr=12)
     clean = read_sound(corpus.audio[clip]).samples
-    heard = apply_condition(loud, 0, corpus, clip).samples
-    assert (heard == apply_condition(loud, 0, corpus, clip).samples).all()
-    assert not np.allclose(heard, apply_condition(loud, 1, corpus, clip).samples)
+    changed = apply_condition(loud, 0, corpus, clip).samples
+    assert (changed == apply_condition(loud, 0, corpus, clip).samples).all()
+    assert not np.allclose(changed, apply_condition(loud, 1, corpus, clip).samples)
     assert (apply_condition(Condition(), 0, corpus, clip).samples == clean).all()
 
     def noise(samples: np.ndarray) -> np.ndarray:
@@ -90,7 +90,7 @@ def test_babble_is_made_of_other_clips_and_of_the_seed(corpus: Corpus) -> None:
         silent = corpus.tracks[clip].sample(np.arange(len(clean)) / 8000) == 0
         return samples[silent & (clean == 0)]
 
-    alike = np.corrcoef(noise(heard), noise(apply_condition(soft, 0, corpus, clip).samples))[0, 1]
+    alike = np.corrcoef(noise(changed), noise(apply_condition(soft, 0, corpus, clip).samples))[0, 1]
     assert alike == pytest.approx(1, abs=1e-5)  # the same noise at another level
 
 
@@ -111,8 +111,8 @@ def test_a_clip_that_cannot_be_aligned_rests(corpus: Corpus) -> None:
     track, sound = corpus.tracks[6], read_sound(corpus.audio[6])
     silent = PhoneTrack(np.zeros(1, np.uint8), track.bounds[[0, -1]], ("",))
     plan = Plan(Path(), {}, "", conditions={"well": Condition(), "ill": Condition()})
-    heard = {"well": (ClipInput(6, sound, track, True),), "ill": (ClipInput(6, sound, silent, False),)}
-    found = describe_conditions(plan, heard, corpus)
+    changed = {"well": (ClipInput(6, sound, track, True),), "ill": (ClipInput(6, sound, silent, False),)}
+    found = describe_conditions(plan, changed, corpus)
     assert (found["well"]["not_aligned"], found["well"]["other_phone"]) == (0, 0.0)
     assert (found["ill"]["not_aligned"], found["ill"]["other_phone"]) == (1, 1.0)
 

@@ -127,7 +127,7 @@ def test_the_train_command(corpus_folder: Path, tmp_path: Path) -> None:
     assert json.loads((tmp_path / "mouth" / "mouth.json").read_text())["kind"] == "phone_mean"
 
 
-def test_a_mouth_does_not_hear(corpus_folder: Path) -> None:
+def test_a_mouth_reads_no_audio(corpus_folder: Path) -> None:
     corpus, captured = load_corpus(corpus_folder), load_captured(corpus_folder)
     with pytest.raises(ModelError, match=r"r\.toml: a mouth is driven by phones, but phisanet uses audio"):
         fit_mouth(Recipe(kind="phisanet", corpus=""), corpus, captured, Path("r.toml"))

@@ -17,14 +17,14 @@ from phonanim.media.audio import Sound
 
 def test_features_are_kept_and_read_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PHONANIM_CACHE", str(tmp_path))
-    heard: list[int] = []
+    lengths: list[int] = []
     sound = speech()
-    first = encode(Loudness(heard), sound)
-    assert np.array_equal(encode(Loudness(heard), sound).values, first.values)
-    assert len(heard) == 1
-    encode(Loudness(heard, identity="another"), sound)
-    encode(Loudness(heard), Sound(sound.samples, 8000))
-    assert len(heard) == 3
+    first = encode(Loudness(lengths), sound)
+    assert np.array_equal(encode(Loudness(lengths), sound).values, first.values)
+    assert len(lengths) == 1
+    encode(Loudness(lengths, identity="another"), sound)
+    encode(Loudness(lengths), Sound(sound.samples, 8000))
+    assert len(lengths) == 3
     assert len(list((tmp_path / "features").iterdir())) == 3
 
 
@@ -33,12 +33,12 @@ def test_damaged_features_are_made_again(
     damage: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PHONANIM_CACHE", str(tmp_path))
-    heard: list[int] = []
-    values = np.array(encode(Loudness(heard), speech()).values)
+    lengths: list[int] = []
+    values = np.array(encode(Loudness(lengths), speech()).values)
     path = next((tmp_path / "features").iterdir())
     path.write_bytes(path.read_bytes()[:-40] if damage == "cut" else damage)
-    assert np.array_equal(encode(Loudness(heard), speech()).values, values)
-    assert len(heard) == 2
+    assert np.array_equal(encode(Loudness(lengths), speech()).values, values)
+    assert len(lengths) == 2
 
 
 def test_nothing_half_made_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

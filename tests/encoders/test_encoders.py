@@ -71,12 +71,12 @@ def test_a_sound_that_comes_later_is_heard_later(encoder: Encoder) -> None:
 @pytest.mark.parametrize("seconds", [3.0, 12.0, 12.01, 25.3, 100.0])
 def test_windows_join_without_a_seam(seconds: float) -> None:
     ramp = np.linspace(0, 1, round(seconds * RATE)).astype(np.float32)
-    heard: list[int] = []
-    found = encode(Loudness(heard), Sound(ramp, RATE)).values[:, 0]
+    lengths: list[int] = []
+    found = encode(Loudness(lengths), Sound(ramp, RATE)).values[:, 0]
     whole = np.pad(ramp, (0, -len(ramp) % HOP)).reshape(-1, HOP).mean(axis=1)
     np.testing.assert_allclose(found[:, 0], whole, atol=1e-3)
     assert (found[:, 1] == 1).all()
-    assert max(heard) <= 12 * RATE
+    assert max(lengths) <= 12 * RATE
 
 
 def test_three_hours_in_bounded_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

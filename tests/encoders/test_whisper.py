@@ -35,11 +35,11 @@ def test_every_layer_of_whisper_by_the_formula(tmp_path: Path, monkeypatch: pyte
         own = {
             n.removeprefix(f"layers.{block}."): t for n, t in part.items() if n.startswith(f"layers.{block}.")
         }
-        heard = functional.layer_norm(
+        normal = functional.layer_norm(
             signal, (8,), own["self_attn_layer_norm.weight"], own["self_attn_layer_norm.bias"]
         )
         heads = [
-            functional.linear(heard, own[f"self_attn.{n}_proj.weight"], own.get(f"self_attn.{n}_proj.bias"))
+            functional.linear(normal, own[f"self_attn.{n}_proj.weight"], own.get(f"self_attn.{n}_proj.bias"))
             .reshape(20, 2, 4)
             .transpose(0, 1)
             for n in "qkv"
@@ -48,10 +48,10 @@ def test_every_layer_of_whisper_by_the_formula(tmp_path: Path, monkeypatch: pyte
         signal = signal + functional.linear(
             mixed, own["self_attn.out_proj.weight"], own["self_attn.out_proj.bias"]
         )
-        heard = functional.layer_norm(
+        normal = functional.layer_norm(
             signal, (8,), own["final_layer_norm.weight"], own["final_layer_norm.bias"]
         )
-        wide = functional.gelu(functional.linear(heard, own["fc1.weight"], own["fc1.bias"]))
+        wide = functional.gelu(functional.linear(normal, own["fc1.weight"], own["fc1.bias"]))
         signal = signal + functional.linear(wide, own["fc2.weight"], own["fc2.bias"])
     np.testing.assert_allclose(
         found[:, 2],

@@ -50,8 +50,8 @@ def test_a_score_has_them_of_both_sides_and_leaves_degrees_out_of_errors():
     assert "headYaw" not in without_turns(lively()).channels
 
 
-def test_what_life_adds_to_a_line_is_above_the_mouth(unheard_line):
-    on, off = (animate(unheard_line, life=life, fps=25) for life in (1.0, 0.0))
+def test_what_life_adds_to_a_line_is_above_the_mouth(line_without_sound):
+    on, off = (animate(line_without_sound, life=life, fps=25) for life in (1.0, 0.0))
     found = score(off, on, Settings()).measures
     assert found["fdd_mm"] > 0.1
     assert found["captured_blinks_per_min"] > found["blinks_per_min"] == 0

@@ -51,10 +51,10 @@ def test_few_keys(tmp_path):
     assert all(len(keys) == 1 for _, keys in curves_of(tmp_path / "a.anim").values())
 
 
-def test_a_metahuman_is_told_that_its_head_turns(tmp_path, unheard_line):
+def test_a_metahuman_is_told_that_its_head_turns(tmp_path, line_without_sound):
     for life, switch in ((1.0, "1.000000"), (0.0, "0.000000")):
         path = tmp_path / "a.metahuman.csv"
-        take = animate(unheard_line, rig="metahuman", life=life, fps=25)
+        take = animate(line_without_sound, rig="metahuman", life=life, fps=25)
         save(take, path)
         rows = {row[0]: row[1:] for row in csv.reader(path.open())}
         assert set(rows["HeadControlSwitch"]) == {switch}

@@ -52,8 +52,8 @@ def test_picture_and_sound_are_in_step(tmp_path):
     changes = [np.abs(b.astype(float) - a).mean() for (_, a), (_, b) in pairwise(frames)]
     seen = frames[int(np.argmax(changes)) + 1][0]
     samples, rate, start = sound(tmp_path / "a.mp4")
-    heard = start + np.abs(samples).argmax() / rate
-    assert abs(seen - heard) < 1 / 30
+    sounded = start + np.abs(samples).argmax() / rate
+    assert abs(seen - sounded) < 1 / 30
     assert seen == pytest.approx(0.5, abs=1 / 60)
 
 

@@ -1,4 +1,4 @@
-"""`phonanim animate` by a model that hears: a recording alone, or an alignment with its recording."""
+"""`phonanim animate` by an audio-driven model: a recording alone, or an alignment with its recording."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from phonanim.regressors import Model, make_config, regressor_class, save
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A small model that hears, for the shipped face."""
+    """A small audio-driven model, for the shipped face."""
     pytest.importorskip("torch")
     face = load_model("default").face
     data = made_up_examples(np.random.default_rng(5), clips=3, modes=len(face.std))
     config = make_config("two_stage", {"encoder": "mfcc", "hidden": 4, "depth": 1, "epochs": 1}, "test")
     fit: Any = regressor_class("two_stage").fit
     regressor = fit(config, data, data, np.random.default_rng(1), lambda done: None)
-    folder = tmp_path_factory.mktemp("models") / "hears"
+    folder = tmp_path_factory.mktemp("models") / "audio_driven"
     save(Model(regressor, face, {"fps": 25.0}), folder)
     return str(folder)
 
@@ -54,9 +54,9 @@ def test_an_alignment_with_its_recording(line: Path, model: str) -> None:
     assert len(found.phones) > 5
     assert found.provenance["audio_sha256"] != found.provenance["input_sha256"]
     free = replace(options, contacts=False)
-    spoken, heard = (animate(Path(name), free).values for name in ("a.TextGrid", "a.wav"))
-    shared = min(len(spoken), len(heard))
-    assert spoken.shape[1] == heard.shape[1]
+    spoken, from_sound = (animate(Path(name), free).values for name in ("a.TextGrid", "a.wav"))
+    shared = min(len(spoken), len(from_sound))
+    assert spoken.shape[1] == from_sound.shape[1]
     assert shared > 60
 
 
@@ -70,7 +70,7 @@ def test_the_model_that_reads_says_what_it_needs(line: Path, modality: InputModa
         read_speech_input(Path("a.wav"), DEFAULTS, None, modality)
 
 
-def test_nothing_to_hear(line: Path, model: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_nothing_to_recognize(line: Path, model: str, capsys: pytest.CaptureFixture[str]) -> None:
     (line / "a.wav").unlink()
     assert run(["animate", "a.TextGrid", "--model", model, "-o", "a.csv"]) == 2
     assert (

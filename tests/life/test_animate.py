@@ -13,8 +13,8 @@ from phonanim.speech.inventory import INVENTORY
 
 
 @pytest.fixture(scope="module")
-def line(unheard_line):
-    return unheard_line
+def line(line_without_sound):
+    return line_without_sound
 
 
 @pytest.fixture(scope="module")
@@ -61,9 +61,9 @@ def test_blinks_by_a_seed_of_their_own(line):
 
 
 def test_pitch_moves_the_head(line, sound):
-    heard, read = animate(line, audio=sound, loudness=0), animate(line)
-    assert np.abs(heard.channel("headPitch") - read.channel("headPitch")).max() > 0.1
-    np.testing.assert_array_equal(heard.channel("jawOpen"), read.channel("jawOpen"))
+    with_sound, read = animate(line, audio=sound, loudness=0), animate(line)
+    assert np.abs(with_sound.channel("headPitch") - read.channel("headPitch")).max() > 0.1
+    np.testing.assert_array_equal(with_sound.channel("jawOpen"), read.channel("jawOpen"))
 
 
 def test_a_recording_that_cannot_be_read_is_no_hindrance(line, tmp_path):

@@ -12,8 +12,8 @@ ALONE = {"life": 0.0}
 
 
 @pytest.fixture(scope="module")
-def line(unheard_line):
-    return unheard_line
+def line(line_without_sound):
+    return line_without_sound
 
 
 def test_every_emotion_is_a_pose_of_arkit():

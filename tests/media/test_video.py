@@ -40,10 +40,10 @@ def test_a_film_is_read_as_it_was_written(tmp_path: Path) -> None:
 
 def test_the_sound_of_a_film(tmp_path: Path) -> None:
     write_film(frames(), tmp_path / "a.mp4", Fraction(25), TONE)
-    heard = read_sound(tmp_path / "a.mp4")
-    assert abs(len(heard) - len(TONE)) <= 2048
-    spectrum = np.abs(np.fft.rfft(heard))
-    assert np.fft.rfftfreq(len(heard), 1 / 16000)[spectrum.argmax()] == pytest.approx(440, abs=3)
+    samples = read_sound(tmp_path / "a.mp4")
+    assert abs(len(samples) - len(TONE)) <= 2048
+    spectrum = np.abs(np.fft.rfft(samples))
+    assert np.fft.rfftfreq(len(samples), 1 / 16000)[spectrum.argmax()] == pytest.approx(440, abs=3)
 
 
 def test_sound_is_kept_to_the_bit(tmp_path: Path) -> None:

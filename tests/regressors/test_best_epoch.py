@@ -11,8 +11,8 @@ from speech import made_up_examples
 from phonanim.regressors import Examples, make_config, regressor_class
 
 torch = pytest.importorskip("torch")
-HEARS = {"encoder": "mfcc", "hidden": 6, "depth": 1, "window": 20, "epochs": 4, "learning_rate": 0.05}
-DIFFUSES = HEARS | {"latent": 4, "timesteps": 5, "steps": 2, "batch": 3}
+AUDIO = {"encoder": "mfcc", "hidden": 6, "depth": 1, "window": 20, "epochs": 4, "learning_rate": 0.05}
+DIFFUSES = AUDIO | {"latent": 4, "timesteps": 5, "steps": 2, "batch": 3}
 ERRORS = (3.0, 1.0, 2.0, 2.5)  # of four epochs: the second is the best
 
 
@@ -29,7 +29,7 @@ def fitted(kind: str, data: Examples, settings: dict[str, Any]) -> Any:
 @pytest.mark.parametrize(
     ("kind", "module", "judge", "settings"),
     [
-        ("phisanet", "_torch_audio", "validation_error", HEARS),
+        ("phisanet", "_torch_audio", "validation_error", AUDIO),
         ("facediffuser", "_torch_diffusion", "sampled_error", DIFFUSES),
     ],
 )

@@ -16,12 +16,12 @@ from phonanim.errors import OptionError
 from phonanim.regressors import Examples, make_config, regressor_class
 
 torch = pytest.importorskip("torch")
-HEARS: dict[str, Any] = {"encoder": "mfcc", "hidden": 8, "depth": 1, "window": 20, "epochs": 1}
-SAMPLES: dict[str, Any] = {**HEARS, "latent": 8, "timesteps": 20, "steps": 4, "batch": 3}
+AUDIO: dict[str, Any] = {"encoder": "mfcc", "hidden": 8, "depth": 1, "window": 20, "epochs": 1}
+SAMPLES: dict[str, Any] = {**AUDIO, "latent": 8, "timesteps": 20, "steps": 4, "batch": 3}
 VERSIONS: dict[str, tuple[str, dict[str, Any]]] = {
-    "gru": ("phisanet", {**HEARS, "classifier": 0.1, "ctc": 0.0}),
-    "windows": ("two_stage", {**HEARS, "decoder": "mlp", "widths": (5, 3)}),
-    "attention": ("two_stage", {**HEARS, "decoder": "transformer", "heads": 2}),
+    "gru": ("phisanet", {**AUDIO, "classifier": 0.1, "ctc": 0.0}),
+    "windows": ("two_stage", {**AUDIO, "decoder": "mlp", "widths": (5, 3)}),
+    "attention": ("two_stage", {**AUDIO, "decoder": "transformer", "heads": 2}),
     "convolution": ("cnn", {"encoder": "mfcc", "epochs": 1}),
     "diffusion": ("facediffuser", SAMPLES),
     "diffusion by attention": ("facediffuser", {**SAMPLES, "decoder": "transformer", "heads": 2}),
@@ -91,7 +91,7 @@ def test_a_stranger_is_found() -> None:
 
 @pytest.mark.parametrize("kind", ["phisanet", "facediffuser"])
 def test_the_processor_is_the_default(kind: str, data: Examples) -> None:
-    config = make_config(kind, HEARS if kind == "phisanet" else SAMPLES, "test")
+    config = make_config(kind, AUDIO if kind == "phisanet" else SAMPLES, "test")
     made = []
     for name in (None, "cpu", "auto"):
         if name == "auto" and (torch.cuda.is_available() or torch.backends.mps.is_available()):
@@ -107,7 +107,7 @@ def test_the_processor_is_the_default(kind: str, data: Examples) -> None:
 def test_a_device_that_is_not_there(
     data: Examples, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    config = make_config("phisanet", HEARS, "test")
+    config = make_config("phisanet", AUDIO, "test")
     with use_device("cuda"), pytest.raises(OptionError, match="PyTorch finds no such device here"):
         regressor_class("phisanet").fit(config, data, data, np.random.default_rng(1), lambda done: None)
     (tmp_path / "recipe.toml").write_text('kind = "phisanet"\ncorpus = "none"\n', "utf-8")

@@ -1,4 +1,4 @@
-"""Models that hear and read: both count, either may end first, and both are asked for."""
+"""Models of audio and phones: both count, either may end first, and both are asked for."""
 
 from __future__ import annotations
 
@@ -64,13 +64,13 @@ def test_both_move_the_face(regressor: Hybrid, data: Examples) -> None:
 
 def test_each_layer_has_the_phones_beside_it(regressor: Hybrid, data: Examples) -> None:
     track, sound = data.tracks[0], data.sounds[0]
-    heard = regressor.encode(sound, track)
-    found = heard.at(np.arange(7) / 25, 0.04)
-    assert found.shape == (7, 1, heard.values.shape[2] + n_features("gestures"))
+    encoded = regressor.encode(sound, track)
+    found = encoded.at(np.arange(7) / 25, 0.04)
+    assert found.shape == (7, 1, encoded.values.shape[2] + n_features("gestures"))
     assert regressor.centre.shape == found.shape[1:]
 
 
-def test_it_learns_from_what_cannot_be_heard() -> None:
+def test_it_learns_from_what_is_not_in_the_sound() -> None:
     data = made_up_examples(np.random.default_rng(5), clips=10)
     deaf = replace(data, sounds=tuple(map(silent, data.sounds)))
     found = trained(deaf, hidden=24, epochs=15)

@@ -17,9 +17,9 @@ from phonanim.media.audio import Sound
 from phonanim.regressors import InputModality, Model, kinds, load, make_config, regressor_class, save
 from phonanim.speech.inventory import INVENTORY
 
-HEARD = {"encoder": "mfcc", "hidden": 8, "depth": 1, "epochs": 2, "window": 20, "learning_rate": 0.01}
+AUDIO = {"encoder": "mfcc", "hidden": 8, "depth": 1, "epochs": 2, "window": 20, "learning_rate": 0.01}
 SMALL: dict[str, dict[str, Any]] = {
-    "cnn": HEARD | {"kernels": [5, 3], "dilations": [1, 1], "channels": [8, 8], "ahead": 2, "ctc": 0.004},
+    "cnn": AUDIO | {"kernels": [5, 3], "dilations": [1, 1], "channels": [8, 8], "ahead": 2, "ctc": 0.004},
     "dnn": {"hidden": [16], "epochs": 2, "batch": 64},
     "dynamic_visemes": {"clusters": 12},
     "ensemble": {"members": [{"kind": "phone_mean"}, {"kind": "tree", "weight": 3, "leaf": 4}]},
@@ -27,16 +27,16 @@ SMALL: dict[str, dict[str, Any]] = {
         **{"encoder": "mfcc", "latent": 8, "hidden": 8, "depth": 1, "epochs": 2, "window": 20},
         **{"timesteps": 20, "steps": 4, "batch": 4, "learning_rate": 0.01},
     },
-    "phisanet": HEARD | {"classifier": 0.01},
-    "hybrid": HEARD,
+    "phisanet": AUDIO | {"classifier": 0.01},
+    "hybrid": AUDIO,
     "hmm": {"leaf": 5, "rate": 100.0, "alignments": 1},
-    "late_fusion": {"members": [{"kind": "phone_mean"}, {"kind": "two_stage", "weight": 3, **HEARD}]},
+    "late_fusion": {"members": [{"kind": "phone_mean"}, {"kind": "two_stage", "weight": 3, **AUDIO}]},
     "lstm": {"units": 8, "epochs": 2},
     "phone_mean": {},
     "procedural": {"steps": 20, "batch": 64},
-    "tcn": HEARD | {"channels": [8] * 6},
+    "tcn": AUDIO | {"channels": [8] * 6},
     "tree": {"leaf": 4},
-    "two_stage": HEARD,
+    "two_stage": AUDIO,
 }
 
 
@@ -233,7 +233,7 @@ def test_a_face_whose_shapes_disagree(folder: Path) -> None:
 
 @dataclass(frozen=True)
 class AudioInput:
-    """A regressor that hears: its only mode is the loudness of the sound."""
+    """An audio-driven regressor: its only mode is the loudness of the sound."""
 
     input_modality: ClassVar[InputModality] = "audio"
     config_class: ClassVar[type] = dict

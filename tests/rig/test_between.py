@@ -9,8 +9,8 @@ from phonanim.rig.between import control_matrix, convert_controls
 
 
 @pytest.fixture(scope="module")
-def values(unheard_line):
-    return animate(unheard_line, rig="arkit", fps=25).values
+def values(line_without_sound):
+    return animate(line_without_sound, rig="arkit", fps=25).values
 
 
 def test_there_and_back_through_a_table(values):

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from voices import RATE, SPOKEN, TIMES, TRACK, voiced, whispered
 
-from phonanim.media.voice import Voice, hear_voice
+from phonanim.media.voice import Voice, analyze_voice
 from phonanim.speech.loudness import LIMIT, measure_loudness, speech_level
 
 
-def heard(sound: np.ndarray) -> Voice:
-    return hear_voice(sound.astype(np.float32), RATE)
+def voice_of(sound: np.ndarray) -> Voice:
+    return analyze_voice(sound.astype(np.float32), RATE)
 
 
 def decibels(sound: np.ndarray, reference: float | None = None) -> np.ndarray:
-    return measure_loudness(heard(sound), TRACK, reference).at(np.arange(1, 6, 0.1))
+    return measure_loudness(voice_of(sound), TRACK, reference).at(np.arange(1, 6, 0.1))
 
 
 def test_steady_speech_is_as_loud_as_usual() -> None:
@@ -24,7 +24,7 @@ def test_steady_speech_is_as_loud_as_usual() -> None:
 
 def test_a_louder_phrase_is_louder_and_slowly_so() -> None:
     louder = np.where(TIMES > 3.5, 2.0, 1.0)  # 6 dB
-    found = measure_loudness(heard(voiced() * louder), TRACK)
+    found = measure_loudness(voice_of(voiced() * louder), TRACK)
     ends = found.at(np.array([1.0, 6.0]))
     assert ends[1] - ends[0] == pytest.approx(6.0, abs=0.7)
     assert np.abs(np.diff(found.decibels)).max() * 100 < 8.0  # dB a second: no leap
@@ -56,14 +56,14 @@ def test_noise_and_music_do_not_drive_it() -> None:
 
 
 def test_a_whisper_is_no_smaller() -> None:
-    found = measure_loudness(heard(whispered()), TRACK, reference=-20.0)
+    found = measure_loudness(voice_of(whispered()), TRACK, reference=-20.0)
     assert found.whispered
     assert np.isnan(found.mean)
     assert not found.decibels.any()
 
 
 def test_a_voice_far_away_is_no_whisper() -> None:
-    found = measure_loudness(heard(0.05 * voiced()), TRACK)
+    found = measure_loudness(voice_of(0.05 * voiced()), TRACK)
     assert not found.whispered
     assert found.mean == pytest.approx(-46, abs=2)
 
@@ -76,16 +76,16 @@ def test_whispered_words_in_a_line_are_no_smaller() -> None:
 
 
 def test_a_reference_is_what_lines_are_compared_with() -> None:
-    mean = measure_loudness(heard(voiced()), TRACK).mean
+    mean = measure_loudness(voice_of(voiced()), TRACK).mean
     np.testing.assert_allclose(decibels(voiced(), mean - 3), decibels(voiced()) + 3)
     np.testing.assert_allclose(decibels(voiced(), mean - 30), decibels(voiced()) + LIMIT)
-    assert speech_level(heard(voiced())) == pytest.approx(mean, abs=1.5)
+    assert speech_level(voice_of(voiced())) == pytest.approx(mean, abs=1.5)
 
 
 def test_silence_has_no_level() -> None:
-    found = measure_loudness(heard(np.zeros(len(TIMES))), TRACK)
+    found = measure_loudness(voice_of(np.zeros(len(TIMES))), TRACK)
     assert not found.decibels.any()
     assert np.isnan(found.mean)
-    assert np.isnan(speech_level(heard(np.zeros(len(TIMES)))))
-    none = measure_loudness(hear_voice(np.zeros(0, np.float32), RATE), TRACK)
+    assert np.isnan(speech_level(voice_of(np.zeros(len(TIMES)))))
+    none = measure_loudness(analyze_voice(np.zeros(0, np.float32), RATE), TRACK)
     assert not none.at(np.array([0.0, 1.0])).any()

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from prosodies import sentences, track_of
 
-from phonanim.media.voice import hear_voice
+from phonanim.media.voice import analyze_voice
 from phonanim.speech.alignment import Interval
-from phonanim.speech.prosody import eased, hear_prosody, read_prosody, stress
+from phonanim.speech.prosody import eased, measure_prosody, read_prosody, stress
 
 
 def line(*parts):
@@ -93,9 +93,9 @@ def test_pitch_makes_accents_stronger():
     track = line(("AA1", 0.15), ("M", 0.5), ("AA1", 0.15), ("M", 0.2))
     times = np.arange(16000) / 16000
     pitch = np.where(times < 0.5, 100.0, 150.0)
-    voice = hear_voice(np.sign(np.sin(2 * np.pi * np.cumsum(pitch) / 16000)).astype(np.float32), 16000)
-    plain, heard = read_prosody(track), read_prosody(track, voice=voice)
-    assert heard.strengths[1] > plain.strengths[1] > heard.strengths[0]
+    voice = analyze_voice(np.sign(np.sin(2 * np.pi * np.cumsum(pitch) / 16000)).astype(np.float32), 16000)
+    plain, with_voice = read_prosody(track), read_prosody(track, voice=voice)
+    assert with_voice.strengths[1] > plain.strengths[1] > with_voice.strengths[0]
 
 
 def test_a_recording_alone_has_phrases_and_accents():
@@ -104,7 +104,7 @@ def test_a_recording_alone_has_phrases_and_accents():
     spoken = ((times > 0.5) & (times < 1.5)) | ((times > 2.0) & (times < 3.0))
     syllables = 0.2 * (1 + np.sin(2 * np.pi * 4 * times)) * spoken
     samples = (syllables * np.sign(np.sin(2 * np.pi * 120 * times))).astype(np.float32)
-    prosody = hear_prosody(hear_voice(samples, rate), ahead=0.1)
+    prosody = measure_prosody(analyze_voice(samples, rate), ahead=0.1)
     np.testing.assert_allclose(prosody.starts, [0.5, 2.0], atol=0.06)
     np.testing.assert_allclose(prosody.ends, [1.5, 3.0], atol=0.1)
     assert len(prosody.accents) >= 4

@@ -68,7 +68,7 @@ def test_microphones(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class Device:
-    """What stands for the sounddevice module: a microphone that hears two blocks."""
+    """What stands for the sounddevice module: a microphone that gives two blocks."""
 
     class PortAudioError(Exception):
         pass
@@ -90,11 +90,11 @@ class Device:
         pass
 
 
-def test_a_microphone_that_hears(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_microphone(monkeypatch: pytest.MonkeyPatch) -> None:
     device = Device()
     monkeypatch.setitem(sys.modules, "sounddevice", device)
-    heard = inputs.microphone("3", 16000)
-    first, problem, second = (next(heard) for _ in range(3))
+    events = inputs.microphone("3", 16000)
+    first, problem, second = (next(events) for _ in range(3))
     assert isinstance(first, Samples)
     assert isinstance(second, Samples)
     assert (len(first.values), device.device) == (160, 3)

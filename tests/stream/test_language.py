@@ -39,17 +39,17 @@ def test_a_short_stream_says_at_its_end_what_it_was_read_as() -> None:
 
 
 def test_a_settled_language_stays() -> None:
-    heard = StreamedLanguage("auto")
+    language = StreamedLanguage("auto")
     for label in FRENCH:
-        heard.hear(label)
+        language.add(label)
     for label in ("HH", "AH", "L", "OW") * MOST:
-        assert heard.hear(label) == "french"
+        assert language.add(label) == "french"
 
 
 @pytest.mark.parametrize(("asked", "name"), [("auto:ja", "japanese"), ("ja", "ja"), ("german", "german")])
 def test_languages_that_are_named_or_expected(asked: str, name: str) -> None:
-    heard = StreamedLanguage(asked)
-    assert [heard.hear(label) for label in "yama"][-1] == name
+    language = StreamedLanguage(asked)
+    assert [language.add(label) for label in "yama"][-1] == name
 
 
 def test_a_label_that_no_language_has_does_not_decide() -> None:
@@ -62,5 +62,5 @@ def test_a_label_that_no_language_has_does_not_decide() -> None:
 
 
 def test_romanized_and_ipa_letters_of_one_language() -> None:
-    heard = StreamedLanguage("auto")
-    assert [heard.hear(label) for label in ["k", "oː", "j", "a", "ɴ"]][-1] == "japanese:ipa"
+    language = StreamedLanguage("auto")
+    assert [language.add(label) for label in ["k", "oː", "j", "a", "ɴ"]][-1] == "japanese:ipa"

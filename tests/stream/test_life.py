@@ -11,12 +11,12 @@ from phonanim.animation.motion import predict_controls
 from phonanim.animation.rates import frame_count
 from phonanim.inputs.prosody import life_ahead
 from phonanim.life import add_life, life_of, mouth_freedom
-from phonanim.media.voice import hear_voice
+from phonanim.media.voice import analyze_voice
 from phonanim.options import Emotion, Options
 from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.speech.alignment import Interval
 from phonanim.speech.phones import silent_track
-from phonanim.speech.prosody import hear_prosody, read_prosody
+from phonanim.speech.prosody import measure_prosody, read_prosody
 from phonanim.stream.engine import PhoneStream
 from phonanim.stream.events import Samples
 from phonanim.stream.sound import SoundStream
@@ -71,7 +71,7 @@ def test_of_sound(block, tmp_path):
         streamed(samples, block, Options(model=options.model, fps=30.0, life=life)) for life in ({}, NONE)
     )
     model, rig = load_model(options.model), load_cached_rig("arkit")
-    prosody = hear_prosody(hear_voice(samples, rate), life_ahead(model.regressor))
+    prosody = measure_prosody(analyze_voice(samples, rate), life_ahead(model.regressor))
     assert len(prosody.starts) == 4
     assert len(prosody.accents) > 15
     instants = np.arange(len(still)) / 30.0

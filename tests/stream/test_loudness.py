@@ -10,7 +10,7 @@ import pytest
 from voices import RATE, TIMES, TRACK, voiced
 
 from phonanim.__main__ import run
-from phonanim.media.voice import hear_voice
+from phonanim.media.voice import analyze_voice
 from phonanim.options import Options
 from phonanim.speech.loudness import measure_loudness
 from phonanim.stream.engine import PhoneStream
@@ -51,29 +51,29 @@ def test_frames_do_not_depend_on_how_audio_arrives() -> None:
 @pytest.mark.parametrize("reference", [None, -20.0])
 def test_the_level_is_near_that_of_the_whole_line(reference: float | None) -> None:
     """It comes later, and the first words do not know of the louder ones to come."""
-    voice = hear_voice(LOUDER, RATE)
+    voice = analyze_voice(LOUDER, RATE)
     times = np.arange(1.0, TRACK.duration - 1, 0.1)
     whole = measure_loudness(voice, TRACK, reference).at(times)
     found = StreamedLoudness(reference)
-    heard = np.concatenate(
+    streamed = np.concatenate(
         [found.until(time, voice, TRACK, 0.0).at(np.array([time])) for time in times.tolist()]
     )
-    assert np.corrcoef(heard, whole)[0, 1] > 0.7
-    assert np.abs(heard).max() <= 12
+    assert np.corrcoef(streamed, whole)[0, 1] > 0.7
+    assert np.abs(streamed).max() <= 12
 
 
 def test_nothing_is_heard_in_noise() -> None:
     noise = np.random.default_rng(0).normal(0, 0.1, len(TIMES)).astype(np.float32)
-    found = StreamedLoudness().until(TRACK.duration, hear_voice(noise, RATE), TRACK, 0.0)
+    found = StreamedLoudness().until(TRACK.duration, analyze_voice(noise, RATE), TRACK, 0.0)
     assert np.abs(found.decibels).max() < 0.5
 
 
 def test_a_recording_that_is_named_must_be_readable(
-    unheard_line: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    line_without_sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     broken = tmp_path / "a.wav"
     broken.write_bytes(b"RIFF")
-    assert run(["stream", str(unheard_line), "--audio", str(broken)]) == 2
+    assert run(["stream", str(line_without_sound), "--audio", str(broken)]) == 2
     assert "a.wav" in capsys.readouterr().err
 
 

@@ -85,9 +85,9 @@ def put(folder: Path, name: str) -> None:
 
 @dataclass(frozen=True)
 class Loudness:
-    """An encoder that is quick and remembers how much it heard at a time."""
+    """An encoder that is quick and remembers how much it read at a time."""
 
-    heard: list[int]
+    lengths: list[int]
     identity: str = "loudness"
     layers: int = 1
     dims: int = 2
@@ -96,6 +96,6 @@ class Loudness:
     margin: int = 1
 
     def run(self, samples: np.ndarray) -> np.ndarray:
-        self.heard.append(len(samples))
+        self.lengths.append(len(samples))
         blocks = samples.reshape(-1, HOP)
         return np.stack([blocks.mean(axis=1), np.full(len(blocks), 1.0)], axis=1)[:, None].astype(np.float32)

@@ -23,7 +23,7 @@ validation = 0.5
 [settings]
 {settings}
 """
-HEARS = 'encoder = "mfcc"\nhidden = 8\ndepth = 1\nctc = 0.0\nwindow = 20\nepochs = 2\nrate = 30.0'
+AUDIO = 'encoder = "mfcc"\nhidden = 8\ndepth = 1\nctc = 0.0\nwindow = 20\nepochs = 2\nrate = 30.0'
 SAMPLES = (
     'encoder = "mfcc"\nlatent = 8\nhidden = 8\ndepth = 1\ntimesteps = 20\nsteps = 4\nnoise = "none"\n'
     "window = 20\nbatch = 4\nepochs = 2\nrate = 30.0"
@@ -47,7 +47,7 @@ def trained(corpus: Path, kind: str, settings: str) -> Path:
 
 @pytest.fixture(scope="module")
 def model(corpus: Path) -> Path:
-    return trained(corpus, "phisanet", HEARS)
+    return trained(corpus, "phisanet", AUDIO)
 
 
 def test_a_corpus_keeps_what_the_data_set_has(corpus: Path) -> None:
@@ -105,7 +105,7 @@ def test_models_are_scored_beside_a_still_face(
 def test_what_a_kind_needs_is_said(corpus: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for kind, settings, why in (
         ("phone_mean", "", "reads phones, and clips of the corpus have none"),
-        ("phisanet", HEARS.replace("ctc = 0.0", "ctc = 0.1"), "ctc needs phones"),
+        ("phisanet", AUDIO.replace("ctc = 0.0", "ctc = 0.1"), "ctc needs phones"),
     ):
         recipe = corpus / "wrong.toml"
         recipe.write_text(RECIPE.format(kind=kind, settings=settings), "utf-8")

@@ -81,7 +81,7 @@ function play() {
 }
 
 // What is said of a line by its page, or by others who review the same run.
-function hear(line, { status, revision, comments }) {
+function updateLine(line, { status, revision, comments }) {
   if (revision < line.revision) return;
   Object.assign(line, { decision: status, revision, comments });
   fillChoices();
@@ -92,13 +92,13 @@ async function askNews() {
   try {
     const news = await (await fetch(`/news?after=${data.last}&token=${encodeURIComponent(data.token)}`)).json();
     data.last = news.last;
-    for (const line of lines) if (news.states[line.id]) hear(line, news.states[line.id]);
+    for (const line of lines) if (news.states[line.id]) updateLine(line, news.states[line.id]);
   } catch { /* the server has ended; the next time will tell */ }
 }
 
 window.addEventListener("message", ({ origin, source, data: said }) => {
   if (origin !== location.origin || source !== player.contentWindow) return;
-  if (said.phonanim === "line") hear(lines[said.number], said);
+  if (said.phonanim === "line") updateLine(lines[said.number], said);
   if (said.phonanim === "key") {
     list.focus();
     if (!KEYS[said.key]) return;

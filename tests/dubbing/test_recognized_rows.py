@@ -1,4 +1,4 @@
-"""Rows of a table that name a recording alone: its phones are heard."""
+"""Rows of a table that name a recording alone: its phones are recognized."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ def table(root: Path, tmp_path: Path) -> Path:
     return path
 
 
-def test_a_row_with_a_recording_alone_is_heard(table: Path, tmp_path: Path) -> None:
+def test_a_row_with_a_recording_alone_is_recognized(table: Path, tmp_path: Path) -> None:
     assert run(["batch", str(table), "-o", str(tmp_path / "out"), "--model", "audio", "--format", "csv"]) == 0
     assert (tmp_path / "out" / "said.csv").stat().st_size > 10_000
 
 
-def test_another_model_says_which_one_hears(
+def test_another_model_says_which_one_recognizes_phones(
     table: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["batch", str(table), "-o", str(tmp_path / "out"), "--format", "csv"]) == 1

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.hearing.network import Network
+from phonanim.recognition.network import Network
 
 Floats = NDArray[np.float32]
 
@@ -57,14 +57,14 @@ class Decoder:
             self.told = self.seen
         return found
 
-    def _step(self, heard: Floats) -> None:
+    def _step(self, likelihoods: Floats) -> None:
         """Extend every path by a step."""
         arriving = self.change + self.scores[-1]
         source = arriving.argmax(axis=1)
         entered = arriving[np.arange(len(source)), source]
         stayed = self.scores[-1] >= self.scores[-2]
         ahead = np.maximum(self.scores[-1], self.scores[-2])
-        self.scores = np.concatenate([entered[None], self.scores[:-2], ahead[None]]) + heard
+        self.scores = np.concatenate([entered[None], self.scores[:-2], ahead[None]]) + likelihoods
         self.scores -= self.scores.max()
         self.back.append((source, stayed))
         self.seen += 1

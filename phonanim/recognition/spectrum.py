@@ -1,6 +1,6 @@
-"""What the network hears: mel spectra, less the mean spectrum of the voice so far.
+"""The input of the network: mel spectra, less the mean spectrum of the voice so far.
 
-The mean follows the speech that was heard, so that microphone, room, loudness and much of the voice drop out
+The mean follows the speech so far, so that microphone, room, loudness and much of the voice drop out
 (cepstral mean normalization, Atal 1974, made causal). Nothing here looks ahead beyond half a window.
 """
 
@@ -57,7 +57,7 @@ def log_bands(power: Floats, filters: Floats) -> Floats:
 
 @dataclass
 class VoiceMean:
-    """The running mean spectrum of a voice. Leading dimensions are voices that are heard side by side."""
+    """The running mean spectrum of a voice. Leading dimensions are voices that are read side by side."""
 
     shape: tuple[int, ...] = ()
     total: Floats = field(init=False)

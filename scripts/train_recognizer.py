@@ -1,12 +1,12 @@
-"""Train the network that hears phones, and write phonanim/models/audio/hearing.safetensors.
+"""Train the network that recognizes phones, and write phonanim/models/audio/recognizer.safetensors.
 
-    python scripts/hearing_data.py LJSPEECH UDHR GRID -o work/hearing.npz
-    python scripts/train_hearing.py work/hearing.npz -o work/1.safetensors --steps 700 --rate 3e-3
-    python scripts/train_hearing.py work/hearing.npz -o work/2.safetensors --resume work/1.pt --rate 1e-3 \\
-        --seed 2
-    python scripts/train_hearing.py work/hearing.npz -o work/3.safetensors --resume work/2.pt --seed 3
+    python scripts/recognizer_data.py LJSPEECH UDHR GRID -o work/recognizer.npz
+    python scripts/train_recognizer.py work/recognizer.npz -o work/1.safetensors --steps 700 --rate 3e-3
+    python scripts/train_recognizer.py work/recognizer.npz -o work/2.safetensors --resume work/1.pt \\
+        --rate 1e-3 --seed 2
+    python scripts/train_recognizer.py work/recognizer.npz -o work/3.safetensors --resume work/2.pt --seed 3
 
-Runs after the first hear the voices of people twice as often. Speech is changed before it is heard: rate,
+Runs after the first draw the voices of people twice as often. Speech is changed before it is used: rate,
 pitch, length of the vocal tract, noise, echo, telephone, tone of the microphone, level. One clip of twenty is
 kept to see how many steps of 10 ms are named rightly.
 """
@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from safetensors.numpy import save_file
 from torch import nn
 
-from phonanim.hearing.spectrum import BANDS, HOP, RATE, WINDOW, VoiceMean, log_bands
 from phonanim.media.mel import mel_filters
+from phonanim.recognition.spectrum import BANDS, HOP, RATE, WINDOW, VoiceMean, log_bands
 from phonanim.speech.inventory import N_PHONES
 
 Floats = NDArray[np.float32]
@@ -36,7 +36,7 @@ WARPS = np.linspace(0.82, 1.22, 21)
 SMOOTHING = 0.05
 BINS = WINDOW // 2 + 1
 SHORT_PAUSE = 30  # code of sp
-FIRST_PERSON = 20  # row of hearing_voices.tsv; voices from here on are of people
+FIRST_PERSON = 20  # row of recognizer_voices.tsv; voices from here on are of people
 
 
 class Net(nn.Module):
@@ -62,7 +62,7 @@ class Net(nn.Module):
         raise AssertionError
 
     def tensors(self) -> dict[str, NDArray[np.generic]]:
-        """The layers with their normalization in them, as phonanim.hearing.network reads them."""
+        """The layers with their normalization in them, as phonanim.recognition.network reads them."""
         found: dict[str, NDArray[np.generic]] = {}
         for number, (offsets, convolution) in enumerate(zip(OFFSETS, self.convolutions, strict=True)):
             weights, bias = convolution.weight.detach(), convolution.bias.detach()
@@ -79,7 +79,7 @@ class Net(nn.Module):
 
 
 class Clips:
-    """The clips of scripts/hearing_data.py."""
+    """The clips of scripts/recognizer_data.py."""
 
     def __init__(self, path: Path) -> None:
         with np.load(path) as stored:
@@ -99,7 +99,7 @@ class Clips:
 
 
 def warped_filters(warp: float) -> Floats:
-    """Mel filters that hear frequencies times `warp`, as from a vocal tract of another length."""
+    """Mel filters of frequencies times `warp`, as from a vocal tract of another length."""
     filters = mel_filters(RATE, WINDOW, BANDS)
     place = np.minimum(np.arange(BINS) * warp, BINS - 1)
     below = np.minimum(place.astype(int), BINS - 2)
@@ -174,7 +174,7 @@ def batch_of(
     for row, (own, said) in enumerate(found):
         bands[row, : len(own)], codes[row, : len(said)] = own, said
     mean = VoiceMean((len(found),))
-    if rng.random() < 0.5:  # a voice that was heard before
+    if rng.random() < 0.5:  # a voice that was used before
         mean.subtract(bands)
     return torch.from_numpy(mean.subtract(bands)).transpose(1, 2), torch.from_numpy(codes)
 

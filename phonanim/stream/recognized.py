@@ -1,4 +1,4 @@
-"""Stream sound through phones that are heard in it: the engine of models that hear phones."""
+"""Stream sound through phones that are recognized in it: the engine of models that recognize phones."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import StreamError
-from phonanim.hearing.hearer import LANGUAGE, Hearer, look_ahead
-from phonanim.hearing.network import load_network
-from phonanim.hearing.spectrum import RATE
 from phonanim.media.audio import Level
 from phonanim.options import Options
 from phonanim.pipeline import load_model
+from phonanim.recognition.network import load_network
+from phonanim.recognition.recognizer import LANGUAGE, PhoneRecognizer, look_ahead
+from phonanim.recognition.spectrum import RATE
 from phonanim.speech.intervals import Interval
 from phonanim.stream.engine import PhoneStream
 from phonanim.stream.events import Event, Samples
@@ -26,10 +26,10 @@ GOES_ON = 0.03  # seconds that a phone that has begun is taken to go on
 
 
 @dataclass
-class HeardStream:
-    """Sound in, frames out, by the phones that are heard in it, as a `PhoneStream` makes them.
+class RecognizedStream:
+    """Sound in, frames out, by the phones that are recognized in it, as a `PhoneStream` makes them.
 
-    `ahead` is the number of seconds of sound after a frame that it waits for, the time that hearing takes
+    `ahead` is the number of seconds of sound after a frame that it waits for, the time that recognition takes
     included; None waits until no later sound can change it. The phone that is being spoken counts as far as
     it is known. `line` is the name for the seed of the life layer.
     """
@@ -39,18 +39,18 @@ class HeardStream:
     ahead: float | None = None
     line: str = "stream"
     level: Level = field(default_factory=Level)
-    spoken: bool = False  # whether a phone was heard
+    spoken: bool = False  # whether a phone was recognized
     patience: ClassVar[float] = 0.25  # seconds that a due frame waits for its audio
 
     def __post_init__(self) -> None:
         model = load_model(self.options.model)
-        assert model.hearing is not None
-        network = load_network(model.hearing)
-        self.hearer, self.resampler = Hearer(network), Resampler(self.rate)
+        assert model.recognizer is not None
+        network = load_network(model.recognizer)
+        self.recognizer, self.resampler = PhoneRecognizer(network), Resampler(self.rate)
         self.slowest = look_ahead(network)
         phones_ahead = None if self.ahead is None else max(self.ahead - self.slowest, 0.0)
-        heard = replace(self.options, language=LANGUAGE)
-        self.phones = PhoneStream(heard, phones_ahead, self.line, rate=self.rate)
+        options = replace(self.options, language=LANGUAGE)
+        self.phones = PhoneStream(options, phones_ahead, self.line, rate=self.rate)
         self.rig = self.phones.rig
 
     @property
@@ -82,7 +82,7 @@ class HeardStream:
     def notes(self) -> tuple[str, ...]:
         """Warnings about the received audio."""
         loud = self.level.peak > 0
-        return (*self.level.notes, *("no speech was heard in the audio",) * (loud and not self.spoken))
+        return (*self.level.notes, *("no speech was recognized in the audio",) * (loud and not self.spoken))
 
     def news(self) -> str:
         """Nothing: the language of the labels is known."""
@@ -90,7 +90,7 @@ class HeardStream:
 
     def warm_up(self) -> None:
         """Make a frame and discard it, so that the first real one is as fast as the others."""
-        other = HeardStream(self.options, self.rate, self.ahead)
+        other = RecognizedStream(self.options, self.rate, self.ahead)
         other.pass_time(0.5)
         other.frames()
 
@@ -101,16 +101,16 @@ class HeardStream:
         samples = np.nan_to_num(event.values, nan=0.0, posinf=0.0, neginf=0.0)
         self.level.add(samples)
         self.phones.take(Samples(samples))
-        self._hear(self.resampler.push(samples))
+        self._recognize(self.resampler.push(samples))
         lost = int((~np.isfinite(event.values)).sum())
         if lost:
             place = f"before {self.known_until:.2f} s"
             raise StreamError(f"{lost} samples {place} are not finite numbers and count as silence")
 
-    def _hear(self, samples: Floats) -> None:
-        self._say(self.hearer.push(samples))
-        self.phones.pass_time(self.hearer.until)
-        self.phones.begun = self.hearer.going_on(GOES_ON)
+    def _recognize(self, samples: Floats) -> None:
+        self._say(self.recognizer.push(samples))
+        self.phones.pass_time(self.recognizer.until)
+        self.phones.begun = self.recognizer.going_on(GOES_ON)
 
     def _say(self, phones: list[Interval]) -> None:
         for phone in phones:
@@ -127,8 +127,8 @@ class HeardStream:
         """Declare the end of the input."""
         if self.ended:
             return
-        self._hear(self.resampler.end())
-        self._say(self.hearer.end())
+        self._recognize(self.resampler.end())
+        self._say(self.recognizer.end())
         self.phones.begun = None
         self.phones.pass_time(self.known_until)
         self.phones.end()

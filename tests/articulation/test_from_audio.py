@@ -14,10 +14,10 @@ from speech import track_of
 from phonanim import regressors
 from phonanim.animation.motion import predict_controls
 from phonanim.articulation import CHANNELS, articulate
-from phonanim.articulation.heard import (
-    HeardArticulation,
-    can_hear_articulation,
-    fit_heard_articulation,
+from phonanim.articulation.from_audio import (
+    AudioArticulation,
+    can_predict_articulation,
+    fit_audio_articulation,
 )
 from phonanim.encoders import HOP, RATE
 from phonanim.errors import ModelError
@@ -46,7 +46,7 @@ def tones(track: PhoneTrack) -> Sound:
 
 
 class Bands:
-    """An encoder that hears which of the tones sounds."""
+    """An encoder of which tone sounds."""
 
     layers, dims, identity, start, window, margin = 1, 41, "bands", 0.0, 30, 1
 
@@ -60,7 +60,7 @@ class Bands:
 @pytest.fixture(scope="module", autouse=True)
 def bands() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("phonanim.articulation.heard._encoder", lambda name: Bands())
+        patch.setattr("phonanim.articulation.from_audio._encoder", lambda name: Bands())
         yield
 
 
@@ -69,7 +69,7 @@ TIMES = np.arange(0, TRACK.duration, 1 / 60)
 
 
 class Still:
-    """A model that hears, and sees a face that never moves."""
+    """An audio-driven model of a face that never moves."""
 
     input_modality = "audio"
     config: Any = None
@@ -79,14 +79,14 @@ class Still:
 
 
 @pytest.fixture(scope="module")
-def heard(bands: None) -> HeardArticulation:
+def learned(bands: None) -> AudioArticulation:
     tracks = [babble(seed) for seed in range(1, 13)]
     clips = ((track, np.arange(0, track.duration, 0.04), tones(track)) for track in tracks)
-    return fit_heard_articulation("bands", clips)
+    return fit_audio_articulation("bands", clips)
 
 
-def test_sound_tells_what_phones_would(heard: HeardArticulation) -> None:
-    values, silent, _ = heard.at(tones(TRACK), TIMES)
+def test_sound_tells_what_phones_would(learned: AudioArticulation) -> None:
+    values, silent, _ = learned.at(tones(TRACK), TIMES)
     wanted, said = articulate(TRACK, TIMES).values, speech_mask(TRACK, TIMES)
     for name in ("jaw", "lip_gap", "lip_width", "protrusion"):
         place = CHANNELS.index(name)
@@ -94,15 +94,15 @@ def test_sound_tells_what_phones_would(heard: HeardArticulation) -> None:
     assert silent[0] > 0.5 > silent[len(silent) // 2]
 
 
-def test_a_frame_does_not_depend_on_the_others(heard: HeardArticulation) -> None:
-    whole, part = heard.at(tones(TRACK), TIMES)[0], heard.at(tones(TRACK), TIMES[50:60])[0]
+def test_a_frame_does_not_depend_on_the_others(learned: AudioArticulation) -> None:
+    whole, part = learned.at(tones(TRACK), TIMES)[0], learned.at(tones(TRACK), TIMES[50:60])[0]
     assert whole[50:60] == pytest.approx(part, abs=1e-3)
 
 
-def test_the_jaw_of_a_model_that_hears_comes_from_sound(heard: HeardArticulation) -> None:
+def test_the_jaw_of_an_audio_driven_model_comes_from_sound(learned: AudioArticulation) -> None:
     still = replace(load_model("default"), regressor=Still())
     model, rig, sound = (
-        replace(still, articulation=heard.tensors()),
+        replace(still, articulation=learned.tensors()),
         load_cached_rig("arkit"),
         tones(TRACK),
     )
@@ -118,37 +118,37 @@ def test_the_jaw_of_a_model_that_hears_comes_from_sound(heard: HeardArticulation
     assert shapes.articulation is None  # chosen by phones
 
 
-def test_it_is_kept_in_the_folder_of_the_model(heard: HeardArticulation, tmp_path: Path) -> None:
-    regressors.save(replace(load_model("default"), articulation=heard.tensors()), tmp_path)
-    kept = HeardArticulation.from_tensors(regressors.load(tmp_path).articulation or {})
+def test_it_is_kept_in_the_folder_of_the_model(learned: AudioArticulation, tmp_path: Path) -> None:
+    regressors.save(replace(load_model("default"), articulation=learned.tensors()), tmp_path)
+    kept = AudioArticulation.from_tensors(regressors.load(tmp_path).articulation or {})
     assert kept.encoder == "bands"
-    assert np.array_equal(kept.weights, heard.weights)
+    assert np.array_equal(kept.weights, learned.weights)
 
 
-def test_training_fits_it_for_models_that_hear_whole_recordings(heard: HeardArticulation) -> None:
+def test_training_fits_it_for_audio_driven_models_of_whole_recordings(learned: AudioArticulation) -> None:
     tracks = tuple(babble(seed) for seed in range(1, 13))
     times = tuple(np.arange(0, track.duration, 0.04) for track in tracks)
     targets = tuple(np.zeros((len(at), 14), np.float32) for at in times)
     data = Examples(tracks, times, targets, (1.0,) * len(tracks), tuple(map(tones, tracks)))
-    for kind, encoder, learned in (("two_stage", "bands", True), ("cnn", "mfcc_live", False)):
+    for kind, encoder, fitted in (("two_stage", "bands", True), ("cnn", "mfcc_live", False)):
         regressor = Still()
         regressor.config = make_config(kind, {"encoder": encoder}, "test")
         found = recipes.learn_articulation(regressor, data)
-        assert (found is not None) == learned, kind
-        assert found is None or np.array_equal(found["weights"], heard.weights)
+        assert (found is not None) == fitted, kind
+        assert found is None or np.array_equal(found["weights"], learned.weights)
     assert recipes.learn_articulation(load_model("default").regressor, data) is None
 
 
-def test_what_is_damaged_or_of_another_encoder_is_refused(heard: HeardArticulation) -> None:
+def test_what_is_damaged_or_of_another_encoder_is_refused(learned: AudioArticulation) -> None:
     with pytest.raises(ModelError, match="shapes do not match"):
-        HeardArticulation.from_tensors(heard.tensors() | {"offset": np.zeros(3)})
+        AudioArticulation.from_tensors(learned.tensors() | {"offset": np.zeros(3)})
     with pytest.raises(ModelError, match="damaged"):
-        HeardArticulation.from_tensors({"offset": np.zeros(3)})
+        AudioArticulation.from_tensors({"offset": np.zeros(3)})
     with pytest.raises(ModelError, match="was learned with 'another'"):
-        replace(heard, identity="another").at(tones(TRACK), TIMES)
+        replace(learned, identity="another").at(tones(TRACK), TIMES)
 
 
 def test_streams_hear_too_little_ahead() -> None:
-    assert can_hear_articulation("whisper")
-    assert not can_hear_articulation("mfcc_live")
-    assert not can_hear_articulation("phones")
+    assert can_predict_articulation("whisper")
+    assert not can_predict_articulation("mfcc_live")
+    assert not can_predict_articulation("phones")

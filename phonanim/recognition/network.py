@@ -1,4 +1,4 @@
-"""The network that hears: convolutions over time, in NumPy, each step as soon as its input is there."""
+"""The network that recognizes phones: convolutions over time, in NumPy, each step as its input comes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from phonanim.core.decode import DecodeError, read_tensors
 from phonanim.errors import ModelError
-from phonanim.hearing.spectrum import BANDS
+from phonanim.recognition.spectrum import BANDS
 from phonanim.speech.inventory import N_PHONES
 
 Floats = NDArray[np.float32]

@@ -1,4 +1,4 @@
-"""Phones that are heard in sound, as it comes or whole: any voice, causal, in NumPy alone."""
+"""Recognize phones in sound, as it comes or whole: any voice, causal, in NumPy alone."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import AudioError
-from phonanim.hearing.decoding import LAG, Decoder
-from phonanim.hearing.network import Network, NetworkStream, load_network
-from phonanim.hearing.spectrum import RATE, STEP, WINDOW, MelSpectrum, VoiceMean
 from phonanim.media.audio import Sound, resample
+from phonanim.recognition.decoding import LAG, Decoder
+from phonanim.recognition.network import Network, NetworkStream, load_network
+from phonanim.recognition.spectrum import RATE, STEP, WINDOW, MelSpectrum, VoiceMean
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.inventory import INVENTORY
 
 Floats = NDArray[np.float32]
 
 LANGUAGE = "ipa"  # of the labels
-TIER = "heard"
-PIECE = 10 * RATE  # samples of a recording that are heard at a time
+TIER = "recognized"
+PIECE = 10 * RATE  # samples of a recording that are read at a time
 SHORTEST = 0.2  # seconds of a recording
 
 
 @dataclass
-class Hearer:
+class PhoneRecognizer:
     """Samples at RATE in, phones out; silences are left out.
 
     `begun` is the phone that has not ended: its code (0 for silence), and its start in seconds. It lasts
@@ -55,14 +55,14 @@ class Hearer:
     def push(self, samples: Floats) -> list[Interval]:
         """Add samples, (n,); the phones that have ended."""
         self.received += len(samples)
-        return self._hear(samples, last=False)
+        return self._decode(samples, last=False)
 
     def end(self) -> list[Interval]:
         """The remaining phones; the last ends with the sound at the latest."""
-        found = self._hear(np.zeros(WINDOW // 2, np.float32), last=True)
+        found = self._decode(np.zeros(WINDOW // 2, np.float32), last=True)
         return [*found, *self._finish(self.received / RATE)]
 
-    def _hear(self, samples: Floats, last: bool) -> list[Interval]:
+    def _decode(self, samples: Floats, last: bool) -> list[Interval]:
         steps = self.mean.subtract(self.spectrum.push(samples))
         found: list[Interval] = []
         for code in self.decoder.push(self.stream.push(steps, last), last):
@@ -88,21 +88,21 @@ def label_of(code: int) -> str:
     return INVENTORY.sounds[code].ipa
 
 
-def hear_phones(sound: Sound, model: Path, name: str) -> Alignment:
-    """The phones of a recording, in IPA, as the network `model` hears them; `name` is for errors.
+def recognize_phones(sound: Sound, model: Path, name: str) -> Alignment:
+    """The phones of a recording, in IPA, as the network `model` recognizes them; `name` is for errors.
 
-    Raises AudioError where nothing can be heard: less than SHORTEST seconds, or nothing but silence.
+    Raises AudioError where nothing can be recognized: less than SHORTEST seconds, or nothing but silence.
     """
     if sound.duration < SHORTEST:
         raise AudioError(
-            f"{name}: lasts {sound.duration:.2f} s, and phones are heard in {SHORTEST:g} s at least; "
+            f"{name}: lasts {sound.duration:.2f} s, and phones are recognized in {SHORTEST:g} s at least; "
             "record more, or give an alignment"
         )
-    hearer, found = Hearer(load_network(model)), []
+    recognizer, found = PhoneRecognizer(load_network(model)), []
     samples = resample(sound.samples, sound.rate, RATE)
     for begin in range(0, len(samples), PIECE):
-        found += hearer.push(samples[begin : begin + PIECE])
-    found += hearer.end()
+        found += recognizer.push(samples[begin : begin + PIECE])
+    found += recognizer.end()
     if not found:
-        raise AudioError(f"{name}: no speech is heard in it; check that it is the right recording")
+        raise AudioError(f"{name}: no speech is recognized in it; check that it is the right recording")
     return Alignment(tuple(found), sound.duration, TIER, name)

@@ -1,4 +1,4 @@
-"""The voices that benchmarks/hears.py judges by: their sound, their phones, and curves that were measured."""
+"""The voices that benchmarks/audio_alone.py judges by: sound, phones, and curves that were measured."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from phonanim.ema import load_utterances
 from phonanim.ema.channels import sensor_channels
 from phonanim.face.model import lip_aperture, lip_width
 from phonanim.media.audio import Sound, read_sound
-from phonanim.media.voice import FRAMES, hear_voice
+from phonanim.media.voice import FRAMES, analyze_voice
 from phonanim.pipeline import load_model
 from phonanim.speech.textgrid import write_textgrid
 
@@ -64,7 +64,7 @@ class Judged:
 
     def speech(self, times: Array) -> NDArray[np.bool_]:
         """Where somebody speaks, by the level: within 30 dB of the loud parts."""
-        level = hear_voice(self.sound.samples, self.sound.rate).level
+        level = analyze_voice(self.sound.samples, self.sound.rate).level
         loud = level > np.quantile(level, 0.95) - 30
         return loud[np.clip((times * FRAMES).astype(int), 0, len(loud) - 1)]
 
@@ -72,7 +72,7 @@ class Judged:
 @cache
 def scratch() -> Path:
     """A folder that is kept until the program ends."""
-    folder = tempfile.TemporaryDirectory(prefix="hears-")
+    folder = tempfile.TemporaryDirectory(prefix="audio-alone-")
     KEPT.append(folder)
     return Path(folder.name)
 

@@ -1,4 +1,4 @@
-"""Audio-driven regressors: trained in torch they run the same in NumPy, go on after a halt, and hear."""
+"""Audio-driven regressors: trained in torch they run the same in NumPy, resume, and learn from sound."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def test_every_decoder_is_stored_and_read_back(decoder: str, data: Examples, tmp
         assert np.isfinite(again).all()
 
 
-def test_it_learns_what_it_hears() -> None:
+def test_it_learns_from_sound() -> None:
     data = made_up_examples(np.random.default_rng(5), clips=12)
     regressor = trained(data, hidden=24, depth=1, epochs=20, learning_rate=0.02)
     mean = np.concatenate(data.targets).mean(axis=0)

@@ -1,4 +1,4 @@
-"""Articulation from sound alone, for models that hear: a linear map from what an encoder hears.
+"""Articulation from sound alone, for audio-driven models: a linear map from the features of an encoder.
 
 It learns what phones say of the articulation of the training clips (trajectories.py), so it has jaw, teeth
 and rounding that no landmarks show, and it needs no phones when it is used. Ridge regression on the
@@ -33,11 +33,11 @@ RIDGE = 0.3  # in variances of a feature, for each frame
 OUTPUTS = len(CHANNELS) + 2  # and how silent and how rounded the mouth is
 FLOOR = 1e-6  # least of what is added, for a feature that never changes
 BLOCK = 4096  # frames at a time, so that their features fit in memory
-LIVE, READING = "mfcc_live", "phones"  # encoders that hear too little ahead, and that hear phones
+LIVE, READING = "mfcc_live", "phones"  # encoders that read too little ahead, and that read phones
 
 
 @dataclass(frozen=True)
-class HeardArticulation:
+class AudioArticulation:
     """The map: `weights` (features, OUTPUTS) of features less `mean`, and `offset` (OUTPUTS,).
 
     `encoder` is its name, `identity` that of its weights.
@@ -61,10 +61,10 @@ class HeardArticulation:
                 f"the articulation was learned with {self.identity!r}, but the encoder is "
                 f"{encoder.identity!r}: set PHONANIM_ENCODERS to its weights, or train the model again"
             )
-        heard, values = encode(encoder, sound), np.empty((len(times), OUTPUTS))
+        features, values = encode(encoder, sound), np.empty((len(times), OUTPUTS))
         for start in range(0, len(times), BLOCK):
             rows = slice(start, start + BLOCK)
-            values[rows] = (_features(heard, times[rows]) - self.mean) @ self.weights + self.offset
+            values[rows] = (_features(features, times[rows]) - self.mean) @ self.weights + self.offset
         silent, rounded = np.clip(values[:, len(CHANNELS) :], 0, 1).T
         mouth = values[:, : len(CHANNELS)]
         rest = read_targets().target[GESTURES.names.index("sil")]
@@ -78,7 +78,7 @@ class HeardArticulation:
         return coded | {"mean": self.mean, "weights": self.weights, "offset": self.offset}
 
     @classmethod
-    def from_tensors(cls, tensors: Tensors) -> HeardArticulation:
+    def from_tensors(cls, tensors: Tensors) -> AudioArticulation:
         """The map that `tensors` describe. Raises ModelError when they do not match."""
         try:
             encoder, identity = (
@@ -94,14 +94,14 @@ class HeardArticulation:
         return cls(encoder, identity, mean, weights, offset)
 
 
-def can_hear_articulation(encoder: str) -> bool:
+def can_predict_articulation(encoder: str) -> bool:
     """Whether a map can be learned: not for live encoders, whose streams know no sound ahead."""
     return encoder not in (LIVE, READING, "")
 
 
-def fit_heard_articulation(
+def fit_audio_articulation(
     encoder: str, clips: Iterable[tuple[PhoneTrack, Array, Sound]]
-) -> HeardArticulation:
+) -> AudioArticulation:
     """Learn from clips: their phones, instants (frames,) seconds, and sounds."""
     known = _encoder(encoder)
     sums = [np.zeros(()) for _ in range(5)]  # of frames, inputs, targets, and their products
@@ -117,7 +117,7 @@ def fit_heard_articulation(
     ridge = np.maximum(RIDGE * np.diag(square), FLOOR)
     weights = np.linalg.solve(square + np.diag(ridge), product)
     parts = (part.astype(np.float32) for part in (mean, weights, offset))
-    return HeardArticulation(encoder, known.identity, *parts)
+    return AudioArticulation(encoder, known.identity, *parts)
 
 
 @lru_cache(maxsize=2)
@@ -125,7 +125,7 @@ def _encoder(name: str) -> Encoder:
     return load_encoder(name)
 
 
-def _features(heard: Features, times: Array) -> NDArray[np.float32]:
+def _features(features: Features, times: Array) -> NDArray[np.float32]:
     """Features around instants, (frames,) seconds -> (frames, features)."""
-    around = [heard.at(times + offset)[:, -LAYERS:].reshape(len(times), -1) for offset in OFFSETS]
+    around = [features.at(times + offset)[:, -LAYERS:].reshape(len(times), -1) for offset in OFFSETS]
     return np.concatenate(around, axis=1)

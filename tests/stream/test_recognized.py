@@ -1,4 +1,4 @@
-"""Sound that is streamed through the phones heard in it: the frames of the whole recording, and refusals."""
+"""Sound streamed through the phones recognized in it: the frames of the whole recording, and refusals."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from phonanim.__main__ import run
-from phonanim.core.catalog import HEARING_MODEL
+from phonanim.core.catalog import RECOGNITION_MODEL
 from phonanim.errors import StreamError
 from phonanim.media.audio import read_sound
 from phonanim.options import Options
 from phonanim.pipeline import animate
 from phonanim.stream.events import Phone, Samples
-from phonanim.stream.heard import HeardStream
+from phonanim.stream.recognized import RecognizedStream
 
-OPTIONS = Options(model=HEARING_MODEL, life=0, loudness=0)
+OPTIONS = Options(model=RECOGNITION_MODEL, life=0, loudness=0)
 SECONDS = 1.6
 
 
@@ -28,7 +28,7 @@ def recording(root: Path) -> Path:
 
 def streamed(path: Path, ahead: float | None, block: int, seconds: float = SECONDS) -> np.ndarray:
     sound = read_sound(path)
-    stream, samples, found = HeardStream(OPTIONS, sound.rate, ahead), sound.samples, []
+    stream, samples, found = RecognizedStream(OPTIONS, sound.rate, ahead), sound.samples, []
     samples = samples[: int(seconds * sound.rate)]
     for begin in range(0, len(samples), block):
         stream.take(Samples(samples[begin : begin + block]))
@@ -52,15 +52,15 @@ def test_pieces_of_sound_do_not_matter(recording: Path) -> None:
 
 def test_frames_wait_for_a_fifth_of_a_second(recording: Path) -> None:
     sound = read_sound(recording)
-    stream = HeardStream(OPTIONS, sound.rate, 0.2)
+    stream = RecognizedStream(OPTIONS, sound.rate, 0.2)
     assert stream.look_ahead == pytest.approx(0.2)
     stream.take(Samples(sound.samples[: sound.rate]))
     assert stream.ready / 60 == pytest.approx(1.0 - 0.2, abs=0.03)
-    assert HeardStream(OPTIONS, sound.rate, 0.0).look_ahead == pytest.approx(stream.slowest)
+    assert RecognizedStream(OPTIONS, sound.rate, 0.0).look_ahead == pytest.approx(stream.slowest)
 
 
 def test_what_is_no_sound() -> None:
-    stream = HeardStream(OPTIONS)
+    stream = RecognizedStream(OPTIONS)
     with pytest.raises(StreamError, match="ignores phones"):
         stream.take(Phone("AA", 0.0, 0.1))
     with pytest.raises(StreamError, match="2 samples before 0.01 s are not finite"):

@@ -1,1 +1,0 @@
-"""Hear phones in sound: mel spectra, a small causal network, and the path through its phones."""
