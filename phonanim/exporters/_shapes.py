@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,15 +31,29 @@ class ShapeCurve:
     curve: NDArray[np.float64]
 
 
-def shape_curves(animation: Animation, node: str | None, character: Path | None) -> list[ShapeCurve]:
+def node_path(glb: Glb, node: int) -> str:
+    """The names of a node and of those above it, from the top."""
+    names = [_name(glb, node)]
+    while node in glb.parents:
+        node = glb.parents[node]
+        names.insert(0, _name(glb, node))
+    return "/".join(names)
+
+
+def shape_curves(
+    animation: Animation,
+    node: str | None,
+    character: Path | None,
+    path_of: Callable[[Glb, int], str] = node_path,
+) -> list[ShapeCurve]:
     """A curve for each shape that the animation moves.
 
     With a `character`, a GLB or VRM, its meshes and the names of its shapes; else those of the channels.
-    `node` is the path of the one mesh; without it, paths are those in the character. Raises RigError when the
-    character cannot be read or has no such shape.
+    `node` is the path of the one mesh; without it, `path_of` finds that of a node of the character, or of the
+    shipped head. Raises RigError when the character cannot be read or has no such shape.
     """
     if character is None:
-        place = node or _path(read_glb(SHIPPED), 0)
+        place = node or path_of(read_glb(SHIPPED), 0)
         names = [name for name in animation.channels if not is_turn(name)]
         return [ShapeCurve(place, name, animation.channel(name).astype(float)) for name in names]
     glb = read_glb(character)
@@ -46,7 +61,7 @@ def shape_curves(animation: Animation, node: str | None, character: Path | None)
     for morphs in moving_morphs(glb, animation.channels):
         weights = morphs.weights(animation.values, animation.channels)
         for target in sorted({target for _, target, _ in morphs.moved(animation.channels)}):
-            one = ShapeCurve(node or _path(glb, morphs.node), morphs.names[target], weights[:, target])
+            one = ShapeCurve(node or path_of(glb, morphs.node), morphs.names[target], weights[:, target])
             if one.shape:
                 found.setdefault((one.node, one.shape), one)
     return list(found.values())
@@ -56,12 +71,12 @@ def shape_curves(animation: Animation, node: str | None, character: Path | None)
 class HeadTurn:
     """The rotations of the bone of a head, (frames, 4) xyzw, each on the same side as the one before.
 
-    `path` is the path of its node, `above` that of the node above the whole skeleton, "" without one. The
-    rotations are the node's own, in glTF's axes.
+    `glb` is the character, `node` the number of the bone's node there. The rotations are the node's own, in
+    glTF's axes.
     """
 
-    path: str
-    above: str
+    glb: Glb
+    node: int
     rotations: NDArray[np.float64]
 
     def keys(self, animation: Animation, keys: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -83,12 +98,7 @@ def head_turn(animation: Animation, character: Path | None) -> HeadTurn | None:
     rotations = bone.rotations(turns)
     sides = np.sign((rotations[1:] * rotations[:-1]).sum(axis=1))
     rotations[1:] *= np.cumprod(np.where(sides == 0, 1.0, sides))[:, None]
-    joints = {joint for skin in glb.tree.get("skins", ()) for joint in skin["joints"]} | {bone.node}
-    top = bone.node
-    while glb.parents.get(top) in joints:
-        top = glb.parents[top]
-    above = _path(glb, glb.parents[top]) if top in glb.parents else ""
-    return HeadTurn(_path(glb, bone.node), above, rotations)
+    return HeadTurn(glb, bone.node, rotations)
 
 
 def curve_keys(
@@ -98,15 +108,6 @@ def curve_keys(
     times = animation.times - min(0.0, animation.start)
     reduced = reduce_curve(curve, keys)
     return times[reduced.frames], reduced.values[:, 0]
-
-
-def _path(glb: Glb, node: int) -> str:
-    """The names of a node and of those above it, from the top."""
-    names = [_name(glb, node)]
-    while node in glb.parents:
-        node = glb.parents[node]
-        names.insert(0, _name(glb, node))
-    return "/".join(names)
 
 
 def _name(glb: Glb, node: int) -> str:

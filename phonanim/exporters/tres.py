@@ -1,11 +1,13 @@
 """Godot Animation resource: a track for each blend shape of a MeshInstance3D (Godot 4) or MeshInstance (3).
 
 Value tracks of the property `blend_shapes/NAME` and the older format number 2 are what both versions load.
+The paths of a character's meshes are those of the scene that Godot 4 imports from its file.
 """
 
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ import numpy as np
 from phonanim.animation.animation import Animation
 from phonanim.core.files import write_text
 from phonanim.errors import OutputError
+from phonanim.exporters._godot import read_scene
 from phonanim.exporters._shapes import KEYS, HeadTurn, ShapeCurve, curve_keys, head_turn, shape_curves
 
 SUMMARY = "Godot 3 and 4 Animation resource for the blend shapes of a mesh"
@@ -56,13 +59,15 @@ def write(
 ) -> None:
     """Write an animation; `node` is the path of the mesh from the AnimationPlayer's root node.
 
-    With a `character`, a GLB or VRM, the tracks move its meshes by the names of their shapes. Frames are
-    left out if linear interpolation is within the error `keys`. The last track
+    With a `character`, a GLB or VRM, the tracks move its meshes by the names of their shapes, where Godot 4
+    puts them. Frames are left out if linear interpolation is within the error `keys`. The last track
     turns the bone of the character's head in Godot 4; Godot 3 leaves it out.
     Raises RigError when the character cannot be used, OutputError when a name cannot stand in a path or the
     destination cannot be written.
     """
-    found = shape_curves(animation, node, character)
+    found = shape_curves(animation, node, character, lambda glb, number: read_scene(glb).mesh(number))
+    if character is not None:  # the importer renames such shapes
+        found = [replace(one, shape=one.shape.replace(":", "_")) for one in found]
     for one in found:
         if ":" in one.node or ":" in one.shape:
             raise OutputError(f"{path}: Godot allows no colon in a path: {one.node}, {one.shape}; rename it")
@@ -78,13 +83,12 @@ def write(
 
 
 def _turn_track(animation: Animation, turn: HeadTurn, number: int, keys: float) -> str:
-    """The rotation of a bone: Godot's importer puts bones into a skeleton below the node above them."""
+    """The rotation of a bone in the skeleton that Godot's importer makes."""
     times, rotations = turn.keys(animation, keys)
     rows = np.column_stack([times, np.ones(len(times)), rotations + 0.0])
-    skeleton = f"{turn.above}/Skeleton3D" if turn.above else "Skeleton3D"
     return TURN.format(
         number=number,
-        path=json.dumps(f"{skeleton}:{turn.path.rsplit('/', 1)[-1]}", ensure_ascii=False),
+        path=json.dumps(read_scene(turn.glb).bone(turn.node), ensure_ascii=False),
         keys=", ".join(f"{value:.7g}" for value in rows.ravel().tolist()),
     )
 

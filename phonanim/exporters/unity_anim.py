@@ -20,7 +20,7 @@ from phonanim.core.decode import DAMAGE, DecodeError, decode_rate, read_utf8
 from phonanim.core.files import write_text
 from phonanim.errors import OutputError
 from phonanim.exporters._curves import merge_target_curves, rig_of_channels, sample_tangents
-from phonanim.exporters._shapes import KEYS, ShapeCurve, curve_keys, head_turn, shape_curves
+from phonanim.exporters._shapes import KEYS, ShapeCurve, curve_keys, head_turn, node_path, shape_curves
 from phonanim.exporters._take import build_take, check_times, take_grid
 
 SUMMARY = "Unity AnimationClip (YAML) for the blend shapes of a SkinnedMeshRenderer"
@@ -157,7 +157,9 @@ def write(
     """
     found = shape_curves(animation, node, character)
     turn = head_turn(animation, character)
-    place, keyed = ("", None) if turn is None else (turn.path, turn.keys(animation, keys))
+    place, keyed = (
+        ("", None) if turn is None else (node_path(turn.glb, turn.node), turn.keys(animation, keys))
+    )
     clip = CLIP.format(
         rotations=" []" if keyed is None else _rotation(place, *keyed),
         turns="" if keyed is None else _turn_curves(place, *keyed),

@@ -87,7 +87,7 @@ def test_godot_moves_properties_of_the_mesh(tmp_path):
     np.testing.assert_allclose(times, np.arange(61) / 60, atol=1e-6)
     np.testing.assert_allclose(values, animation.channel("jawOpen"), atol=1e-6)
     save(only(line(), jawOpen=1.0), tmp_path / "a.tres", keys=0.01)
-    assert godot(tmp_path / "a.tres")["head:blend_shapes/jawOpen"].tolist() == [[0.0], [1.0]]
+    assert godot(tmp_path / "a.tres")["Skeleton3D/head:blend_shapes/jawOpen"].tolist() == [[0.0], [1.0]]
     with pytest.raises(OutputError, match=r"a\.tres: Godot allows no colon in a path: a:b, "):
         save(line(), tmp_path / "a.tres", node="a:b")
 
@@ -150,7 +150,7 @@ def test_a_character_names_its_meshes_and_shapes(tmp_path, suffix):
     text = path.read_text()
     assert "head" in text
     if suffix == ".tres":
-        assert godot(path)["head:blend_shapes/jawOpen"][1].max() == 0.75  # by its expression and its name
+        assert godot(path)["Skeleton3D/head:blend_shapes/jawOpen"][1].max() == 0.75  # by its expression and its name
     save(animation, path, character=avatar, node="Elsewhere")
     assert "Elsewhere" in path.read_text()
     stranger = replace(animation, channels=tuple(f"x{i}" for i in range(len(animation.channels))))
