@@ -19,18 +19,17 @@ from phonanim.animation.motion import (
     Motion,
     articulates,
     predict_controls,
-    spoken_articulation,
 )
 from phonanim.animation.overlay import apply_overlays, hash_overlays
 from phonanim.animation.own_motion import (
     animate_controls,
     own_rig_note,
-    sensed_articulation,
+    sensed_motion,
     unused_own_options,
 )
 from phonanim.animation.rates import check_rate, frame_count
 from phonanim.animation.smooth import closure_mask, smooth_controls
-from phonanim.animation.style import is_stepped_rig, scale_controls, unused_option_warnings
+from phonanim.animation.style import is_stepped_rig, unused_option_warnings
 from phonanim.articulation.styles import DIALS, check_dial, find_style, read_styles
 from phonanim.core.catalog import find_model
 from phonanim.core.files import content_hash
@@ -45,7 +44,6 @@ from phonanim.media.audio import find_audio
 from phonanim.options import DEFAULTS, SAMPLED, Options, make_options
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.reference import face_notes
-from phonanim.rig.retarget import pronounce_on
 from phonanim.speech.intervals import Interval
 from phonanim.speech.language import ReadingLanguage
 from phonanim.speech.phones import PhoneTrack
@@ -197,11 +195,9 @@ def _animate_sensors(
     line = add_prosody(line, model.regressor, options, loudness=False, prosody=life.moves(rig))
     times = np.arange(frame_count(line.track.duration, options.fps)) / options.fps
     rows = model.predict(line.track, options.fps, len(times), sound=line.sound)
-    mouth = sensed_articulation(model, target, rows, line.track, times, line.sound, options.contacts)
-    mouth = spoken_articulation(mouth, options, line.track, times, None)
-    values = pronounce_on(mouth, rig, line.track, times)
-    values = scale_controls(values, rig, float(options.intensity > 0), own=options.gains)
-    values, laid = _add_layers(Motion(rows, values, mouth), line, None, rig, options, life)
+    motion = sensed_motion(model, target, rig, rows, line.track, times, line.sound, options)
+    assert motion.articulation is not None
+    values, laid = _add_layers(motion, line, None, rig, options, life)
     notes = (*line.notes, *unused_option_warnings(options, rig), *idle_life(options, rig), *laid)
     return Animation(
         values=values,
@@ -210,7 +206,7 @@ def _animate_sensors(
         rig=rig.name,
         **_spoken_parts(line),
         provenance=_provenance(path, options, notes) | _known(line),
-        articulation=mouth.values.astype(np.float32),
+        articulation=motion.articulation.values.astype(np.float32),
     )
 
 

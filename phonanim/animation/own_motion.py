@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
+from phonanim.animation.motion import Motion, spoken_articulation
 from phonanim.animation.other_rig import move_to_rig
+from phonanim.animation.style import scale_controls
 from phonanim.articulation import CHANNELS, Articulation, articulate
 from phonanim.articulation.blend import CLEAR
 from phonanim.articulation.closures import enforce_contacts
@@ -18,8 +20,9 @@ from phonanim.errors import ModelError, OptionError
 from phonanim.media.audio import Sound
 from phonanim.options import DEFAULTS, Options
 from phonanim.regressors import Model
-from phonanim.rig import load_rig
+from phonanim.rig import Rig, load_rig
 from phonanim.rig.read import rig_names
+from phonanim.rig.retarget import pronounce_on
 from phonanim.speech.gestures import GESTURES
 from phonanim.speech.phones import PhoneTrack
 from phonanim.targets.controls import Controls
@@ -112,6 +115,26 @@ def sensed_articulation(
     if contacts and spoken:
         enforce_contacts(values, track, times)
     return Articulation(values)
+
+
+def sensed_motion(
+    model: Model,
+    target: Sensors,
+    rig: Rig,
+    rows: NDArray[np.float32],
+    track: PhoneTrack,
+    times: Array,
+    sound: Sound | None,
+    options: Options,
+) -> Motion:
+    """The motion of a rig by predicted sensors, (frames, size) -> (frames, controls).
+
+    Raises RigError for a rig without a mouth.
+    """
+    mouth = sensed_articulation(model, target, rows, track, times, sound, options.contacts)
+    mouth = spoken_articulation(mouth, options, track, times, None)
+    values = pronounce_on(mouth, rig, track, times)
+    return Motion(rows, scale_controls(values, rig, float(options.intensity > 0), own=options.gains), mouth)
 
 
 def own_rig_note(target: Controls, options: Options) -> tuple[str, ...]:

@@ -127,6 +127,8 @@ def command(
       phonanim stream speech.wav --realtime --to livelink
       arecord -f S16_LE -r 16000 | phonanim stream --model audio --to osc=127.0.0.1:9000
     """
+    from phonanim.pipeline import load_model
+    from phonanim.stream.own import check_places
     from phonanim.stream.play import Player, report_lines
     from phonanim.stream.sinks import Stage, open_named
 
@@ -134,6 +136,7 @@ def command(
     if character is not None:
         options = with_own_rig(options, character, console)
     options = with_audio_model(options, source, microphone)
+    check_places(load_model(options.model), places)
     engine, events, ahead = open_engine(source, microphone, rate, channels, options, look_ahead, audio)
     check_options(realtime, ahead, delay)
     sound, start = sound_in_step(source, microphone, audio, options) if realtime else (None, 0.0)

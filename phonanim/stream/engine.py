@@ -26,6 +26,7 @@ from phonanim.stream.events import Event, Phone, Samples, Tick
 from phonanim.stream.language import StreamedLanguage
 from phonanim.stream.life import StreamedLife, StreamedProsody, StreamedVoice
 from phonanim.stream.loudness import StreamedLoudness
+from phonanim.stream.own import own_motion
 
 REACH = float(EDGES[-1])  # seconds to either side that the features use
 BEYOND = 3  # segments after the current one that their timing uses, including a closure's release
@@ -64,7 +65,8 @@ class PhoneStream:
         self.options = replace(self.options, language=self.language.name)
         reject_whole_line_layers(self.options)
         self.model = load_model(self.options.model)
-        self.rig = load_cached_rig(self.options.rig)
+        self.own = own_motion(self.model, self.options)
+        self.rig = self.own.rig if self.own else load_cached_rig(self.options.rig)
         modality = self.model.regressor.input_modality
         if modality == "both":
             raise OptionError(
@@ -74,8 +76,9 @@ class PhoneStream:
         ahead = AHEAD if self.look_ahead is None else min(self.look_ahead, AHEAD)
         self.felt = StreamedProsody(self.options, self.words, ahead)
         streamed = StreamedLife(life, self.rig, self.options.fps, self._prosody)
-        self.life = streamed if life.moves(self.rig) else None
-        follows = self.rate is not None and self.options.loudness > 0
+        lives = self.own is None or self.own.lives
+        self.life = streamed if lives and life.moves(self.rig) else None
+        follows = self.rate is not None and self.options.loudness > 0 and self.own is None
         self.voice_stream = StreamedVoice(self.rate, ahead) if self.rate is not None and follows else None
         self.level = StreamedLoudness(self.options.level, ahead)
         if modality == "audio":
@@ -94,7 +97,8 @@ class PhoneStream:
     @property
     def notes(self) -> tuple[str, ...]:
         """A note when no phone was received, and on the language if that is unsure."""
-        return (*("no phone was received",) * (self.known_until == 0), *self.language.doubt())
+        own = self.own.notes if self.own else ()
+        return (*("no phone was received",) * (self.known_until == 0), *self.language.doubt(), *own)
 
     def news(self) -> str:
         """The language, as soon as it is settled by the labels; "" before that and afterwards."""
@@ -187,14 +191,21 @@ class PhoneStream:
         alignment, origin = self._window(self.emitted, self.emitted + count)
         track, _ = to_phones(alignment, self.options.language, self.options.unknown)
         start = self.emitted / self.options.fps - origin
-        loudness = self._loudness(track, origin, count)
-        motion = predict_controls(track, self.model, self.rig, self.options, count, start, loudness=loudness)
-        values = motion.values
+        values = self._move(track, origin, start, count)
         if self.life is not None:
             values = self.life.add(values, self.emitted, self.emitted + ready)
         self.emitted += count
         self._forget()
         return values
+
+    def _move(self, track: PhoneTrack, origin: float, start: float, count: int) -> NDArray[np.float32]:
+        """The controls of the next frames, from `start` seconds of their track."""
+        if self.own:
+            times = start + np.arange(count) / self.options.fps
+            return self.own.move(self.model.predict(track, self.options.fps, count, start), track, times)
+        loudness = self._loudness(track, origin, count)
+        motion = predict_controls(track, self.model, self.rig, self.options, count, start, loudness=loudness)
+        return motion.values
 
     def _loudness(self, track: PhoneTrack, origin: float, count: int) -> Loudness | None:
         """The level of the next frames, on the clock of their track."""

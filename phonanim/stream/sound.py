@@ -22,11 +22,12 @@ from phonanim.pipeline import load_cached_rig, load_model
 from phonanim.regressors._steps import step_times
 from phonanim.regressors._streaming import Streamed
 from phonanim.rig.retarget import retarget
-from phonanim.speech.phones import PhoneTrack
+from phonanim.speech.phones import PhoneTrack, silent_track
 from phonanim.speech.prosody import Prosody
 from phonanim.stream.engine import ABREAST, reject_whole_line_layers
 from phonanim.stream.events import Event, Samples
 from phonanim.stream.life import StreamedLife, StreamedVoice
+from phonanim.stream.own import own_motion
 from phonanim.stream.resampling import Resampler
 
 Floats = NDArray[np.float32]
@@ -55,7 +56,8 @@ class SoundStream:
     def __post_init__(self) -> None:
         reject_whole_line_layers(self.options)
         self.model = load_model(self.options.model)
-        self.rig = load_cached_rig(self.options.rig)
+        self.own = own_motion(self.model, self.options)
+        self.rig = self.own.rig if self.own else load_cached_rig(self.options.rig)
         if self.rig.visemes is not None:
             raise OptionError(f"rig {self.rig.name} needs phones, not audio; choose another --rig")
         self.regressor = streamable(self.model.regressor, self.options.model)
@@ -65,8 +67,9 @@ class SoundStream:
         life = life_of(self.options, self.line)
         self.voice = StreamedVoice(self.rate, life_ahead(self.regressor))
         streamed = StreamedLife(life, self.rig, self.options.fps, self._prosody)
-        self.life = streamed if life.moves(self.rig) else None
-        self.modes = np.empty((0, len(self.model.face.std)), np.float32)
+        lives = self.own is None or self.own.lives
+        self.life = streamed if lives and life.moves(self.rig) else None
+        self.modes = np.empty((0, self.model.target.size), np.float32)
 
     @property
     def look_ahead(self) -> float:
@@ -91,7 +94,7 @@ class SoundStream:
     @property
     def notes(self) -> tuple[str, ...]:
         """Warnings about the received audio."""
-        return self.level.notes
+        return (*self.level.notes, *(self.own.notes if self.own else ()))
 
     def warm_up(self) -> None:
         """Make a frame and discard it, so that the first real one is as fast as the others."""
@@ -142,15 +145,20 @@ class SoundStream:
         if count <= 0:
             return np.empty((0, len(self.rig.controls)), np.float32)
         times = np.arange(self.emitted, self.emitted + count) / self.options.fps
-        modes = self._at(times)
-        values = retarget(modes, self.model.face, self.rig, self.options.retarget)
-        options = self.options
-        values = scale_controls(values, self.rig, options.intensity, options.jaw, options.lips, options.gains)
+        values = self._move(self._at(times), times)
         if self.life is not None:
             values = self.life.add(values, self.emitted, self.emitted + ready)
         self.emitted += count
         self._forget()
         return values
+
+    def _move(self, modes: Floats, times: NDArray[np.float64]) -> Floats:
+        """Controls from modes, or from the rows of a model of other motion, (frames, controls)."""
+        options = self.options
+        if self.own:
+            return self.own.move(modes, silent_track(float(times[-1]) + 1), times)
+        values = retarget(modes, self.model.face, self.rig, options.retarget)
+        return scale_controls(values, self.rig, options.intensity, options.jaw, options.lips, options.gains)
 
     def _prosody(self, time: float) -> tuple[Prosody, PhoneTrack]:
         return self.voice.prosody(time, self.ended)
