@@ -34,31 +34,38 @@ def command(
 ) -> None:
     """Train or load the models of a plan, score them on the same held-out clips, and write a report.
 
-    Trained models are kept, so an interrupted comparison continues where it stopped.
+    The corpus is of landmarks, or of controls, sensors or vertices (`phonanim corpus build`). Trained models
+    are kept, so an interrupted comparison continues where it stopped.
 
     \b
     Examples:
       phonanim compare benchmarks/compare.toml -o docs --work work/compare
+      phonanim compare benchmarks/facegood.toml -o work/facegood_compared
       phonanim compare benchmarks/compare.toml -o docs --work work/compare --report-only
     """
     from phonanim.core.threads import use_one_thread
 
     use_one_thread()
     from phonanim.comparison.figures import check_drawable
+    from phonanim.comparison.motion import compare_motion
+    from phonanim.comparison.motion_report import write_motion_report
     from phonanim.comparison.plan import read_plan
     from phonanim.comparison.report import read_document, write_document, write_report
     from phonanim.comparison.run import compare
+    from phonanim.corpus.motion import has_own_motion
     from phonanim.dubbing.processes import count_cores
 
     check_drawable()
     found = read_plan(plan)
+    own = has_own_motion(found.corpus)
+    run, write = (compare_motion, write_motion_report) if own else (compare, write_report)
     work = work or output / "models"
     if report_only:
         document = read_document(work)
     else:
         with console.progress(plan.stem) as bar:
-            document = compare(found, work, workers or count_cores(), lambda what, done: bar(done, what))
+            document = run(found, work, workers or count_cores(), lambda what, done: bar(done, what))
         write_document(document, work)
-    written = write_report(document, found, output)
+    written = write(document, found, output)
     console.print(f"wrote {written}")
     console.print_result({"report": str(written), "json": str(output / "benchmark" / "benchmark.json")})

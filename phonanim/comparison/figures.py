@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from phonanim.comparison import plots
+from phonanim.comparison.measures import MEASURES
 from phonanim.comparison.run import model_rows, seeded_rows
-from phonanim.comparison.scores import MEASURES, measure_value
+from phonanim.comparison.scores import measure_value
 from phonanim.comparison.tables import interval, measure_heading
 from phonanim.core.files import atomic_path
 from phonanim.errors import MissingExtraError

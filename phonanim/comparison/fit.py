@@ -22,6 +22,13 @@ from phonanim.core.files import content_hash, write_text
 from phonanim.core.threads import use_one_thread
 from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
+from phonanim.corpus.motion import (
+    INDEX,
+    TEMPLATES,
+    MotionCorpus,
+    has_own_motion,
+    load_motion_corpus,
+)
 from phonanim.errors import ModelError
 from phonanim.face.fit import fit_face
 from phonanim.face.model import FaceModel
@@ -29,6 +36,7 @@ from phonanim.face.model import FaceModel
 JOB = "job.json"
 MAX_JOB = 1 << 20  # bytes
 LONGEST = 1e9  # seconds of a training
+READ = 1 << 24  # bytes of a file at a time
 CLIPS = "clips"  # the sweep setting that is the share of the training clips
 
 
@@ -37,8 +45,8 @@ class Job:
     """A recipe to train on some clips of a corpus, with changed settings, into a folder.
 
     `face_clips` are the clips of the model's reference face; several jobs share one face, so that their
-    parameters can be compared. `mouth`: train on the joint modes of shape and appearance. `seed` replaces
-    that of the recipe.
+    parameters can be compared; there are none for a corpus of other motion than landmarks. `mouth`: train on
+    the joint modes of shape and appearance. `seed` replaces that of the recipe.
     """
 
     recipe: Path
@@ -60,10 +68,15 @@ class Job:
             "corpus": _corpus_hash(self.corpus),
             "version": __version__,
             **({"seed": self.seed} if self.seed is not None else {}),
-            **({"face": self.face_clips} if self.face_clips != _training_clips(self.corpus) else {}),
+            **({"face": self.face_clips} if self._own_face else {}),
             **({"appearance": content_hash(self.corpus / "appearance")} if self.mouth else {}),
         }
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
+
+    @property
+    def _own_face(self) -> bool:
+        """Whether the face is another one than that of all training clips."""
+        return bool(self.face_clips) and self.face_clips != _training_clips(self.corpus)
 
 
 @dataclass(frozen=True)
@@ -80,6 +93,12 @@ def load_cached_corpus(folder: Path) -> Corpus:
     return load_corpus(folder)
 
 
+@lru_cache(maxsize=2)
+def load_cached_motion(folder: Path) -> MotionCorpus:
+    """A corpus of controls, sensors or vertices, read once per process."""
+    return load_motion_corpus(folder)
+
+
 @lru_cache(maxsize=8)
 def reference_face(folder: Path, clips: tuple[int, ...]) -> FaceModel:
     """The reference face of some clips of a corpus; these must not be test clips."""
@@ -94,9 +113,20 @@ def _training_clips(folder: Path) -> tuple[int, ...]:
 @lru_cache(maxsize=8)
 def _corpus_hash(folder: Path) -> str:
     digest = hashlib.sha256()
-    for name in ("corpus.json", "landmarks.safetensors"):
-        digest.update((folder / name).read_bytes())
+    for path in _files(folder):
+        with path.open("rb") as file:
+            while part := file.read(READ):
+                digest.update(part)
     return digest.hexdigest()
+
+
+def _files(folder: Path) -> list[Path]:
+    """The files of a corpus that a training reads."""
+    if not has_own_motion(folder):
+        return [folder / INDEX, folder / "landmarks.safetensors"]
+    clips = load_cached_motion(folder).clips
+    own = [path for path in (folder / INDEX, folder / TEMPLATES) if path.is_file()]
+    return [*own, *(clip.motion for clip in clips), *(clip.audio for clip in clips if clip.audio)]
 
 
 def fit_all(jobs: Sequence[Job], workers: int, progress: Callable[[float], None]) -> None:
@@ -122,7 +152,9 @@ def is_cached(job: Job) -> bool:
 
 def train_job(job: Job) -> None:
     """Train one job and write its model folder, job.json last."""
+    from phonanim.comparison.motion_folds import training_part
     from phonanim.corpus.pictures import load_captured
+    from phonanim.training.motion import fit_motion
     from phonanim.training.mouth import fit_mouth, save_mouth
     from phonanim.training.recipe import read_recipe
     from phonanim.training.recipes import fit_recipe
@@ -131,8 +163,14 @@ def train_job(job: Job) -> None:
     recipe = replace(recipe, settings={**(recipe.settings or {}), **job.settings})
     if job.seed is not None:
         recipe = replace(recipe, seed=job.seed)
-    corpus, begin = load_cached_corpus(job.corpus), time.process_time()
-    if job.mouth:
+    load: Callable[[Path], Any] = load_cached_motion if has_own_motion(job.corpus) else load_cached_corpus
+    corpus, begin = load(job.corpus), time.process_time()
+    if isinstance(corpus, MotionCorpus):
+        part = training_part(corpus, job.clips)
+        regressors.save(
+            fit_motion(recipe, part, recipe.seed, job.recipe, lambda done: None, None), job.folder
+        )
+    elif job.mouth:
         mouth = fit_mouth(recipe, corpus, load_captured(job.corpus), job.recipe)
         save_mouth(mouth, job.folder)
     else:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import metrics
-from phonanim.comparison.plan import Plan
+from phonanim.comparison.plan import LEFT_OUT, Plan
 from phonanim.corpus.corpus import Corpus
+from phonanim.errors import ModelError
+from phonanim.speech.alignment import Interval
 from phonanim.speech.inventory import INVENTORY
+from phonanim.speech.phones import PhoneTrack
 
 Where = Callable[[Corpus, int], NDArray[np.bool_]]  # corpus, clip -> (frames,)
 
@@ -32,7 +35,15 @@ class Fold:
 
 
 def make_folds(plan: Plan, corpus: Corpus) -> Iterator[Fold]:
-    """Every fold of a plan. Every third clip with a withheld word is tested, every second with a phone."""
+    """Every fold of a plan. Every third clip with a withheld word is tested, every second with a phone.
+
+    Raises ModelError for a fold of other corpora.
+    """
+    if LEFT_OUT in plan.folds:
+        raise ModelError(
+            f"{plan.corpus}: folds: {LEFT_OUT!r} leaves out each clip of a corpus of controls, sensors or "
+            'vertices; for landmarks use "test"'
+        )
     train = corpus.clips_of("train")
     if "test" in plan.folds or "ema" in plan.folds:
         yield Fold("test", train, corpus.clips_of("test"), {"all": all_frames, "speech": speech_frames})
@@ -59,23 +70,24 @@ def speech_frames(corpus: Corpus, clip: int) -> NDArray[np.bool_]:
 
 def word_frames(group: tuple[str, ...]) -> Where:
     """Frames in some words."""
+    return lambda corpus, clip: in_words(corpus.words[clip], group, corpus.times(clip))
 
-    def where(corpus: Corpus, clip: int) -> NDArray[np.bool_]:
-        times = corpus.times(clip)
-        inside = [(times >= w.start) & (times < w.end) for w in corpus.words[clip] if w.label in group]
-        return np.any([np.zeros(len(times), bool), *inside], axis=0)
 
-    return where
+def in_words(
+    words: Sequence[Interval], group: tuple[str, ...], times: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Whether instants are in some words, (frames,)."""
+    inside = [(times >= w.start) & (times < w.end) for w in words if w.label in group]
+    return np.asarray(np.any([np.zeros(len(times), bool), *inside], axis=0))
 
 
 def phone_frames(phones: tuple[str, ...]) -> Where:
     """Frames of some phones and of their neighbours, without silence."""
+    return lambda corpus, clip: near_phones(corpus.tracks[clip], phones, corpus.times(clip))
 
-    def where(corpus: Corpus, clip: int) -> NDArray[np.bool_]:
-        track = corpus.tracks[clip]
-        chosen = np.isin(track.codes, INVENTORY.codes(phones))
-        beside = np.append(False, chosen[:-1]) | np.append(chosen[1:], False)
-        segments = track.segment_at(corpus.times(clip))
-        return (chosen | beside)[segments] & speech_frames(corpus, clip)
 
-    return where
+def near_phones(track: PhoneTrack, phones: tuple[str, ...], times: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether instants are in some phones or in their neighbours, silence left out, (frames,)."""
+    chosen = np.isin(track.codes, INVENTORY.codes(phones))
+    beside = np.append(False, chosen[:-1]) | np.append(chosen[1:], False)
+    return np.asarray((chosen | beside)[track.segment_at(times)] & metrics.speech_mask(track, times))

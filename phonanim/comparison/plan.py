@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,12 +10,9 @@ from phonanim.core.decode import read_toml
 from phonanim.errors import ModelError
 from phonanim.training.recipe import check_keys
 
-if sys.version_info >= (3, 11):
-    pass
-else:  # pragma: no cover
-    pass
-
-FOLDS = ("test", "words", "phones", "ema")
+LEFT_OUT = "clips"  # the fold that leaves out each clip in turn
+USUAL = ("test", "words", "phones", "ema")
+FOLDS = (*USUAL, LEFT_OUT)
 NOISES = ("white", "babble")
 RESERVED = set("/*|")  # separators of folds, frames and table cells
 
@@ -59,12 +55,13 @@ class Plan:
     also trained on the joint modes, `test_only` those that are not trained again for withheld words and
     phones. `seeds` are those of the trainings, one of each recipe for each; without them, each recipe is
     trained once, with its own. `conditions` are other sounds of the test clips (comparison/conditions.py).
+    `masks` are files of vertices or controls by region, for corpora of these.
     """
 
     corpus: Path
     models: dict[str, Path]
     reference: str
-    folds: tuple[str, ...] = FOLDS
+    folds: tuple[str, ...] = USUAL
     words: tuple[tuple[str, ...], ...] = ()
     phones: tuple[str, ...] = ()
     ema: Path | None = None
@@ -77,6 +74,7 @@ class Plan:
     conditions: dict[str, Condition] = field(default_factory=dict)
     sweeps: dict[str, Sweep] = field(default_factory=dict)
     notes: dict[str, str] = field(default_factory=dict)
+    masks: dict[str, Path] = field(default_factory=dict)
 
 
 def read_plan(path: Path) -> Plan:
@@ -94,6 +92,7 @@ def read_plan(path: Path) -> Plan:
         if key in table:
             table[key] = folder / table[key]
     table["models"] = {name: _existing(folder / where, path, name) for name, where in table["models"].items()}
+    table["masks"] = {name: folder / where for name, where in table.get("masks", {}).items()}
     table["sweeps"] = {name: _sweep(values, path, name) for name, values in table.get("sweeps", {}).items()}
     table["conditions"] = {
         name: _condition(values, f"{path}: conditions.{name}")
@@ -102,7 +101,7 @@ def read_plan(path: Path) -> Plan:
     table["words"] = tuple(tuple(group) for group in table.get("words", ()))
     table["phones"] = tuple(table.get("phones", ()))
     table |= {key: tuple(table.get(key, ())) for key in ("mouths", "test_only", "seeds")}
-    table["folds"] = tuple(table.get("folds", FOLDS))
+    table["folds"] = tuple(table.get("folds", USUAL))
     plan = Plan(**table)
     _check_names(plan, path)
     _check_seeds(plan, path)
@@ -119,7 +118,7 @@ def _check_names(plan: Plan, path: Path) -> None:
     for fold in plan.folds:
         if fold not in FOLDS:
             raise ModelError(f"{path}: folds: there is no {fold!r}; use {', '.join(FOLDS)}")
-    if not {"test", "ema"} & set(plan.folds):
+    if not {"test", "ema", LEFT_OUT} & set(plan.folds):
         raise ModelError(f"{path}: folds: the report needs 'test'; add it")
     for name in plan.conditions:
         if RESERVED & set(name):

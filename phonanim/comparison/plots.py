@@ -14,16 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-COLOURS = {"phones": "#0072B2", "audio": "#009E73", "both": "#CC79A7"}
+COLOURS = {"phones": "#0072B2", "audio": "#009E73", "both": "#CC79A7", "": "#999999"}
 REFERENCE = "#D55E00"
 SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKS = ("o", "s", "^", "D", "v", "P", "X")
-DRIVERS = {"phones": "phone-driven", "audio": "audio-driven", "both": "both"}
+DRIVERS = {"phones": "phone-driven", "audio": "audio-driven", "both": "both", "": "still"}
 
 
 @dataclass(frozen=True)
 class Shown:
-    """A model in a figure: name, input ("phones", "audio" or "both"), and whether it is the reference."""
+    """A model in a figure: name, input ("phones", "audio", "both"; "": none), whether it is the reference."""
 
     name: str
     driven_by: str
@@ -45,7 +45,7 @@ def draw_bars(figure: Any, models: Sequence[Shown], panels: Mapping[str, Array])
             [model.name for model in models], values[:, 0], xerr=np.maximum(reach, 0), capsize=3,
             color=[model.colour for model in models],
         )  # fmt: skip
-        axes.set_xlabel(f"{label} (bar: 95 % interval)")
+        axes.set_xlabel(f"{label} (bar: 95 % interval)" if reach.any() else label)
         axes.set_xlim(left=min(0.0, float(values.min())))
     every[0].set_ylabel("model")
     every[0].invert_yaxis()

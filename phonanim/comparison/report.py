@@ -53,9 +53,13 @@ def write_report(document: Document, plan: Plan, folder: Path) -> Path:
     captured = face.project(corpus.landmarks[corpus.rows([clip])])[:, 0]
     figures = draw_all(document, face, corpus.fps, captured, "raw", folder / DATA)
     pages = all_pages(document, plan, figures)
+    return write_pages(_overview(document, plan, pages, spoken_seconds(corpus)), pages, folder)
+
+
+def write_pages(overview: list[Part], pages: dict[str, list[Part]], folder: Path) -> Path:
+    """Write benchmark.md, and into benchmark/ the other pages and all tables as JSON."""
     for name, parts in pages.items():
         write_text(folder / DATA / f"{name}.md", render(parts))
-    overview = _overview(document, plan, pages, spoken_seconds(corpus))
     write_text(folder / DATA / "benchmark.json", list_tables({"": overview, **pages}))
     path = folder / "benchmark.md"
     write_text(path, "\n\n".join(_text(part) for part in overview) + "\n")

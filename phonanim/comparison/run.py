@@ -125,7 +125,7 @@ def _score_model(
                 scores = _score_fold(trained.model, predicted, variant, fold, corpus, face)
                 found_rows[variant].insert(0, scores)
         for variant, by_seed in found_rows.items():
-            scored = by_seed[0] if len(by_seed) == 1 else _with_seeds(by_seed)
+            scored = by_seed[0] if len(by_seed) == 1 else with_seeds(by_seed)
             row["scores"].setdefault(variant, {}).update(scored)
         folder = folders[0]
         if fold.name == "test":
@@ -138,7 +138,7 @@ def _score_model(
     return row
 
 
-def _with_seeds(by_seed: list[dict[str, dict[str, list[Any]]]]) -> dict[str, dict[str, list[Any]]]:
+def with_seeds(by_seed: list[dict[str, dict[str, list[Any]]]]) -> dict[str, dict[str, list[Any]]]:
     """Sums of every clip by seed: clips of (seeds, sums) instead of clips of sums."""
     return {
         key: {

@@ -3,48 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim import metrics
 from phonanim.comparison.folds import Where
+from phonanim.comparison.measures import MEASURES
 from phonanim.corpus.corpus import Corpus
-from phonanim.evaluation.statistics import Statistic, pearson, pearson_sums, ratio
+from phonanim.evaluation.statistics import pearson_sums
 from phonanim.face.model import INNER_LIPS, OUTER_LIPS, FaceModel, lip_aperture, lip_width
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 Scores = dict[str, Array]  # measure -> (clips, sums)
-
-
-@dataclass(frozen=True)
-class Measure:
-    """`statistic` of the sums, in `unit`; `better` gives the direction of improvement."""
-
-    label: str
-    unit: str
-    statistic: Statistic
-    better: Literal["less", "more"]
-
-
-MEASURES = {
-    "parameter_mse": Measure("parameter MSE", "mm²", ratio, "less"),
-    "shape_mse": Measure("shape MSE", "mm²", ratio, "less"),
-    "vertex_error": Measure("vertex error", "mm", ratio, "less"),
-    "lip_error": Measure("LVE", "mm", ratio, "less"),
-    "speed_error": Measure("velocity error", "mm/s", ratio, "less"),
-    "aperture_r": Measure("aperture r", "", pearson, "more"),
-    "width_r": Measure("width r", "", pearson, "more"),
-    "pbm_gap": Measure("p b m gap", "mm", ratio, "less"),
-    # Of rendered mouths: comparison/mouths.py.
-    "joint_mse": Measure("joint parameter MSE", "", ratio, "less"),
-    "pixel_mse": Measure("pixel MSE", "grey²", ratio, "less"),
-    "inner_pixel_mse": Measure("inside the mouth", "grey²", ratio, "less"),
-    "outer_pixel_mse": Measure("around it", "grey²", ratio, "less"),
-}
 
 
 def clip_scores(
@@ -96,12 +69,12 @@ def scores_by_frames(
             found = clip_scores(predicted, captured, face, track, corpus.fps, chosen(corpus, clip))
             rows[frames].append(found)
     return {
-        f"{name}/{frames}": {measure: [_short(row[measure]) for row in clips] for measure in clips[0]}
+        f"{name}/{frames}": {measure: [short(row[measure]) for row in clips] for measure in clips[0]}
         for frames, clips in rows.items()
     }
 
 
-def _short(sums: Array) -> list[float]:
+def short(sums: Array) -> list[float]:
     """Nine significant digits: enough for any statistic, and half the file size."""
     return [float(f"{number:.9g}") for number in sums]
 

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.comparison.measures import MEASURES
 from phonanim.comparison.run import model_rows, seeded_rows
-from phonanim.comparison.scores import MEASURES, measure_value
+from phonanim.comparison.scores import measure_value
 from phonanim.evaluation.statistics import (
     Statistic,
     bootstrap_interval,
@@ -37,8 +38,7 @@ def markdown(table: Table) -> str:
 
 def measure_heading(measure: str) -> str:
     """A measure with its unit."""
-    found = MEASURES[measure]
-    return f"{found.label}, {found.unit}" if found.unit else found.label
+    return MEASURES[measure].heading
 
 
 def values_table(document: Document, variant: str, where: str, measures: tuple[str, ...]) -> Table:
@@ -57,8 +57,7 @@ def _column(document: Document, names: list[str], variant: str, where: str, meas
         found.append(measure_value(measure, rows))
         by_seed = (seeded_rows(document, name, variant, where) or {})[measure]
         texts.append(interval_text(document, by_seed, measure))
-    # A gap may be negative for pressed lips; the value nearest to zero is best.
-    away = np.abs(found) if MEASURES[measure].better == "less" else -np.array(found)
+    away = MEASURES[measure].distance(np.array(found))
     best = int(np.nanargmin(away)) if np.isfinite(away).any() else -1
     return [f"**{text}**" if i == best else text for i, text in enumerate(texts)]
 
@@ -133,7 +132,7 @@ def _p(document: Document, ours: Sums, theirs: Sums, measure: str) -> float:
 def _change(ours: Sums, theirs: Sums, measure: str) -> str:
     """Errors change by a share, correlations by a difference."""
     first, second = measure_value(measure, ours), measure_value(measure, theirs)
-    if MEASURES[measure].statistic is pearson:
+    if MEASURES[measure].better != "less":
         return f"{first - second:+.3f}"
     return f"{100 * (first / second - 1):+.1f} %"
 

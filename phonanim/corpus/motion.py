@@ -119,6 +119,11 @@ def corpus_kind(folder: Path) -> str:
     return str(document.get("kind", LANDMARKS)) if isinstance(document, dict) else ""
 
 
+def has_own_motion(folder: Path) -> bool:
+    """Whether a corpus is of controls, sensors or vertices, not of landmarks."""
+    return corpus_kind(folder) not in ("", LANDMARKS)
+
+
 def save_motion_corpus(corpus: MotionCorpus, folder: Path) -> None:
     """Write the index and the templates of a corpus; its motion and sound stay where they are."""
     from safetensors.numpy import save

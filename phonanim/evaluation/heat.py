@@ -51,6 +51,24 @@ class Heat:
         """The mean error of each vertex or curve, (n,), by model."""
         return {name: total / self.frames[name] for name, total in self.sums.items()}
 
+    def facts(self) -> dict[str, Any]:
+        """Everything as plain numbers, for JSON: errors with four significant digits."""
+        return {
+            "means": {name: [float(f"{x:.4g}") for x in mean] for name, mean in self.means().items()},
+            "places": None if self.places is None else self.places.round(5).tolist(),
+            "names": list(self.names),
+            "spread": None if self.spread is None else self.spread.round(6).tolist(),
+        }
+
+    @classmethod
+    def from_facts(cls, facts: Mapping[str, Any]) -> Heat:
+        """What `facts` describes, as of one frame."""
+        sums = {name: np.array(mean) for name, mean in facts["means"].items()}
+        places, spread = (
+            None if facts[key] is None else np.array(facts[key]) for key in ("places", "spread")
+        )
+        return cls(sums, dict.fromkeys(sums, 1), places, tuple(facts["names"]), spread)
+
 
 def check_drawable() -> None:
     """Raise MissingExtraError without Matplotlib."""

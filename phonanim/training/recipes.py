@@ -15,7 +15,7 @@ from phonanim.core.catalog import DEFAULT_MODEL, find_model
 from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
 from phonanim.corpus.examples import make_examples
-from phonanim.corpus.motion import LANDMARKS, corpus_kind, load_motion_corpus
+from phonanim.corpus.motion import has_own_motion, load_motion_corpus
 from phonanim.errors import CorpusError
 from phonanim.face.fit import fit_face
 from phonanim.face.model import FaceModel, lip_aperture, lip_width
@@ -56,7 +56,7 @@ def train(
     seed = recipe.seed if seed is None else seed
     source = config.parent / recipe.corpus
     folder = output or Path("models") / (recipe.name or config.stem)
-    if corpus_kind(source) in ("", LANDMARKS):
+    if not has_own_motion(source):
         corpus = load_corpus(source)
         model = fit_recipe(recipe, corpus, corpus.clips_of("train"), seed, config, progress, journal=folder)
     else:
