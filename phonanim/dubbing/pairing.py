@@ -14,6 +14,8 @@ from phonanim.dubbing.storage import Place
 ALIGNMENTS = (
     *(".textgrid", ".phn", ".lab", ".ctm", ".eaf", ".par", ".pgo", ".pg2", ".ds", ".ustx", ".pho", ".xra"),
     ".xtiming",
+    ".anno",
+    ".pam",
 )
 TRANSCRIPT = ".lab"  # the Montreal Forced Aligner takes words from such files, HTK writes times into them
 MOST = 64 << 10  # bytes of a transcript

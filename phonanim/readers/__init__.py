@@ -46,9 +46,15 @@ def load_reader(name: str) -> Reader:
 
 def find_reader(source: AlignmentFile) -> Reader:
     """The reader that recognizes the content. Raises AlignmentError when no reader does."""
+    last: list[Reader] = []
     for reader in map(load_reader, chain([COMMONEST], READERS.search())):
+        if getattr(reader, "GUESSES", False):
+            last.append(reader)
+        elif reader.recognizes(source):
+            return reader
+    for reader in last:
         if reader.recognizes(source):
             return reader
     kind = "not an alignment in a known format" if source.text else "a binary file of an unknown format"
     known = f"{load_reader(COMMONEST).FORMAT} and {len(reader_names()) - 1} others, listed by `phonanim info`"
-    raise source.error(f"is {kind}; readable formats: {known}")
+    raise source.error(f"is {kind}; readable formats: {known}; `phonanim align` makes one")

@@ -156,9 +156,10 @@ def _is_entry(layout: Layout, item: Any, within: Within) -> bool:
 
 def _entry(layout: Layout, item: Any, within: Within) -> Entry:
     start = _number(_at(item, layout.start))
-    if layout.base:
-        start = float(_outward(item, within, layout.base)) + (start or 0.0)
     end = _number(_at(item, layout.end)) if layout.end else None
+    if layout.base:
+        base = float(_outward(item, within, layout.base))
+        start, end = base + (start or 0.0), None if end is None else base + end
     if layout.duration and start is not None:
         end = start + float(_at(item, layout.duration))
     speaker = _outward(item, within, layout.speaker) if layout.speaker else None

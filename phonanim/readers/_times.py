@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from phonanim.speech.alignment import Interval
 
-_CLOCK = re.compile(r"(?:(\d{1,4}):)?(\d{1,2}):(\d{1,2})[.,](\d{1,6})")
+_CLOCK = re.compile(r"(?:(\d{1,4}):)?(\d{1,2}):(\d{1,2})[.,](\d{1,9})")
 
 
 def close_gaps(intervals: Iterable[Interval], longest: float) -> tuple[Interval, ...]:

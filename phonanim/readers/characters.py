@@ -1,12 +1,16 @@
-"""Times of characters, as ElevenLabs and Inworld give them with their speech; the characters form words."""
+"""Times of characters, as ElevenLabs and Inworld give them with their speech; they form words.
+
+Inworld may add the phones of each word.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from phonanim.readers._words import TimedWord, tables, word_recording
-from phonanim.speech.alignment import Recording
+from phonanim.speech.alignment import Interval, Recording, Tier
 from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 
 FORMAT = "character times of ElevenLabs and Inworld (JSON)"
@@ -31,6 +35,7 @@ LAYOUTS = (
     Layout("words", "wordStartTimeSeconds", "wordEndTimeSeconds", False, 1.0),
 )
 Character = tuple[str, float, float]
+SILENCE = "[silence]"
 
 
 def recognizes(source: AlignmentFile) -> bool:
@@ -41,6 +46,7 @@ def recognizes(source: AlignmentFile) -> bool:
 def read(source: AlignmentFile) -> Recording:
     """The words; a piece of a stream whose times start again continues the piece before it."""
     characters: list[Character] = []
+    phones: list[Interval] = []
     unit = 1.0
     try:
         for table, layout in _alignments(source.json_lines):
@@ -48,9 +54,14 @@ def read(source: AlignmentFile) -> Recording:
             end = characters[-1][2] if characters else 0.0
             moved = end if piece and piece[0][1] < end - unit else 0.0
             characters += [(text, start + moved, last + moved) for text, start, last in piece]
+            phones += _phones(table, moved)
     except DAMAGE as error:
         raise source.error(f"has damaged times of characters ({error!r}); synthesize it again") from error
-    return word_recording(_words(characters), max((last for *_, last in characters), default=0.0), unit=unit)
+    end = max((last for *_, last in characters), default=0.0)
+    recording = word_recording(_words(characters), end, unit=unit)
+    if not phones:
+        return recording
+    return replace(recording, tiers=(*recording.tiers, Tier("phones", tuple(phones), 2)))
 
 
 def _alignments(lines: list[Any]) -> Iterator[tuple[dict[str, Any], Layout]]:
@@ -78,6 +89,15 @@ def _characters(table: dict[str, Any], layout: Layout) -> list[Character]:
         (text, float(start) * layout.unit, (float(last) + layout.are_durations * float(start)) * layout.unit)
         for text, start, last in zip(spaced, starts, lasts, strict=True)
     ]
+
+
+def _phones(table: dict[str, Any], moved: float) -> Iterator[Interval]:
+    """The phones of the words, where Inworld gives them."""
+    for word in table.get("phoneticDetails") or ():
+        for phone in word["phones"]:
+            start = float(phone["startTimeSeconds"]) + moved
+            label = str(phone["phoneSymbol"])
+            yield Interval("" if label == SILENCE else label, start, start + float(phone["durationSeconds"]))
 
 
 def _words(characters: list[Character]) -> Iterator[TimedWord]:

@@ -17,8 +17,15 @@ _ROW = re.compile(r"(\d+(?:\.\d+)?)\t([A-HX])")
 def recognizes(source: AlignmentFile) -> bool:
     """Whether it is JSON or XML with mouth cues, or rows of a time and a shape."""
     if isinstance(source.json, dict):
-        return isinstance(source.json.get("mouthCues"), list)
+        cues = source.json.get("mouthCues")
+        return isinstance(cues, list) and not any(map(_is_of_another, cues))
     return "<rhubarbResult" in source.text[:500] or bool(all_match(source, _ROW))
+
+
+def _is_of_another(cue: object) -> bool:
+    """Whether a cue has the name or the number of a viseme, as avatars on the web write them."""
+    value = cue.get("value") if isinstance(cue, dict) else None
+    return isinstance(value, int) or (isinstance(value, str) and value.lower().startswith("viseme"))
 
 
 def read(source: AlignmentFile) -> Recording:

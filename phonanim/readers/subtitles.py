@@ -16,7 +16,7 @@ FORMAT = "subtitles (SRT, WebVTT, SBV)"
 REPEATED = "a line that a cue repeats from the one before it is read once"
 
 _TIME = r"(?:\d{1,4}:)?\d{1,2}:\d{1,2}[.,]\d{1,6}"
-_CUE = re.compile(rf"^[ \t]*({_TIME})(?:[ \t]+-->[ \t]+|,)({_TIME}).*$", re.MULTILINE)
+_CUE = re.compile(rf"^[ \t]*({_TIME})(?:[ \t]+-->[ \t]+|,(?={_TIME}\s*$))({_TIME}).*$", re.MULTILINE)
 _INNER = re.compile(rf"<({_TIME})>")
 _VOICE = re.compile(r"<v(?:\.[^ >]*)? ([^>]*)>")
 _LANGUAGE = re.compile(r"WEBVTT[^\n]*(?:\n[^\n]+)*?\nLanguage:\s*(\S+)")

@@ -1,97 +1,167 @@
-"""Tables with a header: start, end and a phoneme, a label or a text (CSV, TSV)."""
+"""Tables with a header: start, and end or duration, and a phoneme, a label or a text (CSV, TSV)."""
 
 from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Iterator
+from typing import NamedTuple
 
+from phonanim.readers._columns import (
+    LABELS,
+    PHONES,
+    TIERS,
+    VISEMES,
+    WORDS,
+    Times,
+    find_column,
+    find_times,
+    values_at,
+)
 from phonanim.readers._rows import LONGEST_ROW
 from phonanim.readers._words import SPREAD, TimedWord, spread_text, word_recording
 from phonanim.speech.alignment import Interval, Recording, Tier
 from phonanim.speech.alignment_file import DAMAGE, AlignmentFile, quote_label
 
 FORMAT = "table of start, end and label (CSV, TSV)"
-UNITS = {
-    **dict.fromkeys(
-        ("start", "begin", "onset", "start_time", "start_s", "tmin", "xmin", "start_seconds"), 1.0
-    ),
-    **dict.fromkeys(("start_ms", "begin_ms", "onset_ms"), 1e-3),
-}
-LASTS = {
-    **dict.fromkeys(("end", "stop", "offset", "end_time", "end_s", "tmax", "xmax", "end_seconds"), False),
-    **dict.fromkeys(("end_ms", "stop_ms", "offset_ms"), False),
-    **dict.fromkeys(("duration", "dur", "duration_s", "duration_ms", "length"), True),
-}
-PHONES = ("phoneme", "phone", "label", "segment", "symbol", "mark", "viseme")
-WORDS = ("word", "text", "token")
-COLUMNS_OF_OTHERS = {"type", "speaker"}  # of the Montreal Forced Aligner, which has a reader of its own
+SPEAKERS = ("speaker", "speakername", "speakerid", "character")
+MFA = ["begin", "end", "label", "type", "speaker"]
+"""The columns of the Montreal Forced Aligner, which has a reader of its own."""
+
+_TIME_CODE = re.compile(r"\s*\d{1,2}:\d\d:\d\d[:;]\d\d\s*")
+
+
+class Columns(NamedTuple):
+    """The columns of a table by name, "" where there is none."""
+
+    times: Times
+    label: str
+    kind: str
+    tier: str
+    speaker: str
+
+
+Row = tuple[str, str, Interval]  # tier, speaker and interval
 
 
 def recognizes(source: AlignmentFile) -> bool:
-    """Whether the first line names a start, an end or a duration, and a label."""
-    header = _header(source)
-    return _places(header) is not None and not set(header) >= COLUMNS_OF_OTHERS
+    """Whether the first line names times and a label."""
+    return _columns(source) is not None
 
 
 def read(source: AlignmentFile) -> Recording:
-    """The one tier of the table. Whole numbers beside texts are milliseconds, as Whisper writes them."""
-    header = _header(source)
-    start, last, label = _places(header) or (0, 1, 2)
-    try:
-        rows = [(number, row) for number, row in enumerate(_rows(source), 1) if number > 1 and any(row)]
-    except csv.Error as error:
-        raise source.error(f"has a damaged row ({error}); export it again") from error
-    is_text = header[label] in WORDS
-    plain = (
-        is_text and header[start] == "start" and all(row[start : start + 1][0].isdigit() for _, row in rows)
-    )
-    unit = 1e-3 if plain else UNITS[header[start]]
-    found = []
-    for number, row in rows:
-        try:
-            begin, end = (float(row[place].replace(",", ".")) * unit for place in (start, last))
-            if not math.isfinite(begin + end):
-                raise ValueError("a time is not a number")
-            end = begin + end if LASTS[header[last]] else end
-            found.append(Interval(row[label].strip(), begin, end))
-        except DAMAGE as error:
-            shown = quote_label(" ".join(row))
-            raise source.error(f'row {number} "{shown}" is damaged; correct it') from error
-    if not found:
+    """The tiers of the table: those that it names, else one of phones, labels or words.
+
+    Whole numbers beside texts are milliseconds, as Whisper writes them.
+    """
+    columns = _columns(source)
+    assert columns is not None, "recognizes() was asked before"
+    unit = _unit(source, columns)
+    rows = [
+        row
+        for number, cells in enumerate(_rows(source), 2)
+        if any(cells.values()) and (row := _row(source, columns, cells, unit, number))
+    ]
+    if not rows:
         raise source.error("has no rows; export it again")
-    if is_text:
-        return _words(found, unit)
-    return Recording((Tier("phones", tuple(found)),), 0.0, max(one.end for one in found), unit=unit)
+    if columns.kind == "words" and not columns.tier:
+        return _words(rows, unit)
+    found: dict[tuple[str, str], list[Interval]] = {}
+    for tier, speaker, interval in rows:
+        found.setdefault((tier, speaker), []).append(interval)
+    tiers = [
+        Tier(tier or columns.kind, tuple(sorted(intervals, key=_begin)), n, speaker)
+        for n, ((tier, speaker), intervals) in enumerate(found.items(), 1)
+    ]
+    return Recording(tuple(tiers), 0.0, max(interval.end for *_, interval in rows), unit=unit)
 
 
-def _words(found: list[Interval], unit: float) -> Recording:
+def _begin(interval: Interval) -> float:
+    return interval.start
+
+
+def _row(
+    source: AlignmentFile, columns: Columns, cells: dict[str, str], unit: float, number: int
+) -> Row | None:
+    """A row; None for a marker, which has no end."""
+    try:
+        start, end = (time * unit for time in values_at(cells, columns.times))
+        if math.isinf(start + end) or math.isnan(start):
+            raise ValueError("a time is not a number")
+    except DAMAGE as error:
+        if code := next(filter(_TIME_CODE.fullmatch, cells.values()), ""):
+            told = f"row {number} has a time code that counts frames ({code})"
+            raise source.error(f"{told}; export times such as 00:00:01.250") from error
+        shown = quote_label(" ".join(cells.values()))
+        raise source.error(f'row {number} "{shown}" is damaged; correct it') from error
+    if math.isnan(end):
+        return None
+    interval = Interval(cells[columns.label].strip(), start, end)
+    return _cell(cells, columns.tier), _cell(cells, columns.speaker), interval
+
+
+def _cell(cells: dict[str, str], name: str) -> str:
+    return cells[name].strip() if name else ""
+
+
+def _words(rows: list[Row], unit: float) -> Recording:
     words: list[TimedWord] = []
-    for one in found:
-        words += spread_text(one.label, one.start, one.end)
-    notes = (SPREAD,) if len(words) > len(found) else ()
-    return word_recording(words, max(one.end for one in found), notes, unit)
+    for _, speaker, one in rows:
+        words += spread_text(one.label, one.start, one.end, speaker)
+    notes = (SPREAD,) if len(words) > len(rows) else ()
+    return word_recording(words, max(one.end for *_, one in rows), notes, unit)
+
+
+def _unit(source: AlignmentFile, columns: Columns) -> float:
+    """Seconds of a number: as the name tells, else seconds, but for the whole numbers of Whisper."""
+    if columns.times.unit is not None:
+        return columns.times.unit
+    starts = [cells.get(columns.times.start, "") for cells in _rows(source) if any(cells.values())]
+    plain = columns.kind == "words" and columns.times.start.strip().lower() == "start"
+    return 1e-3 if plain and starts and all(map(str.isdigit, starts)) else 1.0
+
+
+def _columns(source: AlignmentFile) -> Columns | None:
+    """The columns that hold times and labels; None where some are missing."""
+    names = _header(source)
+    plain = [name.strip().lower() for name in names]
+    times = find_times(names)
+    if times is None or plain == MFA or not (times.start and (times.end or times.length)):
+        return None
+    praat = "tmin" in plain  # its texts are labels of any tier
+    for wanted, kind in ((PHONES, "phones"), (VISEMES, "phones"), (WORDS, "words"), (LABELS, "labels")):
+        if label := find_column(names, wanted):
+            tier = find_column([name for name in names if name != label], TIERS)
+            kind = "labels" if praat else kind
+            return Columns(times, label, kind, _names_tiers(source, tier), find_column(names, SPEAKERS))
+    return None
+
+
+def _names_tiers(source: AlignmentFile, name: str) -> str:
+    """The column of tiers, if it names one of phones or of words."""
+    from phonanim.speech.tiers import PHONE_NAMES, WORD_NAMES
+
+    found = {cells[name].strip().lower() for cells in _rows(source)} if name else set()
+    return name if found & {*PHONE_NAMES, *WORD_NAMES} else ""
 
 
 def _header(source: AlignmentFile) -> list[str]:
     line = source.text.partition("\n")[0]
     if len(line) > LONGEST_ROW:
         return []
-    first = next(csv.reader([line], delimiter=_separator(source)), [])
-    return [name.strip().lower().replace(" ", "_") for name in first]
+    return next(csv.reader([line], delimiter=_separator(source)), [])
 
 
-def _rows(source: AlignmentFile) -> Iterator[list[str]]:
-    return csv.reader(source.text.splitlines(), delimiter=_separator(source))
+def _rows(source: AlignmentFile) -> Iterator[dict[str, str]]:
+    """The rows below the header by the names of its columns. Raises AlignmentError for a damaged one."""
+    names = _header(source)
+    try:
+        for row in csv.reader(source.text.splitlines()[1:], delimiter=_separator(source)):
+            yield dict(zip(names, [*row, *[""] * len(names)], strict=False))
+    except csv.Error as error:
+        raise source.error(f"has a damaged row ({error}); export it again") from error
 
 
 def _separator(source: AlignmentFile) -> str:
     return max("\t;,", key=source.text.partition("\n")[0].count)
-
-
-def _places(header: list[str]) -> tuple[int, int, int] | None:
-    """The columns of start, end and label, None where one is missing."""
-    starts = [n for n, name in enumerate(header) if name in UNITS]
-    lasts = [n for n, name in enumerate(header) if name in LASTS]
-    labels = [header.index(name) for name in (*PHONES, *WORDS) if name in header]
-    return (starts[0], lasts[0], labels[0]) if starts and lasts and labels else None

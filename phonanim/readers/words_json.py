@@ -28,22 +28,20 @@ START = ("start", "start_time", "start_ts")
 END = ("end", "end_time", "end_ts")
 LENGTH = ("duration", "dur")
 LISTS = ("word_segments", "words", "result", "timestamps", "tokens")
+# Keys of words that other readers read: their times have other names, or they come with their sounds.
 OTHERS = (
-    "phonemes",
-    "phoneme_ts",
-    "case",
-    "Phonemes",
-    "startTime",
-    "startOffset",
-    "alignedWord",
-)  # of other readers
+    *("phonemes", "phoneme_ts", "case", "Phonemes", "startTime", "startOffset", "alignedWord"),
+    *("alignment", "phones", "phone_label"),
+)
+SOUNDS = ("phonemes", "phones")
 
 
 def recognizes(source: AlignmentFile) -> bool:
-    """Whether it is JSON with words or lines of text that have times in seconds, or null."""
+    """Whether it is JSON with words or lines of text that have times in seconds; some may have null."""
     items = list(_items(source.json_lines))
     others = any(_is_of_another(item) for item in items) or find_layouts(source.json_lines)
-    return bool(items) and not others
+    sounds = any(isinstance(line, dict) and any(map(line.get, SOUNDS)) for line in source.json_lines)
+    return any(map(_has_times, items)) and not others and not sounds
 
 
 def read(source: AlignmentFile) -> Recording:
@@ -63,6 +61,13 @@ def read(source: AlignmentFile) -> Recording:
         raise source.error(f"is a damaged list of words ({error!r}); recognize again") from error
     notes = (SPREAD,) if spread else ()
     return word_recording(words, end if math.isfinite(end) else 0.0, notes, spoken=_language(source))
+
+
+def _has_times(item: dict[str, Any]) -> bool:
+    """Whether an item has a start and an end, or says that it has none."""
+    if isinstance(pair := item.get("timestamp"), list):
+        return len(pair) == 2 and not isinstance(pair[0], list)
+    return any(name in item for name in START)
 
 
 def _is_of_another(item: dict[str, Any]) -> bool:

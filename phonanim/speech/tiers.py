@@ -15,6 +15,8 @@ PHONE_NAMES = (
 )
 WORD_NAMES = ("words", "word", "ort", "ort-mau", "orthography", "wrd", "text", "tokens", "token")
 
+UNNAMED = ("labels",)  # of files that do not name what their labels are
+
 # A speaker and a kind in one word; these kinds have no other meaning.
 _JOINED = re.compile(r"(.+?)[ _:/-]+(phones?|phonemes?|segments?|words?)", re.IGNORECASE)
 
@@ -32,7 +34,7 @@ def phone_tier(recording: Recording, wanted: str | None, speaker: str | None, so
     found = best_named_tiers(tiers, PHONE_NAMES) or best_tiers_by_content(tiers)
     if len(found) > 1 and any(map(_labels, found)):
         found = [tier for tier in found if _labels(tier)]
-    if not found and best_named_tiers(tiers, WORD_NAMES):
+    if not found and best_named_tiers(tiers, (*WORD_NAMES, *UNNAMED)):
         raise source.error(
             "has words but no phones; give a pronunciation dictionary (--lexicon), or align to phones"
             + _dictionary_hint(recording)

@@ -75,7 +75,7 @@ DAMAGED = [
     ),
     (
         "characters",
-        0,
+        1,
         "[0.2, 0.3, ",
         "[0.2, ",
         r"has damaged times of characters \(.*7 characters, 6 starts.*\)",

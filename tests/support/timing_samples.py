@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import other_timings
 from alignment_samples import SAMPLES, WORD, WORD_LISTS, Sample, Spans, dumped, labelled, text
 
 IPA: Spans = (("b", 0.2, 0.3), ("iː", 0.3, 0.5), ("m", 0.5, 0.6))
@@ -473,9 +474,15 @@ WORDS_ALONE: dict[str, list[Sample]] = {
 """By reader: files that have words and no phones."""
 
 OPENUTAU = [text(USTX, SUNG, (("beam", 0.2, 0.6),), 1)]
-PHONED = SAMPLES | NEW
-EVERY = {
-    name: [*PHONED.get(name, []), *WORDS_ALONE.get(name, []), *(OPENUTAU if name == "openutau" else [])]
-    for name in sorted({*PHONED, *WORDS_ALONE, "openutau"})
-}
+
+
+def merged(*groups: dict[str, list[Sample]]) -> dict[str, list[Sample]]:
+    """All samples of each reader."""
+    names = dict.fromkeys(name for group in groups for name in group)
+    return {name: [sample for group in groups for sample in group.get(name, [])] for name in names}
+
+
+PHONED = merged(SAMPLES, NEW, other_timings.PHONED)
+WORDS_ALONE = merged(WORDS_ALONE, other_timings.WORDED)
+EVERY = merged(PHONED, WORDS_ALONE, {"openutau": OPENUTAU})
 """Every sample by its reader."""

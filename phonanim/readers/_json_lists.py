@@ -1,0 +1,279 @@
+"""Labels with times anywhere in JSON: lists of tables, lists side by side, and lists of lists."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from phonanim.core.decode import DecodeError, parse_json
+from phonanim.readers._columns import (
+    LABELS,
+    PHONES,
+    VISEMES,
+    WORDS,
+    Times,
+    find_column,
+    find_times,
+    plain_name,
+    read_time,
+    values_at,
+)
+
+MOST_NESTED = 16
+KINDS = {"phones": PHONES, "visemes": VISEMES, "words": WORDS, "labels": LABELS}
+TYPES = {"phone": "phones", "phoneme": "phones", "viseme": "visemes", "word": "words"}
+"""What the field `type` of an entry makes of it; other entries that have types are of no kind."""
+
+PAIRS = ("timestamp", "timestamps", "extent", "interval", "span", "time", "bounds")
+SPEAKERS = ("speaker", "speakerid", "speakerlabel", "speakername")
+RATES = ("fps", "framerate")
+
+
+@dataclass
+class Found:
+    """Entries of one place: label, start and end as numbers, NaN where one is missing, and speaker.
+
+    `kind` is one of KINDS, `unit` the seconds of a number, None where the names do not tell, `names` how the
+    file calls the label and the times.
+    """
+
+    kind: str
+    unit: float | None
+    names: str
+    entries: list[tuple[str, float, float, str]] = field(default_factory=list)
+
+
+Groups = dict[tuple[object, ...], Found]
+
+
+def find_lists(content: list[Any]) -> list[Found]:
+    """The entries of each place of a file that has labels with times. Raises ValueError for damaged times."""
+    groups: Groups = {}
+    for line in content:
+        _walk(line, (), {}, groups)
+    return list(groups.values())
+
+
+def _walk(value: Any, path: tuple[str, ...], around: dict[str, Any], groups: Groups) -> None:
+    """Collect what lies in a value; `around` has the speaker and the frame rate of what it lies in."""
+    if len(path) > MOST_NESTED:
+        return
+    if isinstance(value, str) and value[:1] in ("{", "[") and len(value) > 2:
+        value = _parsed(value)
+    if isinstance(value, list):
+        if rows := _rows(value):
+            _add_rows(rows, path, groups)
+            return
+        for item in value:
+            _walk(item, (*path, "*"), around, groups)
+    elif isinstance(value, dict):
+        _add_table(
+            value, path, around | {key: told for key, told in _told(value).items() if key != "tier"}, groups
+        )
+        around = around | _told(value)
+        _add_columns(value, path, around, groups)
+        for name, inner in value.items():
+            if isinstance(inner, (dict, list, str)):
+                _walk(inner, (*path, name), around, groups)
+
+
+def _parsed(text: str) -> Any:
+    try:
+        return parse_json(text, numbers_only=False)
+    except DecodeError:
+        return None
+
+
+def _told(table: dict[str, Any]) -> dict[str, Any]:
+    """What a table says of all that is in it."""
+    found = {}
+    for what, names in (("speaker", SPEAKERS), ("rate", RATES), ("tier", ("name", "tier"))):
+        name = find_column(table, names)
+        if name and isinstance(table[name], (str, int, float)) and table[name] != "":
+            found[what] = table[name]
+    return found
+
+
+def _add_table(table: dict[str, Any], path: tuple[str, ...], around: dict[str, Any], groups: Groups) -> None:
+    """A table that is one label with its times."""
+    flat = _flat(table)
+    name, kind = _label(flat, path)
+    times = find_times(key for key, value in flat.items() if _is_time(value))
+    if not name or times is None or not _is_timed(flat, times):
+        return
+    if kind in ("words", "labels"):
+        kind = _kind_of(str(around.get("tier", ""))) or _kind_of(_key(path)) or kind
+    typed = next((flat[key] for key in flat if plain_name(key) == "type" and isinstance(flat[key], str)), "")
+    if typed and name != "type":
+        kind = TYPES.get(_last_word(typed), kind if typed == "labels" else "")
+    label = flat[name][0] if isinstance(flat[name], list) else flat[name]
+    if not kind or not isinstance(label, (str, int)):
+        return
+    shown = " and ".join(f'"{one}"' for one in (times.start, times.end or times.length) if one)
+    unit = _frame_unit(times, around) if _counts_frames(times) else times.unit
+    key = (*path, kind, times, around.get("tier", ""))
+    found = groups.setdefault(key, Found(kind, unit, f'"{name}" with {shown}'))
+    found.entries.append((str(label), *values_at(flat, times), str(around.get("speaker", ""))))
+
+
+def _last_word(text: str) -> str:
+    return text.lower().replace("boundary", "").rstrip("s").rpartition("_")[2]
+
+
+def _flat(table: dict[str, Any]) -> dict[str, Any]:
+    """A table with pairs of times as `start` and `end`, and small tables of times in it laid open."""
+    flat: dict[str, Any] = {}
+    for name, value in table.items():
+        if plain_name(name) in PAIRS and _is_pair(value):
+            flat |= {f"{name}.start": value[0], f"{name}.end": value[1], "start": value[0], "end": value[1]}
+        elif isinstance(value, dict) and len(value) <= 4 and find_times(value):
+            flat |= value
+        else:
+            flat[name] = value
+    return flat
+
+
+def _label(flat: dict[str, Any], path: tuple[str, ...]) -> tuple[str, str]:
+    """The name of the label of a table, and its kind; the number of a viseme is a label too."""
+    texts = [name for name, value in flat.items() if _is_text(value)]
+    # A label that is empty is silence, but where another name has a text that one is the label.
+    for usable in ([name for name in texts if _text(flat[name])], texts):
+        for kind, wanted in KINDS.items():
+            if name := find_column(usable, wanted):
+                return name, kind
+    name = find_column(flat, ("viseme", "visemeid", "value", "id"))
+    shapes = plain_name(name).startswith("viseme") or plain_name(_key(path)) in ("visemes", "mouthcues")
+    return (name, "visemes") if name and shapes and isinstance(flat[name], int) else ("", "")
+
+
+def _key(path: tuple[str, ...]) -> str:
+    """The last name of a path."""
+    return next((part for part in reversed(path) if part != "*"), "")
+
+
+def _kind_of(name: str) -> str:
+    """The kind of labels that a tier of this name has, "" where the name does not tell."""
+    return next((kind for kind in ("phones", "visemes", "words") if _has_word(name, KINDS[kind])), "")
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value[0] if isinstance(value, list) and len(value) == 1 else value, str)
+
+
+def _text(value: Any) -> str:
+    return str(value[0] if isinstance(value, list) else value).strip()
+
+
+def _is_pair(value: Any) -> bool:
+    return isinstance(value, list) and len(value) == 2 and all(isinstance(one, (int, float)) for one in value)
+
+
+def _is_timed(flat: dict[str, Any], times: Times) -> bool:
+    shown = [flat.get(name) for name in times[:3] if name]
+    return any(one is not None for one in shown) and all(_is_time(one) for one in shown)
+
+
+def _is_time(value: Any) -> bool:
+    try:
+        read_time(value)
+    except (ValueError, TypeError, OverflowError):
+        return False
+    return True
+
+
+def _counts_frames(times: Times) -> bool:
+    return any("frame" in plain_name(name) for name in times[:3] if name)
+
+
+def _frame_unit(times: Times, around: dict[str, Any]) -> float:
+    """Seconds of a frame. Raises ValueError without a frame rate."""
+    rate = around.get("rate")
+    if not isinstance(rate, (int, float)) or rate <= 0:
+        raise ValueError(f'"{times.start}" counts frames, and the file has no "fps"')
+    return 1 / float(rate)
+
+
+def _add_columns(
+    table: dict[str, Any], path: tuple[str, ...], around: dict[str, Any], groups: Groups
+) -> None:
+    """Lists side by side: one of labels, and one or two of times."""
+    lists = {name: value for name, value in table.items() if isinstance(value, list) and value}
+    numbers = {name: value for name, value in lists.items() if all(map(_is_number, value))}
+    pairs = {
+        name: value for name, value in lists.items() if _has_word(name, PAIRS) and all(map(_is_pair, value))
+    }
+    for name, labels in _label_lists(table, lists):
+        same = {other: value for other, value in numbers.items() if len(value) == len(labels)}
+        times = find_times(_without_prefix(name, same))
+        both = next((value for value in pairs.values() if len(value) == len(labels)), None)
+        kind = _kind_of(name) or "labels"
+        if times is None and both is None:
+            continue
+        shown = " and ".join(f'"{one}"' for one in (same if times else pairs))
+        unit = times.unit if times else None
+        found = groups.setdefault((*path, name, "columns"), Found(kind, unit, f'"{name}" with {shown}'))
+        for place, label in enumerate(labels):
+            row = {short: value[place] for short, value in _without_prefix(name, same).items()}
+            start, end = both[place] if times is None and both else values_at(row, times)  # type: ignore[arg-type]
+            found.entries.append((label, float(start), float(end), str(around.get("speaker", ""))))
+
+
+def _label_lists(table: dict[str, Any], lists: dict[str, Any]) -> Iterator[tuple[str, list[str]]]:
+    """The lists of labels, and a text as the list of its words or signs."""
+    texts = {name: value for name, value in lists.items() if all(isinstance(one, str) for one in value)}
+    yield from texts.items()
+    if not texts:
+        for name, value in table.items():
+            if plain_name(name) in WORDS and isinstance(value, str) and value.strip():
+                words = value.split()
+                yield name, words
+                if len(words) == 1 and len(value) > 1:
+                    yield name, list(value)
+
+
+def _without_prefix(name: str, lists: dict[str, list[Any]]) -> dict[str, list[Any]]:
+    """Lists by what is left of their names without the word that the list of labels has as well."""
+    words = {word.rstrip("s") for word in _words(name)}
+    short: dict[str, list[Any]] = {}
+    for other, value in lists.items():
+        rest = [word for word in _words(other) if word.rstrip("s") not in words]
+        short["_".join(rest) or other] = value
+    return short
+
+
+def _words(name: str) -> list[str]:
+    """The words of a name such as word_start or wordStartTimes, in small letters."""
+    spaced = "".join(f" {c.lower()}" if c.isupper() else c for c in name)
+    return re.split(r"[^a-z0-9]+", spaced.strip())
+
+
+def _has_word(name: str, wanted: tuple[str, ...]) -> bool:
+    return plain_name(name) in wanted or any(word in wanted for word in _words(name))
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _rows(value: list[Any]) -> list[tuple[str, float, float]]:
+    """Label, start and end of a list of lists such as ["b", 0.2, 0.3] or [0.2, 0.3, "b"]; [] for others."""
+    rows = []
+    for item in value:
+        if not isinstance(item, list) or not 3 <= len(item) <= 6:
+            return []
+        first = item[0] if isinstance(item[0], str) else item[2] if isinstance(item[2], str) else None
+        numbers = item[1:3] if isinstance(item[0], str) else item[:2]
+        if first is None or not all(map(_is_number, numbers)):
+            return []
+        rows.append((first, float(numbers[0]), float(numbers[1])))
+    if any(end < start for _, start, end in rows):  # the second number is a length
+        rows = [(label, start, start + length) for label, start, length in rows]
+    return rows
+
+
+def _add_rows(rows: list[tuple[str, float, float]], path: tuple[str, ...], groups: Groups) -> None:
+    kind = _kind_of(_key(path)) or "labels"
+    found = groups.setdefault((*path, "rows"), Found(kind, None, "lists of a label and two times"))
+    found.entries += [(label, start, end, "") for label, start, end in rows]
