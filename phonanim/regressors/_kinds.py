@@ -1,0 +1,66 @@
+"""The kinds of regressors by name, and their settings."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from difflib import get_close_matches
+from typing import Any
+
+from phonanim.core.plugins import Registry
+from phonanim.core.typed import check_types
+from phonanim.errors import ModelError
+from phonanim.regressors._contract import check_class, check_required
+from phonanim.regressors._protocol import Regressor
+
+REGRESSORS = Registry("phonanim.regressors", needs=("REGRESSOR",))
+
+SIZES = (
+    *("networks", "reach", "width", "widths", "window", "ahead", "states", "depth", "heads", "kernels"),
+    *("dilations", "channels", "hidden", "units"),
+)
+"""Settings that say how much a model computes."""
+
+MAX_SIZE, MAX_NUMBER = 4096, 1e9
+"""Largest of these settings, and of all others."""
+
+
+def kinds() -> tuple[str, ...]:
+    """Every kind of regressor: the stems of this folder's files, and the plugins."""
+    return REGRESSORS.names()
+
+
+def kind_of(regressor: Regressor) -> str:
+    """The name of a regressor's kind: that of the file or of the plugin whose module defines its class."""
+    return REGRESSORS.name_of(type(regressor).__module__)
+
+
+def regressor_class(kind: str) -> type[Regressor]:
+    """The class of a kind. Raises ModelError, which suggests the nearest name, when there is none."""
+    found = REGRESSORS.find(kind)
+    if found is not None:
+        check_class(found, kind)
+    else:
+        near = get_close_matches(kind, kinds(), n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise ModelError(f"there is no regressor {kind!r}{hint} (known: {', '.join(kinds())})")
+    regressor: type[Regressor] = found.REGRESSOR
+    return regressor
+
+
+def make_config(kind: str, values: dict[str, Any], where: str) -> Any:
+    """The Config of a kind from a table of values. Raises ModelError, which names an invalid key."""
+    config = regressor_class(kind).config_class
+    known = [field.name for field in fields(config)]
+    for key in values:
+        if key not in known:
+            near = get_close_matches(key, known, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(known)}"
+            raise ModelError(f"{where}: {kind} has no setting {key!r}; {hint}")
+    check_types(values, config, where)
+    check_required(config, values, where)
+    for key, value in values.items():
+        most = MAX_SIZE if key in SIZES else MAX_NUMBER
+        listed = value if isinstance(value, (list, tuple)) else [value]
+        if any(isinstance(item, (int, float)) and not abs(item) <= most for item in listed):  # nor is NaN
+            raise ModelError(f"{where}: {key} is {value!r:.40}; the most is {most:g}")
+    return config(**{key: tuple(v) if isinstance(v, list) else v for key, v in values.items()})
