@@ -75,19 +75,23 @@ def _opening(document: Document) -> str:
     seconds, spoken = sum(fold["seconds"] for fold in folds), sum(fold["spoken_s"] or 0 for fold in folds)
     people = sorted({name for fold in folds for name in fold["speakers"]})
     data = f"{document['kind']} of {document['corpus']['data']}"
-    tested = f"{count} clips, {seconds:.1f} s of {_people(people)}"
+    tested = f"{_clips(count)}, {seconds:.1f} s of {_people(people)}"
     if spoken:
         tested += f", of which {spoken:.1f} s are speech"
     if main_fold(document) == "test":
         return (
-            f"Every model learned the {data} from the same {first['train']} clips, {first['train_s']:.0f} s "
-            f"of {_people(first['train_speakers'])}, and is scored on {tested}."
+            f"Every model learned the {data} from the same {_clips(first['train'])}, "
+            f"{first['train_s']:.0f} s of {_people(first['train_speakers'])}, and is scored on {tested}."
         )
     longest = max(fold["train_s"] for fold in folds)
     return (
         f"Every model learned the {data} anew without each clip in turn, from at most {longest:.1f} s, and "
         f"is scored on the clip that was left out: in all {tested}."
     )
+
+
+def _clips(count: int) -> str:
+    return "1 clip" if count == 1 else f"{count} clips"
 
 
 def _people(names: list[str]) -> str:
@@ -146,10 +150,10 @@ def _legend(document: Document, where: str) -> str:
 def _uncertainty(document: Document, where: str) -> str:
     count = units(document, where)
     if count < FEWEST:
-        return f"{count} clips allow no interval and no test."
+        return f"{_clips(count)} allow no interval and no test."
     return (
-        f"Brackets hold 95 % intervals by bootstrap over {count} clips; a long clip counts as pieces of "
-        f"about {PIECE:.0f} s."
+        f"Brackets hold 95 % intervals by bootstrap over {count} clips; long ones are cut into pieces "
+        f"of about {PIECE:.0f} s."
     )
 
 

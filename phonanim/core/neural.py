@@ -54,18 +54,23 @@ def attend(query: Floats, key: Floats, value: Floats, heads: int) -> Floats:
     return np.asarray((weights @ v).swapaxes(-2, -3).reshape(*rest, steps, dims))
 
 
-def transformer_block(signal: Floats, part: Mapping[str, Floats], heads: int) -> Floats:
+def transformer_block(
+    signal: Floats, part: Mapping[str, Floats], heads: int, norm_first: bool = True
+) -> Floats:
     """Self-attention and two fully connected layers, each on the normalized signal and added to it.
 
     (..., steps, dims) -> the same; `part` holds norm1, query, key, value, out, norm2, wide and narrow, and
-    NAME_bias of each (that of key may be absent).
+    NAME_bias of each (that of key may be absent). Without `norm_first` the sums are normalized instead.
     """
-    normal = layer_norm(signal, part["norm1"], part["norm1_bias"])
+    normal = layer_norm(signal, part["norm1"], part["norm1_bias"]) if norm_first else signal
     query, key, value = (normal @ part[n] + part.get(f"{n}_bias", 0) for n in ("query", "key", "value"))
     signal = signal + attend(query, key, value, heads) @ part["out"] + part["out_bias"]
-    normal = layer_norm(signal, part["norm2"], part["norm2_bias"])
+    if not norm_first:
+        signal = layer_norm(signal, part["norm1"], part["norm1_bias"])
+    normal = layer_norm(signal, part["norm2"], part["norm2_bias"]) if norm_first else signal
     wide = gelu(normal @ part["wide"] + part["wide_bias"])
-    return np.asarray(signal + wide @ part["narrow"] + part["narrow_bias"])
+    signal = np.asarray(signal + wide @ part["narrow"] + part["narrow_bias"])
+    return signal if norm_first else layer_norm(signal, part["norm2"], part["norm2_bias"])
 
 
 def tensors_with_prefix(tensors: Mapping[str, Floats], prefix: str) -> dict[str, Floats]:

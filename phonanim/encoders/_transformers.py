@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,18 @@ from phonanim.encoders._weights import MAX_CONFIG, encoder_folder
 from phonanim.errors import MissingExtraError, ModelError
 
 Floats = NDArray[np.float32]
+PLAIN = ("hubert", "wav2vec2")  # models whose blocks are plain transformers
+BLOCK = {
+    "query": "attention.q_proj",
+    "key": "attention.k_proj",
+    "value": "attention.v_proj",
+    "out": "attention.out_proj",
+    "norm1": "layer_norm",
+    "wide": "feed_forward.intermediate_dense",
+    "narrow": "feed_forward.output_dense",
+    "norm2": "final_layer_norm",
+}
+"""Names of the weights of a block, and those of transformers."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +60,32 @@ class Hidden:
     def start(self) -> float:
         """The centre of the samples that the first step covers, in seconds."""
         return self.field / 2 / RATE
+
+    @property
+    def heads(self) -> int:
+        """Heads of the attention of a block."""
+        return int(self.model.config.num_attention_heads)
+
+    @cached_property
+    def tensors(self) -> dict[str, Floats]:
+        """The weights of the blocks as `core.neural.transformer_block` names them, after blockN_.
+
+        The blocks normalize their sums. Raises ModelError for blocks of another kind, such as those of WavLM
+        and of large models.
+        """
+        config = self.model.config
+        if config.model_type not in PLAIN or config.hidden_act != "gelu" or config.do_stable_layer_norm:
+            raise ModelError(
+                f"the blocks of this {config.model_type} cannot be trained further; use a base model of "
+                f"{' or '.join(PLAIN)}"
+            )
+        state, found = self.model.encoder.state_dict(), dict[str, Floats]()
+        for block in range(self.layers - 1):
+            for ours, theirs in BLOCK.items():
+                for suffix, part in (("", "weight"), ("_bias", "bias")):
+                    tensor = state[f"layers.{block}.{theirs}.{part}"].numpy()
+                    found[f"block{block}_{ours}{suffix}"] = np.ascontiguousarray(tensor.T, np.float32)
+        return found
 
     def run(self, samples: Floats) -> Floats:
         """Features of (steps * HOP,) samples -> (steps, layers, dims)."""

@@ -215,8 +215,11 @@ def no_sound(strategy: str, shape: tuple[int, ...], rng: np.random.Generator) ->
     return np.zeros(shape, np.float32)
 
 
-def weight_shapes(config: Config, dims: int, modes: int) -> Shapes:
-    """Name and shape of every weight of a network with `dims` input features."""
+def weight_shapes(config: Config, dims: int, modes: int, norm_first: bool = True) -> Shapes:
+    """Name and shape of every weight of a network with `dims` input features.
+
+    `norm_first` is whether the encoder's blocks that are trained further normalize first.
+    """
     shapes, before = embedding_shapes(config.sound, "sound_", dims, config.latent)
     if config.diffusion:
         more, size = embedding_shapes(config.noise, "noise_", modes, config.latent, config.noise_over)
@@ -226,7 +229,8 @@ def weight_shapes(config: Config, dims: int, modes: int) -> Shapes:
     body = transformer_shapes if config.decoder == "transformer" else recurrent_shapes
     layers, before = body(config, before)
     shapes |= layers
-    shapes |= {f"tuned_{name}": shape for name, shape in block_shapes(config.tuned, dims // 2).items()}
+    tuned = block_shapes(config.tuned, dims // 2, norm_first)
+    shapes |= {f"tuned_{name}": shape for name, shape in tuned.items()}
     return shapes | {"style": (config.styles, before), "output": (before, modes), "output_bias": (modes,)}
 
 

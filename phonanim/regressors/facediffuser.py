@@ -44,7 +44,8 @@ class FaceDiffuser(Denoiser):
     def from_tensors(cls, config: Any, tensors: Tensors) -> FaceDiffuser:
         """Raises ValueError when the size of a tensor does not match the configuration."""
         dims, modes = tensors["centre"].shape[1], len(tensors["low"])
-        shapes = {f"network_{name}": shape for name, shape in weight_shapes(config, dims, modes).items()}
+        known = weight_shapes(config, dims, modes, "network_tuned_norm" in tensors)
+        shapes = {f"network_{name}": shape for name, shape in known.items()}
         shapes |= {"centre": (1, dims), "scale": (1, dims), "low": (modes,), "span": (modes,)}
         real = fitting(tensors, shapes)
         scaling = {name: real[name] for name in ("centre", "scale", "low", "span")}

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from encoder_samples import put_whisper
+from encoder_samples import put_hidden, put_whisper
 from speech import made_up_examples
 
 from phonanim.encoders import encode
@@ -107,6 +107,44 @@ def test_masks_hide_the_same_with_blocks_that_are_trained(data: Examples) -> Non
     np.testing.assert_allclose(parts[0], parts[1], atol=0.05)
 
 
+def test_blocks_of_hubert(tmp_path: Path, data: Examples) -> None:
+    """Untrained, they are the encoder's, in NumPy and in torch; then they are trained, kept and read."""
+    from phonanim.regressors._torch_tuned import Tuned
+
+    pytest.importorskip("transformers")
+    put_hidden(tmp_path, "hubert", wide=96)
+    hubert = cached_encoder("hubert")
+    values = hubert.run(data.sounds[0].samples[:6400])
+    weights, heads = last_blocks(hubert, 2)
+    pairs = values[:, 0].reshape(1, len(values) // 2, -1)
+    found = run_blocks(weights, 2, heads, pairs)
+    np.testing.assert_allclose(found.reshape(len(values), -1), values[:, -1], atol=1e-4)
+    tuned = Tuned(hubert, 2, 0.0).eval()
+    with torch.no_grad():
+        np.testing.assert_allclose(tuned(torch.from_numpy(pairs)).numpy(), found, atol=1e-4)
+    model = trained(data, encoder="hubert")
+    before = last_blocks(hubert, 1)[0]
+    for name in ("block0_query", "block0_norm2", "block0_wide"):
+        assert not np.allclose(model.weights[f"tuned_{name}"], before[name], atol=1e-6)
+    again, times = FaceDiffuser.from_tensors(model.config, model.tensors()), np.arange(20) / 25
+    assert np.array_equal(
+        again.predict(None, times, data.sounds[0]), model.predict(None, times, data.sounds[0])
+    )
+
+
+def test_blocks_that_are_no_plain_ones(tmp_path: Path, data: Examples) -> None:
+    pytest.importorskip("transformers")
+    put_hidden(tmp_path, "wavlm")
+    with pytest.raises(ModelError, match="the blocks of this wavlm cannot be trained further; use a base"):
+        trained(data, encoder="wavlm")
+    put_hidden(tmp_path, "wav2vec2", stable=True)
+    with pytest.raises(ModelError, match="the blocks of this wav2vec2 cannot be trained further"):
+        trained(data, encoder="wav2vec2")
+    put_hidden(tmp_path, "hubert")
+    with pytest.raises(ModelError, match="tuned needs blocks that are 4 times as wide inside"):
+        trained(data, encoder="hubert")
+
+
 @pytest.mark.parametrize(
     ("settings", "said"),
     [
@@ -123,7 +161,7 @@ def test_settings_that_cannot_be(settings: dict[str, Any], said: str) -> None:
 def test_encoders_without_such_blocks(whisper: Whisper, data: Examples) -> None:
     with pytest.raises(ModelError, match="tuned is 3; the encoder has 2 blocks"):
         last_blocks(whisper, 3)
-    with pytest.raises(ModelError, match="tuned needs the encoder whisper, not"):
+    with pytest.raises(ModelError, match="tuned needs the encoder whisper, hubert or wav2vec2, not"):
         trained(data, encoder="mfcc")
 
 

@@ -57,14 +57,15 @@ def put_whisper(folder: Path, parts: dict[str, np.ndarray] | None = None) -> Pat
     return place
 
 
-def put_hidden(folder: Path, name: str) -> None:
-    """A small random model of transformers where an encoder looks for it."""
+def put_hidden(folder: Path, name: str, wide: int = 32, stable: bool = False) -> None:
+    """A small random model of transformers where an encoder looks for it; `stable` normalizes first."""
     torch, transformers = pytest.importorskip("torch"), pytest.importorskip("transformers")
     config = getattr(transformers, f"{HIDDEN[name]}Config")(
         hidden_size=24,
         num_hidden_layers=2,
         num_attention_heads=2,
-        intermediate_size=32,
+        intermediate_size=wide,
+        do_stable_layer_norm=stable,
         conv_dim=(8,) * 7,
         num_conv_pos_embeddings=16,
         num_conv_pos_embedding_groups=2,
