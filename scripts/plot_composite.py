@@ -2,8 +2,9 @@
 
     python scripts/plot_composite.py RECORDINGS/grid_s1 work/corpus work/mouth -o docs/images/composite.png
 
-Taylor et al. 2017, figure 7. The predicted shape is put where the filmed head is, the predicted picture gets the
-light of the clip, and its border fades into the film. The columns are the middles of the clip's longest phones.
+Taylor et al. 2017, figure 7. The predicted shape is put where the filmed head is, the predicted picture gets
+the light of the clip, and its border fades into the film. The columns are the middles of the clip's longest
+phones.
 """
 
 from __future__ import annotations

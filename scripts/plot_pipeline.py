@@ -2,9 +2,9 @@
 
     python scripts/plot_pipeline.py RECORDINGS/grid_s1 work/corpus work/mouth -o docs/images/pipeline.png
 
-Taylor et al. 2017, figure 8: the film, the prediction of the appearance model, and the same line on rigs. The shipped
-head comes first; `--character HEAD.glb` adds others that have ARKit's blendshapes. The columns are the middles of
-the clip's longest phones.
+Taylor et al. 2017, figure 8: the film, the prediction of the appearance model, and the same line on rigs. The
+shipped head comes first; `--character HEAD.glb` adds others that have ARKit's blendshapes. The columns are
+the middles of the clip's longest phones.
 """
 
 from __future__ import annotations

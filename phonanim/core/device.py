@@ -1,4 +1,4 @@
-"""The device that PyTorch trains on; chosen by name here, so that nothing else needs PyTorch."""
+"""The device and the precision that PyTorch trains with, by name, so that nothing else needs PyTorch."""
 
 from __future__ import annotations
 
@@ -7,14 +7,20 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 
 DEVICES = ("auto", "cpu", "cuda", "mps")
+PRECISIONS = ("single", "bf16")
 CHOSEN: ContextVar[str] = ContextVar("device", default="cpu")
+PRECISION: ContextVar[str] = ContextVar("precision", default="single")
 
 
 @contextmanager
-def use_device(name: str) -> Iterator[None]:
-    """Train on a device, one of DEVICES, within a block; "auto" is a graphics processor if there is one."""
-    token = CHOSEN.set(name)
+def use_device(name: str, precision: str = "single") -> Iterator[None]:
+    """Train on a device, one of DEVICES, within a block; "auto" is a graphics processor if there is one.
+
+    With the precision "bf16" products of matrices have 16 bits, and weights, sums and losses stay single.
+    """
+    device, numbers = CHOSEN.set(name), PRECISION.set(precision)
     try:
         yield
     finally:
-        CHOSEN.reset(token)
+        CHOSEN.reset(device)
+        PRECISION.reset(numbers)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.device import CHOSEN
+from phonanim.core.device import CHOSEN, PRECISION
 from phonanim.errors import MissingExtraError, OptionError
 
 try:
@@ -34,6 +35,13 @@ def device() -> torch.device:
     if not found.get(name, True):
         raise OptionError(f"--device {name}: PyTorch finds no such device here; use auto or cpu")
     return torch.device(name)
+
+
+def mixed_precision() -> AbstractContextManager[Any]:
+    """A block in which products of matrices have 16 bits, if that was chosen."""
+    if PRECISION.get() == "single":
+        return nullcontext()
+    return torch.autocast(device().type, torch.bfloat16)
 
 
 def tensor(values: NDArray[Any]) -> torch.Tensor:

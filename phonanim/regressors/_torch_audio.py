@@ -15,13 +15,14 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from phonanim.core.device import PRECISION
 from phonanim.core.files import atomic_path, write_text
 from phonanim.regressors import CHECKPOINT, Examples, Progress
 from phonanim.regressors._audio_config import Settings
 from phonanim.regressors._audio_model import AudioModel
 from phonanim.regressors._decoders import decode
 from phonanim.regressors._steps import cached_encoder, step_times
-from phonanim.regressors._torch import device, seeded_generator, tensor
+from phonanim.regressors._torch import device, mixed_precision, seeded_generator, tensor
 from phonanim.regressors._torch_decoders import Network, export_weights
 from phonanim.regressors._training_steps import (
     BLOCK,
@@ -162,7 +163,8 @@ def loss(
     """
     values, targets, weights = (part.to(device()) for part in (values, targets, weights))
     normal = (values - tensor(scaling.centre)) * tensor(scaling.scale)
-    hidden, found = network(normal)
+    with mixed_precision():
+        hidden, found = (part.float() for part in network(normal))
     apart = found - (targets - tensor(scaling.low)) / tensor(scaling.span)
     total = torch.zeros((), device=found.device)
     for weight in (1.0, config.velocity, config.acceleration):
@@ -222,7 +224,8 @@ def validation_error(model: AudioModel, steps: Steps | None) -> float:
 
 def training_key(config: Settings, seed: int, steps: Steps) -> str:
     """A hash of everything that a training depends on, so that no training continues another one's state."""
-    digest = hashlib.sha256(f"{config} {seed} {torch.__version__}".encode())
+    numbers = PRECISION.get().removeprefix("single")
+    digest = hashlib.sha256(f"{config} {seed} {torch.__version__}{numbers}".encode())
     for rows in blocks_of(steps.targets):
         digest.update(rows.tobytes())
     digest.update(steps.values[:: max(1, len(steps.values) // 1000)].tobytes())

@@ -21,7 +21,7 @@ from phonanim.regressors._diffusion import (
 )
 from phonanim.regressors._facediffuser_config import Config
 from phonanim.regressors._steps import cached_encoder
-from phonanim.regressors._torch import array, device, seeded_generator, tensor
+from phonanim.regressors._torch import array, device, mixed_precision, seeded_generator, tensor
 from phonanim.regressors._torch_audio import State, batches, step, training_key
 from phonanim.regressors._torch_denoiser import Network
 from phonanim.regressors._training_steps import BLOCK, Scaling, Steps, column_deviations, gather_steps
@@ -163,12 +163,13 @@ class Stage:
         noise = rng.standard_normal(motion.shape, np.float32)
         seen = np.sqrt(shares) * motion + np.sqrt(1 - shares) * noise
         wanted = tensor(motion)
-        if self.autoencodes:
-            assert self.network.face is not None
-            heard = self.network.face(wanted)
-        else:
-            heard = self.network.sound(self.masked(values, rng))
-        found = self.network(heard, tensor(seen.astype(np.float32)), times, tensor(styles))
+        with mixed_precision():
+            if self.autoencodes:
+                assert self.network.face is not None
+                heard = self.network.face(wanted)
+            else:
+                heard = self.network.sound(self.masked(values, rng))
+            found = self.network(heard, tensor(seen.astype(np.float32)), times, tensor(styles)).float()
         apart = nn.functional.huber_loss(found, wanted, reduction="none", delta=config.delta)
         return (apart.mean(dim=(1, 2)) * weights.to(device())).mean()
 

@@ -12,7 +12,7 @@ from torch import Tensor, nn
 
 from phonanim.regressors import Progress
 from phonanim.regressors._dnn_config import Config
-from phonanim.regressors._torch import array, device, tensor
+from phonanim.regressors._torch import array, device, mixed_precision, tensor
 
 Layers = list[tuple[NDArray[np.float32], NDArray[np.float32]]]
 ACTIVATIONS = {"tanh": nn.Tanh, "silu": nn.SiLU}
@@ -50,7 +50,8 @@ def fit_network(
     for epoch in range(config.epochs):
         network.train()
         for rows in torch.split(torch.randperm(len(data[0]), generator=generator), config.batch):
-            predicted = network((data[0][rows] - shift) / stretch)
+            with mixed_precision():
+                predicted = network((data[0][rows] - shift) / stretch).float()
             squared = ((predicted - (data[1][rows] - middle) / spread) ** 2).mean(dim=1)
             loss = (squared * data[2][rows]).mean()
             optimizer.zero_grad()

@@ -11,7 +11,7 @@ from torch import Tensor, nn
 
 from phonanim.regressors import Examples, Progress
 from phonanim.regressors._lstm_config import LAYERS, Config, Floats, n_inputs, sequence_features
-from phonanim.regressors._torch import array, device, tensor
+from phonanim.regressors._torch import array, device, mixed_precision, tensor
 
 LONGEST_STEP = 1.0  # largest norm of a gradient, because gradients of recurrent layers explode
 
@@ -69,7 +69,8 @@ def fit_recurrent(
     for epoch in range(config.epochs):
         network.train()
         for rows in torch.split(torch.randperm(len(train), generator=generator), config.batch):
-            loss = _error(network, data, rows, middle, spread)
+            with mixed_precision():
+                loss = _error(network, data, rows, middle, spread)
             optimizer.zero_grad()
             loss.backward()  # type: ignore[no-untyped-call]
             nn.utils.clip_grad_norm_(network.parameters(), LONGEST_STEP)

@@ -20,6 +20,7 @@ AUDIO: dict[str, Any] = {"encoder": "mfcc", "hidden": 8, "depth": 1, "window": 2
 SAMPLES: dict[str, Any] = {**AUDIO, "latent": 8, "timesteps": 20, "steps": 4, "batch": 3}
 VERSIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "gru": ("phisanet", {**AUDIO, "classifier": 0.1, "ctc": 0.0}),
+    "sequence": ("phisanet", {**AUDIO, "ctc": 0.1}),
     "windows": ("two_stage", {**AUDIO, "decoder": "mlp", "widths": (5, 3)}),
     "attention": ("two_stage", {**AUDIO, "decoder": "transformer", "heads": 2}),
     "convolution": ("cnn", {"encoder": "mfcc", "epochs": 1}),
@@ -57,6 +58,13 @@ def meta(monkeypatch: pytest.MonkeyPatch) -> None:
                 assert part.grad is None or part.grad.device.type == "meta"
         raise ReachedEndError
 
+    def sequence_loss(scores: Any, labels: Any, *lengths: Any, **named: Any) -> Any:
+        """In place of PyTorch's, which has no version without numbers; lengths may be on the processor."""
+        assert (scores.device.type, labels.device.type) == ("meta", "meta")
+        assert scores.shape[1] == len(lengths[0]) == len(lengths[1])
+        return scores.mean()
+
+    monkeypatch.setattr(torch.nn.functional, "ctc_loss", sequence_loss)
     for kind in ("Adam", "AdamW", "RAdam", "SGD"):
         monkeypatch.setattr(getattr(torch.optim, kind), "step", first_step)
 
@@ -101,6 +109,25 @@ def test_the_processor_is_the_default(kind: str, data: Examples) -> None:
             made.append(fit(config, data, data, np.random.default_rng(1), lambda done: None).tensors())
     for other in made[1:]:
         assert all(np.array_equal(made[0][name], other[name]) for name in made[0])
+
+
+@pytest.mark.parametrize("version", ["gru", "diffusion", "network", "recurrent"])
+def test_sixteen_bits_come_near(version: str, data: Examples) -> None:
+    """Half of the bits change the weights a little, and only where they are asked for."""
+    kind, settings = VERSIONS[version]
+    config, made = make_config(kind, settings, "test"), []
+    for precision in ("single", "bf16", "single"):
+        with use_device("cpu", precision):
+            fit: Any = regressor_class(kind).fit
+            made.append(fit(config, data, data, np.random.default_rng(1), lambda done: None).tensors())
+    single, half, again = made
+    learned = [name for name, part in single.items() if part.dtype == np.float32]
+    assert all(np.array_equal(single[name], again[name]) for name in learned)
+    assert any(not np.array_equal(single[name], half[name]) for name in learned)
+    for name in learned:
+        assert half[name].dtype == np.float32
+        apart = np.abs(single[name] - half[name]).max()
+        assert apart < 0.1 * max(1.0, float(np.abs(single[name]).max()))
 
 
 @pytest.mark.skipif(torch.cuda.is_available(), reason="there is such a device")
