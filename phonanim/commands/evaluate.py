@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,17 +9,18 @@ import click
 
 from phonanim.commands import Console, console_options
 from phonanim.commands._lips_read import find_alignment, read_lips
+from phonanim.commands._score_report import build_report
 from phonanim.commands._score_tables import score_table, summary_table
 
 if TYPE_CHECKING:
+    from phonanim.evaluation.heat import Heat
     from phonanim.evaluation.scoring import Scores
     from phonanim.evaluation.surfaces import Settings
     from phonanim.speech.phones import PhoneTrack
 
 PATH = click.Path(exists=True, path_type=Path)
+OUT = click.Path(dir_okay=False, path_type=Path)
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
-SEED = 0  # of the bootstrap, so that the same files give the same intervals
-RESAMPLES = 2000  # enough for two digits of an interval, for each of some forty measures
 
 
 @click.command()
@@ -40,6 +40,7 @@ RESAMPLES = 2000  # enough for two digits of an interval, for each of some forty
 )
 @click.option("--fps", metavar="RATE", help="Rate of a .npy of predictions (default 30).")
 @click.option("--reference-fps", metavar="RATE", help="Rate of a .npy of references (default --fps).")
+@click.option("--heat", type=OUT, help="Also draw the error of each vertex or curve, as PNG (extra plots).")
 @click.option("--lips-read", type=FILE, metavar="NETWORK", help="Read words from the lips (TorchScript).")
 @click.option(
     "--words", type=FILE, metavar="LIST", help="The words that the network can recognize, one per line."
@@ -58,6 +59,7 @@ def command(
     unit: str | None,
     fps: str | None,
     reference_fps: str | None,
+    heat: Path | None,
     lips_read: Path | None,
     words: Path | None,
     console: Console,
@@ -76,21 +78,26 @@ def command(
       phonanim evaluate line.npz --reference ema/line_bndl.json
       phonanim evaluate line.npz --lips-read network.pt --words words.txt
       phonanim evaluate out/ --reference vertices_npy/ --mask lips=lve.txt --mask upper=fdd.txt --fps 25
+      phonanim evaluate out/ --reference vertices_npy/ --fps 25 --heat heat.png
     """
     if lips_read:
         if not words:
             raise click.UsageError("--lips-read needs the words that the network can recognize: --words LIST")
-        check_unused("--lips-read, which reads pictures", masks, template, lips, unit, sound)
+        check_unused("--lips-read, which reads pictures", masks, template, lips, unit, sound, heat)
         console.print_result(*read_lips(predictions, reference, alignment, lips_read, words))
         return
     if not reference:
         raise click.UsageError("Missing option '--reference'.")
     from phonanim.animation.rates import parse_rate
     from phonanim.ema.scoring import is_articulography
+    from phonanim.evaluation.heat import Heat, check_drawable, draw_heat
     from phonanim.evaluation.predictions import pair_files, read_templates
     from phonanim.evaluation.surfaces import Settings
     from phonanim.face.masks import parse_masks
 
+    if heat:
+        check_drawable()
+    errors = Heat() if heat else None
     own = parse_rate(fps) if fps else None
     rates = own, parse_rate(reference_fps) if reference_fps else own
     settings = Settings(
@@ -102,13 +109,17 @@ def command(
     diversities: list[dict[str, float]] = []
     with console.progress("scoring") as progress:
         if is_articulography(reference):
-            check_unused("sensors of articulography", masks, template, lips, unit, sound)
+            check_unused("sensors of articulography", masks, template, lips, unit, sound, heat)
             rows = score_sensors(predictions, reference)
         else:
             pairs = pair_files(predictions, reference)
-            rows, diversities = score_all(pairs, rates, settings, rests, alignment, language, progress)
+            rows, diversities = score_all(
+                pairs, rates, settings, rests, alignment, language, progress, errors
+            )
             if sound:
                 add_levels(rows, pairs, sound)
+    if heat and errors:
+        draw_heat(errors, heat, f", {unit}" if unit else "")
     facts = build_report(rows, diversities)
     for note in dict.fromkeys(note for scores in rows.values() for note in scores.notes):
         console.print(f"note: {note}")
@@ -148,10 +159,15 @@ def score_all(
     alignment: Path | None,
     language: str,
     progress: Any,
+    heat: Heat | None = None,
 ) -> tuple[dict[str, Scores], list[dict[str, float]]]:
-    """The scores of every prediction by name, and the diversity of each line that has several."""
+    """The scores of every prediction by name, and the diversity of each line that has several.
+
+    `heat` gets the errors of all of them together.
+    """
     from phonanim.errors import PhonanimError
     from phonanim.evaluation.evaluate import evaluate
+    from phonanim.evaluation.heat import add_matched
     from phonanim.evaluation.predictions import read_motion, template_of
     from phonanim.evaluation.scoring import takes_diversity
 
@@ -176,6 +192,8 @@ def score_all(
                 reference_template=other,
                 unit=settings.unit,
             )
+            if heat is not None:
+                add_matched(heat, predicted, captured)
         except PhonanimError as error:
             raise type(error)(f"{mine} against {theirs}: {error}") from error
         takes.setdefault(theirs, []).append(predicted)
@@ -194,7 +212,7 @@ def add_levels(rows: dict[str, Scores], pairs: list[tuple[Path, Path]], sound: P
 
 def check_unused(scored: str, *given: Any) -> None:
     """Raise UsageError when an option was given that a way of scoring does not read."""
-    names = ("--mask", "--template", "--lips", "--unit", "--sound")
+    names = ("--mask", "--template", "--lips", "--unit", "--sound", "--heat")
     unused = [name for name, value in zip(names, given, strict=True) if value]
     if unused:
         raise click.UsageError(f"{' and '.join(unused)} cannot be used with {scored}; leave it out")
@@ -208,75 +226,6 @@ def load_phones(alignment: Path, prediction: Path, language: str) -> PhoneTrack:
     return to_phones(read_alignment(find_alignment(alignment, prediction)), language)[0]
 
 
-def build_report(rows: dict[str, Scores], diversities: list[dict[str, float]]) -> dict[str, Any]:
-    """All results, for scripts; NaN becomes null."""
-    from phonanim.evaluation.legibility import merge_visemes
-    from phonanim.metrics import merge_tables
-
-    summary = summarize(rows)
-    for name in dict.fromkeys(name for found in diversities for name in found):
-        values = [found[name] for found in diversities if name in found]
-        summary[name] = {"mean": sum(values) / len(values), "files": len(values)}
-    summary |= intensity_correlations(rows)
-    return {
-        "files": {
-            name: {
-                "frames": scores.frames,
-                "fps": scores.fps,
-                "measures": {key: _number(value) for key, value in scores.measures.items()},
-                "error_by_phone": scores.error,
-                "phones": [vars(row) for row in scores.phones],
-                "classes": [vars(row) for row in scores.classes],
-                "visemes": [vars(row) for row in scores.visemes],
-                "notes": list(scores.notes),
-            }
-            for name, scores in rows.items()
-        },
-        "summary": summary,
-        "phones": [vars(row) for row in merge_tables(scores.phones for scores in rows.values())],
-        "classes": [vars(row) for row in merge_tables(scores.classes for scores in rows.values())],
-        "visemes": [vars(row) for row in merge_visemes(scores.visemes for scores in rows.values())],
-    }
-
-
-def summarize(rows: dict[str, Scores]) -> dict[str, dict[str, Any]]:
-    """Mean over files of each measure, and its 95 % bootstrap interval over files."""
-    import numpy as np
-
-    from phonanim.evaluation.statistics import bootstrap_interval, mean_rows
-
-    found: dict[str, dict[str, Any]] = {}
-    for key in dict.fromkeys(key for scores in rows.values() for key in scores.measures):
-        values = np.array([scores.measures.get(key, math.nan) for scores in rows.values()])
-        values = values[np.isfinite(values)]
-        if len(values) == 0:
-            continue
-        found[key] = {"mean": float(values.mean()), "files": len(values)}
-        if len(values) > 1:
-            interval = bootstrap_interval(mean_rows(values), np.random.default_rng(SEED), resamples=RESAMPLES)
-            found[key]["interval"] = list(interval)
-    return found
-
-
-def intensity_correlations(rows: dict[str, Scores]) -> dict[str, dict[str, Any]]:
-    """SLCC of the predictions and of the references, over three files or more whose level is known."""
-    import numpy as np
-
-    from phonanim.metrics import correlation
-
-    found = {}
-    for side in ("", "captured_"):
-        names = "speech_level_db", f"{side}lip_intensity_mm_s"
-        table = np.array(
-            [[scores.measures.get(name, math.nan) for name in names] for scores in rows.values()]
-        )
-        table = table[np.isfinite(table).all(axis=1)]
-        value = correlation(table[:, 0], table[:, 1]) if len(table) > 2 else math.nan
-        if math.isfinite(value):
-            found[f"{side}slcc"] = {"mean": value, "files": len(table)}
-    return found
-
-
 def _four(text: str) -> tuple[int, ...]:
     try:
         return tuple(int(word) for word in text.split(","))
@@ -284,7 +233,3 @@ def _four(text: str) -> tuple[int, ...]:
         raise click.BadParameter(
             f"{text!r} is not four vertex numbers such as 3531,3504,2827,1710"
         ) from error
-
-
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -10,13 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.animation.animation import Animation
 from phonanim.core.files import atomic_path
-from phonanim.errors import MissingExtraError
+from phonanim.errors import EvaluationError, MissingExtraError
 from phonanim.evaluation.predictions import Motion, Vertices
+from phonanim.evaluation.scoring import match_channels, match_instants, without_turns
 from phonanim.metrics import absolute_error, distances
 
 Array = NDArray[np.float64]
 DOTS = 110  # per inch
+PREDICTIONS = "predictions"  # the name of all files of `phonanim evaluate` together
 SHOWN = 40  # curves at most, those that move most
 
 
@@ -68,6 +71,23 @@ class Heat:
             None if facts[key] is None else np.array(facts[key]) for key in ("places", "spread")
         )
         return cls(sums, dict.fromkeys(sums, 1), places, tuple(facts["names"]), spread)
+
+
+def add_matched(heat: Heat, predicted: Motion, captured: Motion) -> None:
+    """Add the errors of a prediction at the instants, and of the controls, that both sides have.
+
+    Raises EvaluationError for curves against vertices, and for two meshes.
+    """
+    predicted, captured, _ = match_instants(predicted, captured)
+    if isinstance(predicted, Animation) and isinstance(captured, Animation):
+        predicted, captured, _ = match_channels(without_turns(predicted), without_turns(captured))
+    elif isinstance(predicted, Animation) or isinstance(captured, Animation):
+        raise EvaluationError("a heat map needs curves on both sides, or vertices on both")
+    elif predicted.points.shape != captured.points.shape:
+        raise EvaluationError(
+            f"a heat map needs one mesh: {predicted.points.shape[1]} and {captured.points.shape[1]} vertices"
+        )
+    heat.add({PREDICTIONS: predicted}, captured)
 
 
 def check_drawable() -> None:

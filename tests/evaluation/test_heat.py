@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from phonanim.__main__ import run
 from phonanim.animation.animation import Animation
-from phonanim.evaluation.heat import Heat
+from phonanim.errors import EvaluationError
+from phonanim.evaluation.heat import PREDICTIONS, Heat, add_matched
 from phonanim.evaluation.predictions import Vertices
 
 
@@ -28,3 +32,35 @@ def test_curves_by_size() -> None:
     assert heat.means()["b"] == pytest.approx([0, 0])
     assert heat.names == ("jaw", "lips")
     assert heat.spread == pytest.approx([0.5, 0])
+
+
+def test_sides_are_matched_first() -> None:
+    """At common instants and controls; what cannot be matched is said."""
+    heat, times = Heat(), np.arange(10)
+    still = Animation(np.zeros((10, 2), np.float32), ("jawOpen", "own"), 10.0, "mine")
+    moved = Animation(times[:, None].astype(np.float32) / 5, ("jawOpen",), 5.0, "mine")
+    add_matched(heat, still, moved)
+    assert heat.names == ("jawOpen",)
+    assert heat.means()[PREDICTIONS] == pytest.approx([np.mean(np.arange(heat.frames[PREDICTIONS]) / 5)])
+    mesh = Vertices(np.zeros((10, 4, 3)), 10.0)
+    with pytest.raises(EvaluationError, match="curves on both sides, or vertices on both"):
+        add_matched(heat, still, mesh)
+    with pytest.raises(EvaluationError, match="needs one mesh: 4 and 3 vertices"):
+        add_matched(heat, mesh, Vertices(np.zeros((10, 3, 3)), 10.0))
+
+
+def test_evaluate_draws_a_mesh(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("matplotlib")
+    rng = np.random.default_rng(2)
+    rest = rng.normal(0, 0.05, (30, 3))
+    for side, size in (("ours", 0.001), ("theirs", 0.002)):
+        (tmp_path / side).mkdir()
+        for line in ("a", "b"):
+            points = rest + size * np.sin(np.arange(12))[:, None, None]
+            np.save(tmp_path / side / f"{line}.npy", points.astype(np.float32))
+    given = ["evaluate", str(tmp_path / "ours"), "--reference", str(tmp_path / "theirs"), "--unit", "m"]
+    assert run([*given, "--heat", str(tmp_path / "heat.png"), "--fps", "30"]) == 0
+    assert "mve_mm" in capsys.readouterr().out
+    assert (tmp_path / "heat.png").read_bytes().startswith(b"\x89PNG")
+    assert run([*given, "--heat", str(tmp_path / "no/heat.png")]) == 2
+    assert "no/heat.png" in capsys.readouterr().err
