@@ -43,9 +43,7 @@ def compare_motion(
 
     Raises ModelError for what a plan of such a corpus cannot have, EvaluationError for a model of another.
     """
-    for key in OF_LANDMARKS:
-        if getattr(plan, key):
-            raise ModelError(f"{plan.corpus}: {key} needs a corpus of landmarks; leave it out of the plan")
+    _check_plan(plan)
     corpus = load_cached_motion(plan.corpus)
     masks = parse_masks(tuple(f"{region}={path}" for region, path in plan.masks.items()))
     folds = motion_folds(plan, corpus)
@@ -68,6 +66,19 @@ def compare_motion(
     document["heat"] = heat.facts()
     document["effort"] = training_cost(jobs) | {"scoring_s": round(time.process_time() - begin, 1)}
     return document
+
+
+def _check_plan(plan: Plan) -> None:
+    """Raise ModelError for what a plan of such a corpus cannot have."""
+    for key in OF_LANDMARKS:
+        if getattr(plan, key):
+            raise ModelError(f"{plan.corpus}: {key} needs a corpus of landmarks; leave it out of the plan")
+    for name, where in plan.models.items():
+        if where.is_dir() and "test" not in plan.folds:
+            raise ModelError(
+                f"{where}: models.{name} is trained already, and folds = {list(plan.folds)} train anew; "
+                'give its recipe, or use "test"'
+            )
 
 
 def model_folders(plan: Plan, name: str, fold: MotionFold, work: Path) -> list[tuple[int | None, Path]]:

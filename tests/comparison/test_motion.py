@@ -140,6 +140,7 @@ def test_long_clips_are_pieces(tmp_path: Path) -> None:
         ),
         ('"test"', "[masks]\nlips = 'none.txt'", "none.txt"),
         ('"words"', "", "the report needs 'test'"),
+        ('"clips"', "trained = '.'", "models.trained is trained already, and folds = ['clips'] train anew"),
     ],
 )
 def test_what_a_plan_cannot_have(
