@@ -10,6 +10,7 @@ import json
 import math
 import re
 import sys
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Iterable
@@ -52,6 +53,9 @@ SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 DAMAGE = (KeyError, IndexError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError)
 """The exceptions that parsed data of the wrong structure raise."""
 
+HEADER_DAMAGE = (*DAMAGE, EOFError, MemoryError, SyntaxError, tokenize.TokenError)
+"""The exceptions that NumPy raises for the header of an array, which is an expression of Python."""
+
 
 class DecodeError(ValueError):
     """Data that cannot be decoded, or that no program writes on purpose."""
@@ -68,7 +72,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         tree = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        raise DecodeError(f"it is not TOML: {_reason(error)}") from error
+        raise DecodeError(f"it is not TOML: {fault_reason(error)}") from error
     check_depth(tree)
     return tree
 
@@ -91,7 +95,7 @@ def parse_json(text: str | bytes, numbers_only: bool = True) -> Any:
     try:
         tree = json.loads(text, parse_constant=_refuse_constant if numbers_only else None)
     except (ValueError, RecursionError) as error:
-        raise DecodeError(f"it is not JSON: {_reason(error)}") from error
+        raise DecodeError(f"it is not JSON: {fault_reason(error)}") from error
     written = text.decode("utf-8", "replace") if isinstance(text, bytes) else text
     if written.count("[") + written.count("{") > MAX_DEPTH:  # else it cannot be deeper
         check_depth(tree)
@@ -127,7 +131,7 @@ def read_tensors(path: Path) -> dict[str, NDArray[Any]]:
         open_plain(path).close()
         tensors: dict[str, NDArray[Any]] = load_file(path)
     except (ValueError, SafetensorError) as error:
-        raise DecodeError(f"it has no tensors: {_reason(error)}") from error
+        raise DecodeError(f"it has no tensors: {fault_reason(error)}") from error
     return tensors
 
 
@@ -141,13 +145,25 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
             if sum(entry.file_size for entry in archive.infolist()) > room:
                 raise DecodeError(f"it unpacks to more than {room >> 20} MB")
             return {
-                entry.filename.removesuffix(".npy"): parse_array(archive.read(entry))
+                entry.filename.removesuffix(".npy"): parse_array(_unpacked(archive, entry))
                 for entry in archive.infolist()
             }
     except DecodeError:
         raise
     except (*DAMAGE, zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
-        raise DecodeError(f"it is not an archive of arrays: {_reason(error)}") from error
+        raise DecodeError(f"it is not an archive of arrays: {fault_reason(error)}") from error
+
+
+def _unpacked(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bytes:
+    """A file of an archive, never more of it than its entry says. Raises DecodeError.
+
+    `ZipFile.read` unpacks all that is there before it looks at the size, and bzip2 and LZMA cannot be
+    unpacked in pieces of a given size. NumPy writes neither.
+    """
+    if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise DecodeError("it is packed in another way than numpy.savez packs; save it with NumPy")
+    with archive.open(entry) as stream:
+        return stream.read(entry.file_size)
 
 
 def array_names(path: Path) -> set[str]:
@@ -156,7 +172,7 @@ def array_names(path: Path) -> set[str]:
         with open_plain(path) as stream, zipfile.ZipFile(stream) as archive:
             return {name.removesuffix(".npy") for name in archive.namelist()}
     except (*DAMAGE, zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
-        raise DecodeError(f"it is not an archive of arrays: {_reason(error)}") from error
+        raise DecodeError(f"it is not an archive of arrays: {fault_reason(error)}") from error
 
 
 def read_array(path: Path) -> NDArray[Any]:
@@ -167,6 +183,18 @@ def read_array(path: Path) -> NDArray[Any]:
         raise
     except ValueError as error:
         raise DecodeError(str(error)) from error
+
+
+def map_array(path: Path) -> NDArray[Any]:
+    """The array of a NumPy file (.npy), read-only, whose values are read when they are used.
+
+    Raises DecodeError, OSError.
+    """
+    try:
+        open_plain(path).close()
+        return np.lib.format.open_memmap(path, "r")
+    except HEADER_DAMAGE as error:
+        raise DecodeError(f"it has no array of numbers: {fault_reason(error)}") from error
 
 
 def parse_array(data: bytes) -> NDArray[Any]:
@@ -185,8 +213,8 @@ def parse_array(data: bytes) -> NDArray[Any]:
         return values.reshape(shape, order="F" if columns else "C")
     except DecodeError:
         raise
-    except (*DAMAGE, MemoryError, SyntaxError) as error:
-        raise DecodeError(f"it has no array of numbers: {_reason(error)}") from error
+    except HEADER_DAMAGE as error:
+        raise DecodeError(f"it has no array of numbers: {fault_reason(error)}") from error
 
 
 def decode_number(value: Any, name: str, low: float = -MAX_TIME, high: float = MAX_TIME) -> float:
@@ -237,6 +265,16 @@ def decode_file_name(value: Any, name: str) -> str:
     return value
 
 
+def decode_part(value: Any, name: str) -> str:
+    """A text that is one part of a path, as names of clips are, whose files are named after them.
+
+    Raises DecodeError.
+    """
+    if not isinstance(value, str) or "\0" in value or value in ("", "..") or Path(value).name != value:
+        raise DecodeError(f"{name} is {_quote(value)}; it is a name without a folder")
+    return value
+
+
 def _refuse_constant(name: str) -> float:
     raise ValueError(f"it has {name}, which is not a number")
 
@@ -246,7 +284,8 @@ def _quote(value: Any) -> str:
     return printable(text if len(text) <= 60 else f"{text[:59]}…")
 
 
-def _reason(error: BaseException) -> str:
+def fault_reason(error: BaseException) -> str:
+    """What an error says, in one line of limited length."""
     if isinstance(error, RecursionError):
         return f"it is nested deeper than {MAX_DEPTH} levels"
     return printable(" ".join(str(error).split())[:200]) or type(error).__name__

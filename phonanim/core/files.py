@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from phonanim.errors import OutputError
 
+PIECE = 1 << 20  # bytes that are read at once of a file that grows
 LARGE = 1 << 26  # bytes of arrays that are held in memory
 PARTIAL = ".partial"  # every unfinished file is named ".<process><random>.partial<suffix>"
 PARTIAL_NAME = re.compile(r"\.([0-9a-f]{6,})[0-9a-f]{6}\.partial(\.[^/]*)?")
@@ -71,10 +72,15 @@ def read_bounded(path: Path, most: int) -> bytes:
     ValueError for more bytes and for a pipe or a device, which may never end; raises OSError.
     """
     with open_plain(path) as stream:
-        content = stream.read(most + 1)
-    if len(content) > most:
+        size = os.fstat(stream.fileno()).st_size
+        pieces = [stream.read(min(size, most) + 1)]  # as much as is asked for is set aside
+        left = most - len(pieces[0])
+        while left >= 0 and (more := stream.read(PIECE)):
+            pieces.append(more)
+            left -= len(more)
+    if left < 0:
         raise ValueError(f"it has more than {most >> 20} MB")
-    return content
+    return b"".join(pieces)
 
 
 def open_plain(path: Path) -> BinaryIO:

@@ -76,7 +76,7 @@ def frames_of(path: Path, fps: float, axes: int, names: tuple[str, ...] = (), un
 def read_obj(path: Path) -> NDArray[np.float32]:
     """Vertices (vertices, 3) of the lines of an OBJ file. Raises CorpusError."""
     try:
-        rows = [line.split()[1:4] for line in path.read_text("utf-8").splitlines() if line.startswith("v ")]
+        rows = [line.split()[1:4] for line in read_utf8(path).splitlines() if line.startswith("v ")]
         return np.array(rows, np.float32).reshape(-1, 3)
     except (OSError, ValueError) as error:
         raise CorpusError(f"{path}: has no vertices ({error}); fetch it again") from error

@@ -63,7 +63,7 @@ def _prepared(folder: Path) -> Iterator[Recording]:
     pieces, names = [], tuple(EMOTIONS.values())
     for piece in faceformer_recordings(folder, PREPARED_FPS, lambda speaker, sentence: "", 1):
         speaker, _, emotion = piece.speaker.rpartition("_")
-        known = names[int(emotion)] if emotion.isdigit() and int(emotion) < len(names) else ""
+        known = names[int(emotion)] if emotion.isdecimal() and int(emotion) < len(names) else ""
         pieces.append(replace(piece, speaker=speaker, emotion=known))
     groups = {one.name: f"{one.speaker} {one.emotion}" for one in pieces if one.speaker in SPEAKERS}
     splits = draw_splits(groups, EIGHTY_TEN_TEN, np.random.default_rng(SEED))

@@ -89,7 +89,7 @@ def split_by_numbers(speaker: int, sentence: int) -> str:
 
 def prepared_split(speaker: str, sentence: str) -> str:
     """The split of prepared files, whose names are numbers, such as "02" and "41"."""
-    numbered = speaker.isdigit() and sentence.isdigit()
+    numbered = speaker.isdecimal() and sentence.isdigit()
     return split_by_numbers(int(speaker), int(sentence)) if numbered else ""
 
 

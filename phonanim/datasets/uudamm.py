@@ -58,7 +58,7 @@ def unscaled(scaled: Callable[[], Frames], scaler: Scaler) -> Frames:
 
 def split_of(speaker: str, number: str) -> str:
     """The split of a piece, the same for both speakers of a conversation."""
-    place = _order().get(int(number)) if number.isdigit() else None
+    place = _order().get(int(number)) if number.isdecimal() else None
     if place is None:
         return ""
     return "train" if place < TRAIN else "validation" if place < TRAIN + VALIDATION else "test"

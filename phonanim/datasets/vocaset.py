@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import map_array
 from phonanim.datasets import Card, Frames, Recording, not_found
 from phonanim.datasets._files import faceformer_recordings, read_templates
 from phonanim.datasets._pickles import read_pickle
@@ -54,7 +55,7 @@ def split_of(speaker: str, sentence: str) -> str:
     """The split by speaker and sentence, such as "sentence21"."""
     if speaker not in (*VALIDATION, *TEST):
         return "train"
-    if not sentence[-2:].isdigit() or int(sentence[-2:]) <= 20:
+    if not sentence[-2:].isdecimal() or int(sentence[-2:]) <= 20:
         return ""
     return "validation" if speaker in VALIDATION else "test"
 
@@ -89,8 +90,8 @@ def _raw(
 def _frames(path: Path, rows: tuple[int, ...]) -> Frames:
     """Some rows of the one large array; only these rows are read."""
     try:
-        values = np.load(path, mmap_mode="r", allow_pickle=False)[list(rows)]
-    except (ValueError, EOFError, IndexError) as error:
+        values = map_array(path)[list(rows)]
+    except (OSError, ValueError, IndexError) as error:
         raise CorpusError(
             f"{path}: does not have the frames of the index ({error}); fetch it again"
         ) from error

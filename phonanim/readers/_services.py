@@ -124,7 +124,7 @@ def _walk(value: Any, path: list[str], within: Within) -> Iterator[tuple[Any, Wi
 def _step(value: Any, step: str) -> Any:
     if isinstance(value, dict):
         return value.get(step)
-    if isinstance(value, list) and step.isdigit() and int(step) < len(value):
+    if isinstance(value, list) and step.isdecimal() and int(step) < len(value):
         return value[int(step)]
     return None
 

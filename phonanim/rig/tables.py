@@ -29,7 +29,7 @@ def read_hinges(path: Path, controls: tuple[str, ...]) -> HingeMap:
     """Read a hinge table: hinge, offset, mode1 ..., then the controls that it moves. Raises RigError."""
     rows = _rows(path)
     header, names = rows[0], [row[0] for row in rows[1:]]
-    modes = sum(column.startswith("mode") and column[4:].isdigit() for column in header)
+    modes = sum(column.startswith("mode") and column[4:].isdecimal() for column in header)
     if header[:2] != ["hinge", "offset"] or modes == 0 or names[:1] != [BASE]:
         raise RigError(f"{path}: needs the columns hinge, offset, mode1 ... and a first row {BASE!r}")
     values = _numbers(path, rows, first=1)

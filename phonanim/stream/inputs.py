@@ -140,7 +140,7 @@ def microphone(device: str | None, rate: int) -> Iterator[Event]:
             events.put(Problem(f"the microphone: {status}"))
         events.put(Samples(data[:, 0].copy()))
 
-    named = int(device) if device and device.isdigit() else device or None
+    named = int(device) if device and device.isdecimal() else device or None
     try:
         stream = sounddevice.InputStream(
             rate, round(BLOCK * rate), named, channels=1, dtype="float32", callback=callback

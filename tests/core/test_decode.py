@@ -1,5 +1,6 @@
 import io
 import json
+import tracemalloc
 import zipfile
 from pathlib import Path
 
@@ -110,6 +111,41 @@ def test_an_archive_that_unpacks_to_too_much_is_not_unpacked(tmp_path, monkeypat
     (tmp_path / "b.npz").write_bytes((tmp_path / "a.npz").read_bytes()[:-40])
     with pytest.raises(DecodeError, match="it is not an archive of arrays"):
         decode.read_arrays(tmp_path / "b.npz")
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_an_archive_that_lies_about_its_size_is_not_unpacked(tmp_path, method):
+    path = tmp_path / "a.npz"
+    with zipfile.ZipFile(path, "w", method) as archive:
+        archive.writestr("a.npy", bytes(1 << 26))
+    data = path.read_bytes()
+    real = (1 << 26).to_bytes(4, "little")
+    assert data.count(real) == 2
+    path.write_bytes(data.replace(real, (1000).to_bytes(4, "little")))
+    tracemalloc.start()
+    with pytest.raises(DecodeError, match=r"Bad CRC-32|packed in another way"):
+        decode.read_arrays(path)
+    assert tracemalloc.get_traced_memory()[1] < 1 << 23
+    tracemalloc.stop()
+
+
+def test_an_array_is_mapped_where_it_is_one(tmp_path):
+    np.save(tmp_path / "a.npy", np.arange(6.0).reshape(2, 3))
+    assert decode.map_array(tmp_path / "a.npy").tolist() == [[0, 1, 2], [3, 4, 5]]
+    np.savez(tmp_path / "b.npy.npz", a=np.zeros(2))
+    (tmp_path / "c.npy").write_bytes((tmp_path / "a.npy").read_bytes()[:-8])
+    for name in ("b.npy.npz", "c.npy", "../../dev/zero"):
+        with pytest.raises((DecodeError, FileNotFoundError)):
+            decode.map_array(tmp_path / name)
+    with pytest.raises(DecodeError, match="a pipe or a device"):
+        decode.map_array(Path("/dev/zero"))
+
+
+@pytest.mark.parametrize("name", ["", "..", "../a", "a/b", "/a", "a\0b", 5, None])
+def test_parts_of_paths(name):
+    assert decode.decode_part("take 1: 3", "clip") == "take 1: 3"
+    with pytest.raises(DecodeError, match="clip is .*; it is a name without a folder"):
+        decode.decode_part(name, "clip")
 
 
 def test_an_array_that_is_no_plain_file_is_not_read():

@@ -1,5 +1,6 @@
 """The files of data sets: pickles, EST tracks, MATLAB files, arrays and lists."""
 
+import os
 import pickle
 
 import dataset_samples as samples
@@ -69,6 +70,27 @@ def test_matlab_files_that_cannot_be_used(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "scipy.io", None)
     with pytest.raises(MissingExtraError, match=r"MATLAB files need SciPy: pip install 'phonanim\[train\]'"):
         recording.frames()
+
+
+def test_matlab_files_that_are_pipes_or_unpack_to_too_much(tmp_path, monkeypatch):
+    savemat = pytest.importorskip("scipy.io", reason="needs the extra train").savemat
+    path = tmp_path / "F01_B01_S01_R01_N.mat"
+    savemat(
+        path,
+        {"a": samples.structures([samples.signal("TT", 100, np.zeros((99, 99)), [])] * 2)},
+        do_compression=True,
+    )
+    (recording,) = load_dataset("hprc").recordings(tmp_path)
+    assert recording.frames().values.shape == (99, 1, 3)
+    read_signals.cache_clear()
+    monkeypatch.setattr("phonanim.core.mat.MAX_UNPACKED", 5000)
+    with pytest.raises(CorpusError, match=r"N\.mat: is not a MATLAB file .*unpacks to too much"):
+        recording.frames()
+    path.unlink()
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(path)
+        with pytest.raises(CorpusError, match=r"N\.mat: is not a MATLAB file .*a pipe or a device"):
+            recording.frames()
 
 
 def test_arrays_and_lists_that_cannot_be_read(tmp_path):

@@ -104,6 +104,49 @@ def test_a_name_alone_is_no_content(tmp_path):
     refused(tmp_path, b"\x80\x02" + global_(b"os", b"system") + b".", "it tries to run os.system")
 
 
+def texted(text):
+    return b"X" + struct.pack("<I", len(text)) + text.encode()
+
+
+@pytest.mark.parametrize(
+    ("name", "field", "value"),
+    [
+        ((b"_codecs", b"encode"), "__defaults__", texted("ascii") + b"\x85"),
+        ((b"numpy", b"ndarray"), "__new__", global_(b"_codecs", b"encode")),
+    ],
+)
+def test_a_constructor_takes_no_state_from_a_file(tmp_path, name, field, value):
+    state = b"N}" + texted(field) + value + b"s\x86"
+    refused(tmp_path, b"\x80\x03" + global_(*name) + state + b"b0N.", "a state to something that has none")
+    assert read(tmp_path, pickle.dumps(np.arange(3), protocol=2)).tolist() == [0, 1, 2]
+    refused(tmp_path, b"\x80\x03" + global_(b"numpy", b"ndarray") + b")R.", "numpy.ndarray")
+
+
+@pytest.mark.parametrize(
+    "key", [b"\x8a\x09" + bytes(7) + b"\x00\x10", b"J\xff\xff\xff\xffJ\xfe\xff\xff\xff\x86"]
+)
+def test_keys_that_may_all_have_one_hash_are_refused(tmp_path, key):
+    for pairs in (b"}(" + key + b"Nu.", b"}" + key + b"Ns.", b"(" + key + b"Nd."):
+        refused(tmp_path, b"\x80\x03" + pairs, "with a key of (int|tuple)")
+    pairs = global_(b"collections", b"OrderedDict") + b"]" + key + b"N\x86a\x85R."
+    refused(tmp_path, b"\x80\x03" + pairs, "with a key of (int|tuple)")
+
+
+def test_bytes_that_are_made_into_arrays_again_and_again_are_counted(tmp_path):
+    content = b"B" + struct.pack("<I", 1 << 16) + bytes(1 << 16) + b"q\x000"
+    kind = global_(b"numpy", b"dtype") + texted("u1") + b"\x85Rq\x010"
+    make = global_(b"numpy.core.numeric", b"_frombuffer") + b"(h\x00h\x01J\x00\x00\x01\x00\x85tR0"
+    assert read(tmp_path, b"\x80\x03" + content + kind + make * 3 + b"N.") is None
+    refused(tmp_path, b"\x80\x03" + content + kind + make * 1000 + b"N.", "makes much more than it holds")
+
+
+def test_sets_and_names_in_several_lines_are_refused(tmp_path):
+    refused(tmp_path, b"\x80\x04\x8f.", "that a pickle of arrays does not need")
+    refused(
+        tmp_path, b"\x80\x04" + texted("o\ns") + texted("system") + b"\x93.", "it tries to run o s.system"
+    )
+
+
 FUZZ = """
 import random, sys, pathlib, pickle
 import numpy as np
