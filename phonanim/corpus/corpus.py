@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from phonanim.core.decode import (
     DAMAGE,
+    DecodeError,
+    decode_part,
     decode_rate,
     read_arrays,
     read_json,
@@ -130,8 +132,13 @@ def read_clips(source: Path) -> list[dict[str, str]]:
     if not rows or not {"clip", "frames", "split"} <= set(rows[0]):
         raise CorpusError(f"{path}: needs a row per clip with the columns clip, frames, split")
     for number, row in enumerate(rows, start=2):
-        if not all(row[name] for name in ("clip", "split")) or not (row["frames"] or "").isdecimal():
+        frames = row["frames"] or ""
+        if not all(row[name] for name in ("clip", "split")) or not frames.isdecimal() or len(frames) > 9:
             raise CorpusError(f"{path} row {number}: needs a clip, a number of frames and a split")
+        try:
+            decode_part(row["clip"], "clip")
+        except DecodeError as error:
+            raise CorpusError(f"{path} row {number}: {error}") from error
     return rows
 
 
@@ -144,11 +151,12 @@ def read_landmarks(source: Path, rows: list[dict[str, str]]) -> tuple[Array, NDA
         stored = read_arrays(path)
         pixels = np.cumsum(stored["delta"].astype(np.int32), axis=0) * float(stored["scale"])
         indices, fps = stored["indices"].astype(np.int64), decode_rate(float(stored["fps"]))
-        names, lengths = stored["clips"].tolist(), stored["frames"].tolist()
+        known = list(zip(stored["clips"].tolist(), stored["frames"].tolist(), strict=True))
+        if pixels.shape != (sum(length for _, length in known), len(indices), 3):
+            raise DecodeError(f"it has points of {pixels.shape}")
     except (OSError, *DAMAGE) as error:
         raise CorpusError(f"{path}: is damaged ({error}); track the clips again") from error
-    listed = [(row["clip"], int(row["frames"])) for row in rows]
-    if listed != list(zip(names, lengths, strict=True)):
+    if known != [(row["clip"], int(row["frames"])) for row in rows]:
         raise CorpusError(f"{path}: its clips and lengths differ from clips.csv; track the clips again")
     missing = sorted(set(RIGID + PUPILS) - set(indices.tolist()))
     if missing:

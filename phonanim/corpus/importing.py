@@ -6,19 +6,22 @@ import csv
 import io
 import json
 import wave
-from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from phonanim.core.decode import DAMAGE, DecodeError, decode_number, decode_part, decode_whole, fault_reason
 from phonanim.core.files import atomic_path, write_text
 from phonanim.datasets import Dataset, Frames, Recording, load_dataset
 from phonanim.errors import CorpusError
-from phonanim.media.audio import Sound
+from phonanim.media.audio import HIGHEST_RATE, Sound
 from phonanim.speech.textgrid import write_textgrid
 
+RATES = (0.1, 1e5)  # frames per second
 COLUMNS = ("name", "speaker", "split", "frames", "fps", "seconds", "text", "emotion")
 
 
@@ -38,14 +41,19 @@ def import_dataset(
     names the splits to import; the default is all. Raises CorpusError, or OptionError for an unknown name.
     """
     dataset = load_dataset(name)
-    recordings = [one for one in dataset.recordings(folder) if not splits or one.split in splits]
+    with _told_of(str(folder)):
+        recordings = [one for one in dataset.recordings(folder) if not splits or one.split in splits]
     if not recordings:
         raise CorpusError(f"{folder}: has no recordings of the split {', '.join(splits)}")
+    for one in recordings:
+        _check_name(one.name)
     for part in ("motion", "audio", "textgrid"):
         (output / part).mkdir(parents=True, exist_ok=True)
     rows, frames = [], Frames(np.zeros((0, 0), np.float32), 0.0)
     for number, recording in enumerate(recordings, start=1):
-        frames = _thinned(recording.frames(), every)
+        with _told_of(f"{folder}: {recording.name}"):
+            frames = _thinned(recording.frames(), every)
+            recording = _loaded(recording)
         rows.append(_write(recording, frames, output))
         progress(number / len(recordings))
     write_templates(dataset, folder, output)
@@ -64,23 +72,48 @@ def import_dataset(
 def write_templates(dataset: Dataset, folder: Path, output: Path) -> None:
     """Write the faces at rest of a data set that has some, templates/<subject>.npy (vertices, 3)."""
     templates = getattr(dataset, "templates", None)
-    for subject, rest in (templates(folder) if templates else {}).items():
-        if Path(subject).name != subject:
-            raise CorpusError(
-                f"{folder}: the template {subject!r} has no valid name; the data set is damaged"
-            )
+    with _told_of(str(folder)):
+        rests = templates(folder) if templates else {}
+    for subject, rest in rests.items():
+        _check_name(subject)
         (output / "templates").mkdir(parents=True, exist_ok=True)
         with atomic_path(output / "templates" / f"{subject}.npy") as partial, partial.open("wb") as file:
             np.save(file, rest)
 
 
+def _loaded(recording: Recording) -> Recording:
+    """The same with sound and phones that are read, and are some. Raises the exceptions of DAMAGE."""
+    sound = recording.sound() if recording.sound else None
+    if sound is not None:
+        decode_whole(sound.rate, "samples per second", 1, HIGHEST_RATE)
+    phones = recording.phones() if recording.phones else None
+    read_sound, read_phones = (lambda: sound) if sound else None, (lambda: phones) if phones else None
+    return replace(recording, sound=read_sound, phones=read_phones)
+
+
+@contextmanager
+def _told_of(what: str) -> Iterator[None]:
+    """Data of another structure than that of their format are one line. Raises CorpusError."""
+    try:
+        yield
+    except DAMAGE as error:
+        raise CorpusError(f"{what}: is damaged ({type(error).__name__}: {fault_reason(error)})") from error
+
+
+def _check_name(name: str) -> None:
+    """Raise CorpusError for a name that is no plain name of a file."""
+    try:
+        decode_part(name, "a name")
+    except DecodeError as error:
+        raise CorpusError(f"{name!r:.80}: is not a valid file name; the data set is damaged") from error
+
+
 def _thinned(frames: Frames, every: int) -> Frames:
-    return Frames(frames.values[::every], frames.fps / every, frames.names, frames.unit)
+    fps = decode_number(frames.fps, "fps", *RATES)
+    return Frames(frames.values[::every], fps / every, frames.names, frames.unit)
 
 
 def _write(recording: Recording, frames: Frames, output: Path) -> dict[str, Any]:
-    if Path(recording.name).name != recording.name:
-        raise CorpusError(f"{recording.name}: is not a valid file name; the data set is damaged")
     seconds = len(frames.values) / frames.fps
     with atomic_path(output / "motion" / f"{recording.name}.npy") as partial:
         np.save(partial, frames.values)

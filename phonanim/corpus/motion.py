@@ -19,10 +19,12 @@ from phonanim.core.decode import (
     DAMAGE,
     DecodeError,
     decode_list,
+    decode_part,
     decode_rate,
     decode_table,
     decode_text,
     decode_whole,
+    map_array,
     read_json,
     read_tensors,
 )
@@ -80,13 +82,13 @@ class MotionCorpus:
         """Frames of a clip, (frames, ...), read when they are used. Raises CorpusError."""
         one = self.clips[clip]
         try:
-            values: NDArray[np.floating] = np.load(one.motion, mmap_mode="r", allow_pickle=False)
-        except (OSError, ValueError, EOFError) as error:
+            values: NDArray[np.floating] = map_array(one.motion)
+        except (OSError, DecodeError) as error:
             raise CorpusError(f"{one.motion}: cannot be read ({error}); import the data set again") from error
-        if len(values) != one.frames or values.dtype.kind != "f":
+        if values.ndim < 2 or len(values) != one.frames or values.dtype.kind != "f":
             raise CorpusError(
-                f"{one.motion}: has {len(values)} frames of {values.dtype}, not {one.frames} of float; "
-                "build it again"
+                f"{one.motion}: has the shape {values.shape} of {values.dtype}, "
+                f"not {one.frames} frames of float; build it again"
             )
         return values
 
@@ -202,7 +204,7 @@ def _decode_clip(clip: Mapping[str, Any], folder: Path, fps: float) -> MotionCli
     if audio is not None and not isinstance(audio, str):
         raise DecodeError("its audio is not a path")
     return MotionClip(
-        decode_text(clip["clip"], "clip"),
+        decode_part(clip["clip"], "clip"),
         decode_text(clip["subject"], "subject"),
         decode_text(clip["split"], "split"),
         frames,

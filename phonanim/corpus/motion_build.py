@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.decode import DAMAGE, decode_number, read_json, read_utf8
+from phonanim.core.decode import DAMAGE, decode_number, decode_part, read_array, read_json, read_utf8
 from phonanim.corpus.importing import import_dataset
 from phonanim.corpus.motion import MotionClip, MotionCorpus, save_motion_corpus
 from phonanim.datasets import KINDS, SPLITS
@@ -104,7 +104,8 @@ def read_imported(folder: Path) -> tuple[dict[str, Any], list[dict[str, str]]]:
             raise ValueError(f"its kind is {kind!r}, not {', '.join(KINDS)}")
         rows = list(csv.DictReader(io.StringIO(read_utf8(table, MAX_TABLE), newline="")))
         for number, row in enumerate(rows, start=2):
-            if row["split"] not in SPLITS or not row["name"] or not row["frames"].isdecimal():
+            decode_part(row["name"], f"recordings.csv row {number}: name")
+            if row["split"] not in SPLITS or not row["frames"].isdecimal() or len(row["frames"]) > 9:
                 raise ValueError(f"recordings.csv row {number} needs a name, a number of frames and a split")
     except (OSError, csv.Error, *DAMAGE) as error:
         raise CorpusError(
@@ -137,11 +138,14 @@ def read_clip(row: Mapping[str, str], folder: Path, fps: float, language: str) -
 
 
 def imported_templates(folder: Path) -> dict[str, Array]:
-    """Faces at rest that the import wrote, templates/<subject>.npy."""
-    return {
-        path.stem: np.load(path, allow_pickle=False).astype(np.float64)
-        for path in sorted((folder / "templates").glob("*.npy"))
-    }
+    """Faces at rest that the import wrote, templates/<subject>.npy. Raises CorpusError."""
+    found = {}
+    for path in sorted((folder / "templates").glob("*.npy")):
+        try:
+            found[path.stem] = read_array(path).astype(np.float64)
+        except (OSError, ValueError, TypeError) as error:
+            raise CorpusError(f"{path}: cannot be read ({error}); import the data set again") from error
+    return found
 
 
 def first_frames(corpus: MotionCorpus) -> dict[str, Array]:

@@ -6,7 +6,6 @@ Medina (2023), section 4.1.1; Hartley and Zisserman (2004), chapters 7.1 and 12.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.decode import read_array
+from phonanim.core.decode import DecodeError, read_array
+from phonanim.core.tables import read_rows
 from phonanim.errors import CorpusError
 
 Array = NDArray[np.float64]
@@ -128,16 +128,18 @@ def read_calibration(path: Path, views: int) -> tuple[Array, list[Array]]:
     """
     columns = [*POINT, *(f"{axis}{view + 1}" for view in range(views) for axis in "uv")]
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            table = csv.DictReader(file)
-            missing = [column for column in columns if column not in (table.fieldnames or ())]
-            if missing:
-                raise CorpusError(f"{path}: lacks the column {missing[0]!r}; it needs {', '.join(columns)}")
-            rows = [
-                [_number(row[column], path, line) for column in columns] for line, row in enumerate(table, 2)
-            ]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        header, *cells = read_rows(path) or [[]]
+    except (OSError, DecodeError) as error:
         raise CorpusError(f"{path}: cannot be read as a table ({error})") from error
+    missing = [column for column in columns if column not in header]
+    if missing:
+        raise CorpusError(f"{path}: lacks the column {missing[0]!r}; it needs {', '.join(columns)}")
+    places = [header.index(column) for column in columns]
+    rows = [
+        [_number(row[place] if place < len(row) else "", path, line) for place in places]
+        for line, row in enumerate(cells, 2)
+        if any(row)
+    ]
     values = np.array(rows, np.float64).reshape(-1, len(columns))
     return values[:, :3], [values[:, 3 + 2 * view : 5 + 2 * view] for view in range(views)]
 

@@ -2,17 +2,21 @@
 
 import csv
 import json
+import os
 import pickle
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from phonanim.__main__ import run
 from phonanim.corpus.importing import import_dataset, write_templates
-from phonanim.corpus.motion_build import imported_templates
+from phonanim.corpus.motion import load_motion_corpus
+from phonanim.corpus.motion_build import build_motion_corpus, imported_templates
 from phonanim.datasets import dataset_names
 from phonanim.errors import CorpusError
-from phonanim.media.audio import read_sound
+from phonanim.media.audio import Sound, read_sound
 
 
 def test_import_brings_a_data_set_into_one_layout(made, tmp_path):
@@ -48,9 +52,54 @@ def test_names_cannot_leave_the_folder(made, tmp_path):
     rows = next(iter(index.values()))["sentence21"]
     (folder / "subj_seq_to_idx.pkl").write_bytes(pickle.dumps({"..": {"/../a21": rows}}))
     with pytest.raises(
-        CorpusError, match=r"\.\._/\.\./a21: is not a valid file name; the data set is damaged"
+        CorpusError, match=r"'\.\._/\.\./a21': is not a valid file name; the data set is damaged"
     ):
         import_dataset("vocaset", folder, tmp_path / "out")
+
+
+def test_the_name_of_a_clip_cannot_leave_a_folder(made, tmp_path):
+    folder, _ = made("facegood")
+    assert (
+        run(["corpus", "build", str(folder), "--dataset", "facegood", "-o", str(tmp_path / "c"), "-q"]) == 0
+    )
+    index, table = tmp_path / "c/corpus.json", tmp_path / "c/recordings.csv"
+    for name in ("../take_0", "/take_0", ".."):
+        tree = json.loads(index.read_text())
+        tree["clips"][0]["clip"] = name
+        index.write_text(json.dumps(tree))
+        with pytest.raises(CorpusError, match=r"clip is '.*take_0'|clip is '\.\.'"):
+            load_motion_corpus(tmp_path / "c")
+        table.write_text(re.sub("^.*take_0", name, table.read_text(), flags=re.M))
+        with pytest.raises(CorpusError, match=r"recordings\.csv row 2: name is"):
+            build_motion_corpus(tmp_path / "c", tmp_path / "d")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
+def test_motion_that_is_a_pipe_or_something_else_is_one_line(made, tmp_path):
+    folder, _ = made("facegood")
+    assert (
+        run(["corpus", "build", str(folder), "--dataset", "facegood", "-o", str(tmp_path / "c"), "-q"]) == 0
+    )
+    corpus = load_motion_corpus(tmp_path / "c")
+    path = corpus.clips[0].motion
+    for content, told in ((b"PK\x03\x04", "cannot be read"), (None, "a pipe or a device")):
+        path.unlink()
+        path.write_bytes(content) if content else os.mkfifo(path)
+        with pytest.raises(CorpusError, match=told):
+            corpus.frames(0)
+
+
+@pytest.mark.parametrize("part", ["frames", "sound", "phones", "rate"])
+def test_what_a_data_set_has_wrongly_is_one_line(made, tmp_path, part, monkeypatch):
+    def damaged():
+        raise KeyError("SIGNAL")
+
+    folder, recordings = made("mngu0")
+    wrong = {"sound": lambda: Sound(np.zeros(3, np.float32), 0)} if part == "rate" else {part: damaged}
+    one = replace(recordings[0], **wrong)
+    monkeypatch.setattr("phonanim.datasets.mngu0.recordings", lambda folder: [one])
+    with pytest.raises(CorpusError, match=rf"mngu0: {one.name}: is damaged \((KeyError|DecodeError): "):
+        import_dataset("mngu0", folder, tmp_path / "out")
 
 
 def test_faces_at_rest_come_with_the_data_set_and_into_the_corpus(made, tmp_path):
@@ -70,7 +119,7 @@ def test_the_name_of_a_face_at_rest_cannot_leave_the_folder(tmp_path):
         def templates(folder):
             return {"../a": np.zeros((1, 3))}
 
-    with pytest.raises(CorpusError, match=r"the template '../a' has no valid name; the data set is damaged"):
+    with pytest.raises(CorpusError, match=r"'\.\./a': is not a valid file name; the data set is damaged"):
         write_templates(Faces, tmp_path, tmp_path / "out")
 
 

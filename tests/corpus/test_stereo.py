@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 from pathlib import Path
 
 import numpy as np
@@ -179,3 +180,10 @@ def test_files_that_are_no_views(shot: Path) -> None:
         read_calibration(shot / "bad.csv", 2)
     with pytest.raises(CorpusError, match=r"none\.csv: cannot be read as a table"):
         read_calibration(shot / "none.csv", 2)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
+def test_a_calibration_that_is_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "k.csv")
+    with pytest.raises(CorpusError, match=r"k\.csv: cannot be read as a table \(it is a pipe or a device"):
+        read_calibration(tmp_path / "k.csv", 2)
