@@ -76,8 +76,10 @@ def call_as_kept(folder: Path, command: click.Command, function: Callable[..., A
         given = [*arguments, "--output", str(folder.absolute())]
         with _standing_in(where), command.make_context("batch", given) as context:
             return context.invoke(function, **context.params)
-    except (click.ClickException, OSError) as error:
-        why = error.format_message() if isinstance(error, click.ClickException) else error.strerror
+    except click.exceptions.Exit as error:  # of an option that prints something, and ends
+        raise OptionError(f"{path}: is damaged: it asks for help; remove it, and give --source") from error
+    except (click.ClickException, OSError, ValueError) as error:
+        why = error.format_message() if isinstance(error, click.ClickException) else str(error)
         raise OptionError(f"{path}: the lines of the run are not there: {why}; give --source") from error
 
 

@@ -70,7 +70,7 @@ def command(
       phonanim review out/ --csv decisions.csv
       phonanim review out/ --export to_send/ --only rejected --only commented
     """
-    review = find_review(folder, source, characters, console)
+    review = find_review(folder, source, characters)
     if table is not None:
         write_table(review, table)
         console.print_result({"lines": len(review.outcomes), "output": str(table)}, str(table))
@@ -82,7 +82,7 @@ def command(
     serve(review, port, who or account_name(), no_browser, console)
 
 
-def find_review(folder: Path, source: str | None, characters: Path | None, console: Console) -> Review:
+def find_review(folder: Path, source: str | None, characters: Path | None) -> Review:
     """The review of a folder, with the lines of the run where they are known."""
     from phonanim.dubbing.characters import read_characters
     from phonanim.dubbing.lines import read_lines
@@ -95,10 +95,7 @@ def find_review(folder: Path, source: str | None, characters: Path | None, conso
         lines = read_lines(source, Common(characters=read_characters(characters), corrections=folder))
     else:
         lines = lines_of_run(folder)
-    review = open_review(folder, lines)
-    if lines is None:
-        console.print("how the run was made is not known, so lines cannot be corrected; give --source")
-    return review
+    return open_review(folder, lines)
 
 
 def lines_of_run(folder: Path) -> Lines | None:
@@ -158,6 +155,8 @@ def serve(review: Review, port: int, who: str, no_browser: bool, console: Consol
         console.print_result({"address": server.address, "lines": len(review.outcomes)}, server.address)
         if not no_browser:
             webbrowser.open(server.address)
+        if not review.lines:
+            console.print("how the run was made is not known, so lines cannot be corrected; give --source")
         console.print(f"{len(review.outcomes)} lines; Ctrl-C ends the review")
         try:
             server.serve_forever()

@@ -7,16 +7,21 @@ changed, so two people on one run do not lose each other's work.
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Callable, Iterator
+import stat
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from datetime import datetime, timezone
+from functools import cache
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
+from phonanim.core.decode import DecodeError, decode_text, decode_whole
 from phonanim.errors import ConflictError, OptionError, OutputError
 
 NAME = "review.sqlite"
+FILES = tuple(f"{NAME}{end}" for end in ("", "-wal", "-shm", "-journal"))
+MOST = 2**53  # of a count
 PATIENCE = 5.0  # seconds to wait for another process that writes
 OLD = 1000  # events of a line that are told at most
 
@@ -86,9 +91,12 @@ class Decisions:
     def __init__(self, folder: Path, keep: Keep) -> None:
         self.path = folder / NAME
         self.keep = keep
-        if self.path.is_symlink():
-            raise OutputError(f"{self.path}: cannot be used: it is a link; remove it")
+        for name in FILES:
+            _check_plain(folder / name)
         with self._open() as database:
+            found = _tables(database)
+            if found and found != _own_tables():
+                raise DecodeError("its tables are not those of a review")
             database.execute("PRAGMA journal_mode = WAL")
             database.executescript(SCHEMA)
 
@@ -98,14 +106,14 @@ class Decisions:
         try:
             with closing(sqlite3.connect(self.path, timeout=PATIENCE, isolation_level=None)) as database:
                 yield database
-        except sqlite3.Error as error:
+        except (sqlite3.Error, DecodeError) as error:
             raise OutputError(f"{self.path}: cannot be used: {error}; move it away to begin anew") from error
 
     def states(self) -> dict[str, State]:
         """Where each line stands that someone did something to."""
         with self._open() as database:
             rows = database.execute("SELECT id, revision, status, comments FROM lines")
-            return {id: State(*rest) for id, *rest in rows}
+            return {decode_text(id, "a line"): _decode_state(rest) for id, *rest in rows}
 
     def state(self, line: str) -> State:
         """Where a line stands."""
@@ -123,7 +131,8 @@ class Decisions:
         with self._open() as database:
             last = database.execute("SELECT max(number) FROM events").fetchone()[0] or 0
             lines = database.execute("SELECT DISTINCT line FROM events WHERE number > ?", (after,))
-            return int(last), {line: _state(database, line) for (line,) in lines.fetchall()}
+            states = {decode_text(line, "a line"): _state(database, line) for (line,) in lines.fetchall()}
+            return int(last), states
 
     def record(self, change: Change) -> State:
         """Do a change. Raises ConflictError when the line has changed since, and OptionError for a status."""
@@ -151,7 +160,9 @@ class Decisions:
             last = database.execute(wanted, (line,)).fetchone()
             if last is None:
                 raise OptionError(f"{line}: there is nothing to undo")
-            number, kind, text, status, corrections = last
+            number, *texts = last
+            kind, text, status = (decode_text(part, "an event") for part in texts[:3])
+            corrections = None if texts[3] is None else decode_text(texts[3], "the corrections of an event")
             before = self.keep(line, corrections if kind == "corrected" else None)
             database.execute("UPDATE events SET undone = 1 WHERE number = ?", (number,))
             change = Change(line, revision, who, "undo", f"{kind}: {text}" if text else kind)
@@ -173,7 +184,14 @@ def _transaction(database: sqlite3.Connection) -> Iterator[None]:
 
 def _state(database: sqlite3.Connection, line: str) -> State:
     row = database.execute("SELECT revision, status, comments FROM lines WHERE id = ?", (line,)).fetchone()
-    return State(*row) if row else State()
+    return _decode_state(row) if row else State()
+
+
+def _decode_state(row: Sequence[Any]) -> State:
+    """A row of lines, whose columns take values of any type. Raises DecodeError."""
+    revision, status, comments = row
+    counts = (decode_whole(count, "a count", 0, MOST) for count in (revision, comments))
+    return State(next(counts), decode_text(status, "the status"), next(counts))
 
 
 def _store(database: sqlite3.Connection, change: Change, after: State, status: str, before: str) -> State:
@@ -206,8 +224,31 @@ def _conflict(database: sqlite3.Connection, line: str, known: State) -> str:
     )
 
 
-def _event(row: tuple[object, ...]) -> Event:
-    number, line, revision, at, who, kind, text, _, _, undone = row
-    return Event(
-        int(str(number)), str(line), int(str(revision)), str(at), str(who), str(kind), str(text), bool(undone)
-    )
+def _event(row: tuple[Any, ...]) -> Event:
+    """A row of events. Raises DecodeError."""
+    number, line, revision, *texts, _, _, undone = row
+    at, who, kind, text = (decode_text(part, "an event") for part in texts)
+    counts = (decode_whole(count, "an event", 0, MOST) for count in (number, revision))
+    return Event(next(counts), decode_text(line, "an event"), next(counts), at, who, kind, text, bool(undone))
+
+
+def _check_plain(path: Path) -> None:
+    """Raise OutputError for a link or a pipe: SQLite writes into its files as they are."""
+    try:
+        found = path.lstat()
+    except FileNotFoundError:
+        return
+    if not stat.S_ISREG(found.st_mode) or found.st_nlink > 1:
+        raise OutputError(f"{path}: cannot be used: it is a link or a pipe; move it away")
+
+
+def _tables(database: sqlite3.Connection) -> set[tuple[str, str]]:
+    """The tables, indices and whatever else a file defines, with the text that defines each."""
+    return set(database.execute("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL"))
+
+
+@cache
+def _own_tables() -> set[tuple[str, str]]:
+    with closing(sqlite3.connect(":memory:")) as database:
+        database.executescript(SCHEMA)
+        return _tables(database)

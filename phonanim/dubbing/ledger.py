@@ -119,8 +119,15 @@ def _appending(folder: Path) -> Iterator[Record]:
 
 
 def _open_own(path: Path) -> int:
-    """A descriptor of the ledger; links are not followed."""
-    return os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
+    """A descriptor of the ledger. Links are not followed, and a file of several names is copied first."""
+    flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
+    descriptor = os.open(path, flags, 0o666)
+    if os.fstat(descriptor).st_nlink > 1:  # a copy of the folder by hard links, whose ledger is its own
+        os.close(descriptor)
+        with atomic_path(path) as partial:
+            partial.write_bytes(path.read_bytes())
+        descriptor = os.open(path, flags, 0o666)
+    return descriptor
 
 
 @contextmanager

@@ -20,7 +20,7 @@ OWN = (
     RUN,
     ledger.NAME,
     ledger_parts.FOLDER,
-    *(f"{decisions.NAME}{end}" for end in ("", "-wal", "-shm")),
+    *decisions.FILES,
 )
 """The files that a run writes besides those of the lines."""
 

@@ -53,8 +53,9 @@ class Review:
             return ""
         path = corrections_path(self, self.lines[id])
         before = path.read_text("utf-8") if path.is_file() else ""
-        if text:
+        if text is not None:
             make_folder_within(path.parent, self.folder)
+        if text:
             write_text(path, text)
         elif text is not None:
             path.unlink(missing_ok=True)

@@ -13,6 +13,7 @@ from phonanim.core.pages import page_policy
 from phonanim.dubbing.correct_line import make_take, shown_head
 from phonanim.dubbing.decisions import State
 from phonanim.dubbing.languages import keep_expected
+from phonanim.dubbing.make import make_folder_within
 from phonanim.dubbing.review import (
     PAGE,
     Review,
@@ -47,7 +48,7 @@ def export_review(
         if not only or set(only) & set(_kinds(list_entry(outcome, states.get(outcome.id, State()))))
     ]
     sent = replace(desk.review, outcomes=tuple(chosen))
-    (folder / LINES).mkdir(parents=True, exist_ok=True)
+    make_folder_within(folder / LINES, folder)
     heads: dict[Path, str] = {}
     for number in range(len(chosen)):
         write_text(folder / LINES / f"{number}.html", _page(sent, number, folder, heads))

@@ -22,6 +22,7 @@ from phonanim.errors import ConflictError, PhonanimError
 
 HOST = "127.0.0.1"
 LARGEST = 16 * 2**20  # bytes of a request
+LITTLE = 2**16  # bytes that are read of a request that is refused
 HEADERS = {
     "Cache-Control": "no-store",
     "Referrer-Policy": "no-referrer",
@@ -71,7 +72,7 @@ class ReviewServer(ThreadingHTTPServer):
             query = {name: values[0] for name, values in parse_qs(url.query).items()}
         except ValueError:
             return Answer(HTTPStatus.BAD_REQUEST, "this is not an address")
-        if why := self._refusal(headers, query.get("token", "")):
+        if why := self.refusal(headers, query.get("token", "")):
             return Answer(HTTPStatus.FORBIDDEN, why)
         try:
             return self._found(url.path, query)
@@ -98,9 +99,7 @@ class ReviewServer(ThreadingHTTPServer):
         return Answer(HTTPStatus.OK, page)
 
     def post(self, target: str, headers: Mapping[str, str], body: bytes) -> Answer:
-        """The answer to something that a page does."""
-        if why := self._refusal(headers, headers.get(TOKEN, "")):
-            return _json(HTTPStatus.FORBIDDEN, {"error": why})
+        """The answer to something that a page does, which is not refused."""
         if target not in ACTIONS:
             return _json(HTTPStatus.NOT_FOUND, {"error": "there is no such page"})
         try:
@@ -111,7 +110,7 @@ class ReviewServer(ThreadingHTTPServer):
         except (PhonanimError, ValueError, OSError) as error:
             return _json(HTTPStatus.BAD_REQUEST, {"error": str(error)})
 
-    def _refusal(self, headers: Mapping[str, str], token: str) -> str:
+    def refusal(self, headers: Mapping[str, str], token: str) -> str:
         """Why a request is refused, empty if it is not: another host name or origin, or no token."""
         own = {f"{name}:{self.server_port}" for name in (HOST, "localhost")}
         origin = headers.get("Origin")
@@ -134,12 +133,16 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_POST(self) -> None:
         """Do what a page asks."""
-        length = _number(self.headers.get("Content-Length", ""))
+        length, headers = _number(self.headers.get("Content-Length", "")), self._headers()
         if length is None or length > LARGEST:
             self.close_connection = True
             self._send(_json(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, {"error": "the request is too large"}))
             return
-        self._send(self.server.post(self.path, self._headers(), self.rfile.read(length)))
+        if why := self.server.refusal(headers, headers.get(TOKEN, "")):  # before the rest is read
+            self.rfile.read(min(length, LITTLE))  # else a client that still sends does not read the answer
+            self._send(_json(HTTPStatus.FORBIDDEN, {"error": why}))
+            return
+        self._send(self.server.post(self.path, headers, self.rfile.read(length)))
 
     def _headers(self) -> dict[str, str]:
         return {name.title(): value for name, value in self.headers.items()}

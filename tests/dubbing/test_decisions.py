@@ -1,10 +1,13 @@
 """Decisions on lines: who did what and when, undo, and two people who do not lose each other's work."""
 
+import os
+import sqlite3
 import threading
+from contextlib import closing
 
 import pytest
 
-from phonanim.dubbing.decisions import NAME, Change, Decisions
+from phonanim.dubbing.decisions import FILES, NAME, Change, Decisions
 from phonanim.errors import ConflictError, OptionError, OutputError
 
 
@@ -107,9 +110,62 @@ def test_unknown_statuses_links_and_damaged_files_are_refused(decisions, tmp_pat
         decisions.record(Change("a", 0, "Ann", "fine", "", "fine"))
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / NAME).symlink_to(tmp_path / NAME)
-    with pytest.raises(OutputError, match="it is a link; remove it"):
+    with pytest.raises(OutputError, match=f"{NAME}: cannot be used: it is a link or a pipe; move it away"):
         Decisions(tmp_path / "other", shelf.keep)
     (tmp_path / "damaged").mkdir()
     (tmp_path / "damaged" / NAME).write_text("not a database, but long enough to be read as one" * 10)
     with pytest.raises(OutputError, match=r"review.sqlite: cannot be used: .*; move it away"):
         Decisions(tmp_path / "damaged", shelf.keep)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
+@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("plant", ["link", "symlink_to", "pipe"])
+def test_sqlite_writes_into_no_file_of_another(tmp_path, shelf, name, plant):
+    (tmp_path / "theirs").write_text("theirs")
+    (tmp_path / "out").mkdir()
+    path = tmp_path / "out" / name
+    if plant == "pipe":
+        os.mkfifo(path)
+    else:
+        {"link": os.link, "symlink_to": os.symlink}[plant](tmp_path / "theirs", path)
+    with pytest.raises(OutputError, match=f"{name}: cannot be used: it is a link or a pipe; move it away"):
+        Decisions(tmp_path / "out", shelf.keep)
+    assert (tmp_path / "theirs").read_text() == "theirs"
+
+
+ENDLESS = (
+    "CREATE VIEW lines AS WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n) "
+    "SELECT x AS id, 1 AS revision, '' AS status, 0 AS comments FROM n"
+)
+
+
+@pytest.mark.parametrize("made", [ENDLESS, "CREATE TABLE lines (id)", "CREATE TABLE other (id)"])
+def test_tables_of_others_are_not_read(tmp_path, shelf, made):
+    with closing(sqlite3.connect(tmp_path / NAME)) as database:
+        database.execute(made)
+    with pytest.raises(
+        OutputError, match="cannot be used: its tables are not those of a review; move it away"
+    ):
+        Decisions(tmp_path, shelf.keep)
+
+
+@pytest.mark.parametrize("column", ["revision", "status", "comments"])
+def test_states_of_other_types_are_refused(decisions, tmp_path, column):
+    decisions.record(Change("a", 0, "Ann", "approved", "", "approved"))
+    with closing(sqlite3.connect(tmp_path / NAME)) as database:
+        database.execute(f"UPDATE lines SET {column} = x'ff'")
+        database.commit()
+    for read in (decisions.states, lambda: decisions.state("a"), lambda: decisions.news(0)):
+        with pytest.raises(OutputError, match=r"review\.sqlite: cannot be used: .* is bytes; it is a"):
+            read()
+
+
+@pytest.mark.parametrize("column", ["revision", "at", "who", "kind", "text"])
+def test_events_of_other_types_are_refused(decisions, tmp_path, column):
+    decisions.record(Change("a", 0, "Ann", "approved", "", "approved"))
+    with closing(sqlite3.connect(tmp_path / NAME)) as database:
+        database.execute(f"UPDATE events SET {column} = x'ff'")
+        database.commit()
+    with pytest.raises(OutputError, match=r"review\.sqlite: cannot be used: an event is bytes; it is a"):
+        decisions.events("a")

@@ -3,12 +3,12 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import pytest
 
 from phonanim.dubbing.ledger import NAME, ledger_writer, lock_folder, read_ledger, write_ledger
-from phonanim.dubbing.outcome import Outcome
+from phonanim.dubbing.outcome import Outcome, encode_outcome
 from phonanim.errors import OutputError
 
 DONE = Outcome(
@@ -81,6 +81,15 @@ def test_a_planted_link_is_not_written_through(tmp_path):
     write_ledger(tmp_path, [DONE])
     assert not (tmp_path / NAME).is_symlink()
     assert (tmp_path / "other").read_text() == "theirs\n"
+
+
+def test_a_ledger_of_two_names_is_written_under_one(tmp_path):
+    (tmp_path / "backup").write_text(encode_outcome(DONE))
+    os.link(tmp_path / "backup", tmp_path / NAME)
+    with ledger_writer(tmp_path) as record:
+        record(replace(DONE, id="other"))
+    assert (tmp_path / "backup").read_text() == encode_outcome(DONE)
+    assert set(read_ledger(tmp_path)) == {DONE.id, "other"}
 
 
 def test_what_fails_elsewhere_is_not_blamed_on_the_ledger(tmp_path):

@@ -3,6 +3,7 @@
 import base64
 import json
 import shutil
+import socket
 import threading
 import urllib.error
 import urllib.request
@@ -229,6 +230,10 @@ def test_the_server_takes_corrections_of_those_with_the_token_alone(desk):
             assert "was faster" in answer["error"]
             news = urllib.request.urlopen(f"http://127.0.0.1:{server.server_port}/news?after=0&token=secret")
             assert json.loads(news.read())["states"] == {"one": {"revision": 1, "status": "", "comments": 0}}
+            with socket.create_connection(("127.0.0.1", server.server_port), timeout=20) as client:
+                head = f"POST /correct HTTP/1.1\r\nHost: 127.0.0.1:{server.server_port}\r\n"
+                client.sendall(f"{head}Content-Length: 9000000\r\n\r\n".encode() + bytes(2**16))
+                assert b" 403 " in client.recv(100)  # before the rest has come
             large = {"Content-Length": str(2**30)}
             assert post(server, "/correct", b"{}", **large)[0] == 413
         finally:
