@@ -36,6 +36,7 @@ from benchmarks.crafted import CRAFTED
 from benchmarks.crafted_sizes import GROWING
 from benchmarks.hostile import KINDS, Attack, Samples, make_samples
 from benchmarks.hostile_documents import DOCUMENTS
+from benchmarks.hostile_folders import FOLDERS
 from benchmarks.hostile_inputs import INPUTS
 from benchmarks.stuck import Ending, interrupt_stream
 
@@ -101,7 +102,7 @@ def list_attacks(
 ) -> list[tuple[str, str, Callable[[Path], Attack]]]:
     """Every attack: its kind, its name, and what prepares it in a folder."""
     found: list[tuple[str, str, Callable[[Path], Attack]]] = []
-    for kind, make in (KINDS | DOCUMENTS | INPUTS).items():
+    for kind, make in (KINDS | DOCUMENTS | INPUTS | FOLDERS).items():
         for number in range(seed, seed + count):
 
             def prepare(folder: Path, make: object = make, number: int = number) -> Attack:
@@ -127,7 +128,7 @@ def carry_out(prepare: Callable[[Path], Attack], folder: Path, connections: Conn
     code, seconds, megabytes, told = run_command(arguments, folder)
     if connections.count > before:
         return End("fault", "a connection was made")
-    if (folder / "victim").read_text() != VICTIM:
+    if (folder / "victim").read_bytes() != VICTIM.encode():
         return End("fault", "a file was changed that is none of the command's")
     if seconds > PATIENCE or code == -signal.SIGKILL:
         return End("fault", f"did not end within {PATIENCE:.0f} s")
