@@ -145,13 +145,13 @@ def _intervals(found: Found, unit: float) -> list[Interval]:
 def _shapes(found: Found) -> list[str]:
     """Visemes of Oculus by name, or of Azure by number, as phones."""
     labels = [label for label, *_ in found.entries]
-    return [AZURE[int(label)] if label.isdigit() else oculus_phone(label) for label in labels]
+    return [AZURE[int(label)] if label.isdecimal() else oculus_phone(label) for label in labels]
 
 
 def _check_shapes(used: Sequence[Found], source: AlignmentFile) -> None:
     """Raises AlignmentError for numbers of visemes that may be of Azure or of Oculus."""
     for found in used:
-        numbers = [int(label) for label, *_ in found.entries if label.isdigit()]
+        numbers = [int(label) for label, *_ in found.entries if label.isdecimal()]
         if found.kind == "visemes" and numbers and max(numbers) <= OCULUS:
             told = f"has numbers of visemes up to {OCULUS}, which Azure and Oculus count differently"
             raise source.error(f"{told}; write the names of the visemes instead, such as PP")
