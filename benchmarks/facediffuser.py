@@ -194,8 +194,8 @@ def every_step_recognized(model: FaceDiffuser, sound: Sound) -> Floats:
         values = features_at_steps(encode(cached_encoder(config.encoder), sound), grid, config.rate)
         audio = model.embed_sound(model.normalize_features(values)[None])
         noise = model.noise(turn, 0, len(grid))
-        seen = add_noise(found, shares[at], noise) if turn else noise
-        found = guided_motion(config, model.weights, seen, int(at), audio, None)
+        noisy = add_noise(found, shares[at], noise) if turn else noise
+        found = guided_motion(config, model.weights, noisy, int(at), audio, None)
     return model.unscale_modes(found)[0, : len(asked)]
 
 

@@ -21,7 +21,7 @@ from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
-UNHEARD = 10**6  # the turn of the noise that replaces the sound, beyond all turns of sampling
+NO_AUDIO_TURN = 10**6  # the turn of the noise that replaces the sound, beyond all turns of sampling
 SAME = 1e-6  # relative difference of two rates that are the same
 BEYOND = 5  # extra steps that are sampled after the last one
 Self = TypeVar("Self", bound="Denoiser")
@@ -47,14 +47,14 @@ class Denoiser(AudioInput):
     @classmethod
     def input_features(cls, config: Any, sound: Sound, track: PhoneTrack | None) -> Features:
         """The features of a sound; with `pairs` "concatenate", two of the encoder's steps side by side."""
-        heard = super().input_features(config, sound, track)
+        audio = super().input_features(config, sound, track)
         if config.pairs == "average":
-            return heard
-        values = heard.values
+            return audio
+        values = audio.values
         if config.tuned:  # the input of the blocks that are trained further, beside the output of the last
             last_blocks(cached_encoder(config.encoder), config.tuned)
             values = values[:, [-1 - config.tuned, -1]]
-        return PairedFeatures(values, heard.rate, heard.start)
+        return PairedFeatures(values, audio.rate, audio.start)
 
     def with_settings(self: Self, **settings: Any) -> Self:
         """The same model with another `seed`, `steps`, `guidance` or `style`. Raises ModelError."""
@@ -71,11 +71,11 @@ class Denoiser(AudioInput):
         """Modes of steps from the step `first` on, (steps, layers, dims) -> (steps, modes)."""
         values = self.normalize_features(values)
         noise = partial(self.noise, first=first, count=len(values))
-        heard, unheard = self.embed_sound(values[None]), None
+        audio, no_audio = self.embed_sound(values[None]), None
         if self.config.guidance != 1:
-            rng = np.random.default_rng([self.config.seed, UNHEARD, first])
-            unheard = self.embed_sound(no_sound(self.config.masking, (1, *values.shape), rng))
-        return self.unscale_modes(sample_motion(self.config, self.weights, heard, noise, unheard)[0])
+            rng = np.random.default_rng([self.config.seed, NO_AUDIO_TURN, first])
+            no_audio = self.embed_sound(no_sound(self.config.masking, (1, *values.shape), rng))
+        return self.unscale_modes(sample_motion(self.config, self.weights, audio, noise, no_audio)[0])
 
     def noise(self, turn: int, first: int, count: int) -> Floats:
         """Noise of some steps at one turn of the sampling, (1, count, modes)."""

@@ -76,72 +76,72 @@ def step_noise(seed: int, turn: int, first: int, count: int, modes: int) -> Floa
 def sample_motion(
     config: Config,
     weights: Weights,
-    heard: Floats,
+    audio: Floats,
     noise: Callable[[int], Floats],
-    unheard: Floats | None = None,
+    no_audio: Floats | None = None,
     steps: int | None = None,
 ) -> Floats:
-    """Motion from noise (section 3.4.1), heard (n, steps, dims) -> (n, steps, modes) in the targets' scale.
+    """Motion from noise (section 3.4.1), audio (n, steps, dims) -> (n, steps, modes) in the targets' scale.
 
     "rediffuse": the motion that the network estimates is diffused again to the next time, with `noise` of
     that turn, (n, steps, modes), as the thesis writes. "posterior": the next motion is drawn between the
     estimate and the motion before (`draw_posterior`), as DDPM does and the released code; "strided" does so
     over `steps` of the times (Nichol and Dhariwal 2021, section 4).
-    `heard` is the embedded sound, which is constant in the loop. If `unheard`, the embedding of no sound, is
+    `audio` is the embedded sound, which is constant in the loop. If `no_audio`, the embedding of no sound, is
     given, both predictions are combined.
     """
     if not config.diffusion:
-        return denoise(config, weights, noise(0), 0, heard)
+        return denoise(config, weights, noise(0), 0, audio)
     shares = signal_share(config.timesteps, config.schedule)
     times = sampling_times(config.timesteps, steps or config.steps)
-    found = seen = noise(0)
+    found = noisy = noise(0)
     for turn, time in enumerate(times):
         if turn and config.sampling == "rediffuse":
-            seen = add_noise(found, shares[time], noise(turn))
+            noisy = add_noise(found, shares[time], noise(turn))
         elif turn:
-            seen = draw_posterior(seen, found, shares[times[turn - 1]], shares[time], noise(turn))
-        found = guided_motion(config, weights, seen, int(time), heard, unheard)
+            noisy = draw_posterior(noisy, found, shares[times[turn - 1]], shares[time], noise(turn))
+        found = guided_motion(config, weights, noisy, int(time), audio, no_audio)
     return found
 
 
-def draw_posterior(seen: Floats, found: Floats, share: float, later: float, noise: Floats) -> Floats:
+def draw_posterior(noisy: Floats, found: Floats, share: float, later: float, noise: Floats) -> Floats:
     """Motion at a time with less noise, drawn from the posterior of DDPM (Ho et al. 2020, eq. 6 and 7).
 
-    `seen` is the motion with the signal's power `share`, `found` the estimate without noise, `later` the
+    `noisy` is the motion with the signal's power `share`, `found` the estimate without noise, `later` the
     larger share to go to; any shape. At the last time the estimate itself is the result.
     """
     beta = 1 - share / later
-    mean = np.sqrt(later) * beta * found + np.sqrt(share / later) * (1 - later) * seen
+    mean = np.sqrt(later) * beta * found + np.sqrt(share / later) * (1 - later) * noisy
     deviation = np.sqrt((1 - later) / (1 - share) * beta)
     return np.asarray(mean / (1 - share) + deviation * noise, np.float32)
 
 
 def guided_motion(
-    config: Config, weights: Weights, seen: Floats, time: int, heard: Floats, unheard: Floats | None
+    config: Config, weights: Weights, noisy: Floats, time: int, audio: Floats, no_audio: Floats | None
 ) -> Floats:
     """The motion w F(x, t, a) + (1 - w) F(x, t, nothing), with w the `guidance`.
 
     Equation 8 has w at the unconditional part, but its text says that a low w uses less audio, as here.
     """
-    found = denoise(config, weights, seen, time, heard)
-    if unheard is None:
+    found = denoise(config, weights, noisy, time, audio)
+    if no_audio is None:
         return found
-    free = denoise(config, weights, seen, time, unheard)
+    free = denoise(config, weights, noisy, time, no_audio)
     return np.asarray(free + np.float32(config.guidance) * (found - free))
 
 
-def denoise(config: Config, weights: Weights, seen: Floats, time: int, heard: Floats) -> Floats:
+def denoise(config: Config, weights: Weights, noisy: Floats, time: int, audio: Floats) -> Floats:
     """The network's estimate of the motion without noise (eq. 4), (n, steps, modes) -> the same.
 
     The embeddings of sound, noise and time are concatenated; recurrent layers, the style as a factor of
     their output, and a linear layer follow.
     """
-    signal = heard
+    signal = audio
     if config.diffusion:
         moment = embed_times(weights, np.array([time]))[:, None]
         embedding = tensors_with_prefix(weights, "noise_")
-        parts = [heard, embed(config.noise, embedding, seen, config.noise_over)]
-        parts.append(np.broadcast_to(moment, (*seen.shape[:2], moment.shape[2])))
+        parts = [audio, embed(config.noise, embedding, noisy, config.noise_over)]
+        parts.append(np.broadcast_to(moment, (*noisy.shape[:2], moment.shape[2])))
         signal = np.concatenate(parts, axis=2)
     if config.decoder == "transformer":
         signal = in_windows(weights, signal, lambda part: attentive(config, weights, part))
@@ -196,16 +196,16 @@ def time_waves(times: NDArray[np.integer], size: int) -> Floats:
     return np.concatenate([np.sin(angles), np.cos(angles)], axis=1).astype(np.float32)
 
 
-def mask_sound(strategy: str, share: float, heard: Floats, rng: np.random.Generator) -> Floats:
+def mask_sound(strategy: str, share: float, audio: Floats, rng: np.random.Generator) -> Floats:
     """Sound as the network gets it in training, (n, steps, dims) -> the same (section 6.1.1).
 
     "full" strategies mask all features of a `share` of the sequences, "partial" ones a `share` of the
     features of all sequences; masked features become zero or random numbers.
     """
     if strategy == "none":
-        return heard
-    shape = (len(heard), 1, 1) if strategy.startswith("full") else heard.shape
-    return np.where(rng.random(shape) < share, no_sound(strategy, heard.shape, rng), heard)
+        return audio
+    shape = (len(audio), 1, 1) if strategy.startswith("full") else audio.shape
+    return np.where(rng.random(shape) < share, no_sound(strategy, audio.shape, rng), audio)
 
 
 def no_sound(strategy: str, shape: tuple[int, ...], rng: np.random.Generator) -> Floats:

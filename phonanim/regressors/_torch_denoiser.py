@@ -43,12 +43,12 @@ class Network(nn.Module):
             nn.init.zeros_(self.output.weight)
             nn.init.zeros_(self.output.bias)
 
-    def forward(self, heard: Tensor, seen: Tensor, times: NDArray[np.int64], styles: Tensor) -> Tensor:
+    def forward(self, audio: Tensor, noisy: Tensor, times: NDArray[np.int64], styles: Tensor) -> Tensor:
         """(n, steps, size), (n, steps, modes), (n,), (n,) -> (n, steps, modes)."""
         if self.config.diffusion:
             moment = self.time(tensor(time_waves(times, self.config.latent))[:, None])
-            heard = torch.cat([heard, self.noise(seen), moment.expand(-1, seen.shape[1], -1)], dim=2)
-        hidden = self.body(heard) * self.style[styles][:, None]
+            audio = torch.cat([audio, self.noise(noisy), moment.expand(-1, noisy.shape[1], -1)], dim=2)
+        hidden = self.body(audio) * self.style[styles][:, None]
         found: Tensor = self.output(self.dropout(hidden))
         return found
 

@@ -98,7 +98,7 @@ def scaled(config: Any, steps: Steps) -> Scaling:
 
 
 def freeze_but_sound(network: Network) -> None:
-    """Start the second stage of appendix B: freeze the decoder and train what hears."""
+    """Start the second stage of appendix B: freeze the decoder and train the audio part."""
     for part in network.parameters():
         part.requires_grad_(False)
     network.sound.requires_grad_(True)
@@ -161,15 +161,15 @@ class Stage:
         times = rng.integers(1, config.timesteps + 1, len(motion))
         shares = signal_share(config.timesteps, config.schedule)[times][:, None, None]
         noise = rng.standard_normal(motion.shape, np.float32)
-        seen = np.sqrt(shares) * motion + np.sqrt(1 - shares) * noise
+        noisy = np.sqrt(shares) * motion + np.sqrt(1 - shares) * noise
         wanted = tensor(motion)
         with mixed_precision():
             if self.autoencodes:
                 assert self.network.face is not None
-                heard = self.network.face(wanted)
+                audio = self.network.face(wanted)
             else:
-                heard = self.network.sound(self.masked(values, rng))
-            found = self.network(heard, tensor(seen.astype(np.float32)), times, tensor(styles)).float()
+                audio = self.network.sound(self.masked(values, rng))
+            found = self.network(audio, tensor(noisy.astype(np.float32)), times, tensor(styles)).float()
         apart = nn.functional.huber_loss(found, wanted, reduction="none", delta=config.delta)
         return (apart.mean(dim=(1, 2)) * weights.to(device())).mean()
 
@@ -202,13 +202,13 @@ def sampled_error(model: Denoiser, steps: Steps | None) -> float:
     total = 0.0
     for style, rows in group_alike(steps):
         one = model.with_settings(style=style)
-        heard = one.embed_sound(one.normalize_features(steps.values[rows]))
+        audio = one.embed_sound(one.normalize_features(steps.values[rows]))
         wide = (len(rows), rows.shape[1], len(one.low))
 
         def noise(turn: int, wide: tuple[int, int, int] = wide) -> Floats:
             return np.random.default_rng([0, turn]).standard_normal(wide, np.float32)
 
-        found = sample_motion(one.config, one.weights, heard, noise, steps=min(CHECKED, one.config.steps))
+        found = sample_motion(one.config, one.weights, audio, noise, steps=min(CHECKED, one.config.steps))
         total += float(((one.unscale_modes(found) - steps.targets[rows]) ** 2).sum())
     return total / steps.targets.size
 

@@ -63,13 +63,13 @@ def test_torch_and_numpy_agree(embedding: str, more: dict[str, Any]) -> None:
     network = Network(config, 6, 3).eval()
     with torch.no_grad():
         network.style.uniform_(0.5, 1.5)
-        sound, seen = torch.randn(2, 9, 6), torch.randn(2, 9, 3)
+        sound, noisy = torch.randn(2, 9, 6), torch.randn(2, 9, 3)
         styles = torch.zeros(2, dtype=torch.long)
-        expected = network(network.sound(sound), seen, np.array([7, 7]), styles)
+        expected = network(network.sound(sound), noisy, np.array([7, 7]), styles)
     weights = network.export()
     assert {name: t.shape for name, t in weights.items()} == diffusion.weight_shapes(config, 6, 3)
-    heard = diffusion.embed(config.sound, diffusion.tensors_with_prefix(weights, "sound_"), sound.numpy())
-    found = diffusion.denoise(config, weights, seen.numpy(), 7, heard)
+    audio = diffusion.embed(config.sound, diffusion.tensors_with_prefix(weights, "sound_"), sound.numpy())
+    found = diffusion.denoise(config, weights, noisy.numpy(), 7, audio)
     np.testing.assert_allclose(found, expected.numpy(), atol=1e-5)
 
 
@@ -111,26 +111,26 @@ def test_what_is_found_is_diffused_to_the_next_time() -> None:
     """Sampling by its definition, with a network asked one time after the other."""
     config = make_config("facediffuser", SMALL | {"steps": 4}, "test")
     weights, rng = random_weights(config, 5, 2), np.random.default_rng(0)
-    heard, noise = rng.normal(size=(1, 6, 8)).astype(np.float32), rng.normal(size=(4, 1, 6, 2))
+    audio, noise = rng.normal(size=(1, 6, 8)).astype(np.float32), rng.normal(size=(4, 1, 6, 2))
     noise = noise.astype(np.float32)
     found = noise[0]
     for turn, time in enumerate((50, 34, 17, 1)):
         if turn:
             share = diffusion.signal_share(50)[time]
             found = np.sqrt(share) * found + np.sqrt(1 - share) * noise[turn]
-        found = diffusion.denoise(config, weights, found.astype(np.float32), time, heard)
-    sampled = diffusion.sample_motion(config, weights, heard, lambda turn: noise[turn])
+        found = diffusion.denoise(config, weights, found.astype(np.float32), time, audio)
+    sampled = diffusion.sample_motion(config, weights, audio, lambda turn: noise[turn])
     np.testing.assert_allclose(sampled, found, atol=1e-5)
 
 
 def test_guidance_weighs_what_is_heard() -> None:
     config = make_config("facediffuser", SMALL | {"guidance": 1.5}, "test")
     weights, rng = random_weights(config, 5, 2), np.random.default_rng(0)
-    heard, unheard, seen = (rng.normal(size=(1, 6, size)).astype(np.float32) for size in (8, 8, 2))
-    with_sound, without = (diffusion.denoise(config, weights, seen, 9, part) for part in (heard, unheard))
-    found = diffusion.guided_motion(config, weights, seen, 9, heard, unheard)
+    audio, no_audio, noisy = (rng.normal(size=(1, 6, size)).astype(np.float32) for size in (8, 8, 2))
+    with_sound, without = (diffusion.denoise(config, weights, noisy, 9, part) for part in (audio, no_audio))
+    found = diffusion.guided_motion(config, weights, noisy, 9, audio, no_audio)
     np.testing.assert_allclose(found, 1.5 * with_sound - 0.5 * without, atol=1e-5)
-    assert np.array_equal(diffusion.guided_motion(config, weights, seen, 9, heard, None), with_sound)
+    assert np.array_equal(diffusion.guided_motion(config, weights, noisy, 9, audio, None), with_sound)
 
 
 def test_guidance_of_a_model(model: FaceDiffuser, data: Examples) -> None:
@@ -144,8 +144,8 @@ def test_guidance_of_a_model(model: FaceDiffuser, data: Examples) -> None:
 
 def test_masks_by_their_definition() -> None:
     rng = np.random.default_rng(0)
-    heard = np.full((4000, 2, 3), 7, np.float32)
-    found = {name: diffusion.mask_sound(name, 0.25, heard, rng) for name in MASKS}
+    audio = np.full((4000, 2, 3), 7, np.float32)
+    found = {name: diffusion.mask_sound(name, 0.25, audio, rng) for name in MASKS}
     hidden = {name: one != 7 for name, one in found.items()}
     assert not hidden["none"].any()
     for name in MASKS[1:]:
@@ -185,8 +185,8 @@ def test_the_loss_by_its_equation(data: Examples) -> None:
     model = FaceDiffuser(
         config, scaling.centre, scaling.scale, scaling.low, scaling.span, network.export(), ""
     )
-    heard = model.embed_sound(np.stack([model.normalize_features(one) for one in values]))
-    found = diffusion.denoise(config, model.weights, np.zeros((2, 10, 3), np.float32), 0, heard)
+    audio = model.embed_sound(np.stack([model.normalize_features(one) for one in values]))
+    found = diffusion.denoise(config, model.weights, np.zeros((2, 10, 3), np.float32), 0, audio)
     apart = np.abs(found - (targets - scaling.low) / scaling.span)
     huber = np.where(apart < 0.5, apart**2 / 2, 0.5 * apart - 0.125)
     np.testing.assert_allclose(float(total.detach()), (huber.mean(axis=(1, 2)) * [1, 3]).mean(), rtol=1e-4)

@@ -68,13 +68,13 @@ def test_torch_and_numpy_agree(choice: dict[str, Any]) -> None:
     network = Network(config, 6, 10).eval()
     with torch.no_grad():
         network.output.weight.add_(0.1)
-        sound, seen = torch.randn(2, 20, 6), torch.randn(2, 20, 10)
+        sound, noisy = torch.randn(2, 20, 6), torch.randn(2, 20, 10)
         styles = torch.zeros(2, dtype=torch.long)
-        expected = network(network.sound(sound), seen, np.array([7, 7]), styles)
+        expected = network(network.sound(sound), noisy, np.array([7, 7]), styles)
     weights = network.export()
     assert {name: t.shape for name, t in weights.items()} == diffusion.weight_shapes(config, 6, 10)
-    heard = diffusion.embed(config.sound, tensors_with_prefix(weights, "sound_"), sound.numpy())
-    found = diffusion.denoise(config, weights, seen.numpy(), 7, heard)
+    audio = diffusion.embed(config.sound, tensors_with_prefix(weights, "sound_"), sound.numpy())
+    found = diffusion.denoise(config, weights, noisy.numpy(), 7, audio)
     np.testing.assert_allclose(found, expected.numpy(), atol=1e-5)
 
 
@@ -101,22 +101,24 @@ def test_the_cosine_is_that_of_its_equation() -> None:
 def test_the_posterior_by_its_equation() -> None:
     """Ho et al. 2020, equation 7, at time 7 of 20."""
     shares, rng = diffusion.signal_share(20), np.random.default_rng(0)
-    seen, found, noise = (rng.normal(size=5).astype(np.float32) for _ in range(3))
+    noisy, found, noise = (rng.normal(size=5).astype(np.float32) for _ in range(3))
     beta = 1 - shares[7] / shares[6]
     mean = np.sqrt(shares[6]) * beta / (1 - shares[7]) * found
-    mean = mean + np.sqrt(1 - beta) * (1 - shares[6]) / (1 - shares[7]) * seen
+    mean = mean + np.sqrt(1 - beta) * (1 - shares[6]) / (1 - shares[7]) * noisy
     wanted = mean + np.sqrt((1 - shares[6]) / (1 - shares[7]) * beta) * noise
-    drawn = diffusion.draw_posterior(seen, found, shares[7], shares[6], noise)
+    drawn = diffusion.draw_posterior(noisy, found, shares[7], shares[6], noise)
     np.testing.assert_allclose(drawn, wanted, rtol=1e-5)
     # Without noise to come, it is the estimate itself.
-    np.testing.assert_allclose(diffusion.draw_posterior(seen, found, shares[1], 1.0, noise), found, rtol=1e-5)
+    np.testing.assert_allclose(
+        diffusion.draw_posterior(noisy, found, shares[1], 1.0, noise), found, rtol=1e-5
+    )
 
 
 def test_drawn_motion_has_as_much_noise_as_its_time() -> None:
     rng, shares = np.random.default_rng(0), diffusion.signal_share(20, "cosine")
     motion, (first, second) = np.float32(3.0), (rng.standard_normal(100_000, np.float32) for _ in range(2))
-    seen = diffusion.add_noise(np.full(100_000, motion), shares[15], first)
-    drawn = diffusion.draw_posterior(seen, motion, shares[15], shares[4], second)
+    noisy = diffusion.add_noise(np.full(100_000, motion), shares[15], first)
+    drawn = diffusion.draw_posterior(noisy, motion, shares[15], shares[4], second)
     assert drawn.mean() == pytest.approx(np.sqrt(shares[4]) * 3, abs=0.01)
     assert drawn.var() == pytest.approx(1 - shares[4], abs=0.01)
 
@@ -125,12 +127,12 @@ def test_each_sampling_goes_its_own_way() -> None:
     rng = np.random.default_rng(3)
     shapes = diffusion.weight_shapes(config_of(), 5, 2)
     weights = {name: rng.normal(0, 0.4, shape).astype(np.float32) for name, shape in shapes.items()}
-    heard = rng.normal(size=(1, 6, 8)).astype(np.float32)
+    audio = rng.normal(size=(1, 6, 8)).astype(np.float32)
     noise = rng.standard_normal((20, 1, 6, 2), np.float32)
 
     def sample(sampling: str, steps: int = 20) -> Any:
         config = config_of(sampling=sampling, steps=steps)
-        return diffusion.sample_motion(config, weights, heard, lambda turn: noise[turn])
+        return diffusion.sample_motion(config, weights, audio, lambda turn: noise[turn])
 
     found = {sampling: sample(sampling) for sampling in SAMPLINGS}
     assert np.array_equal(found["posterior"], found["strided"])
