@@ -146,6 +146,7 @@ def plan_lines(
     from phonanim.dubbing.row import Common
     from phonanim.dubbing.storage import parse_place
     from phonanim.exporters import option_names
+    from phonanim.rig.names import read_name_table
 
     formats = tuple(dict.fromkeys(name.lower().lstrip(".") for name in formats))
     check_options(formats, options, exports)
@@ -160,7 +161,7 @@ def plan_lines(
         target.absolute(),
         styled,
         read_characters(characters, meshes),
-        names and names.absolute(),
+        read_name_table(names) if names else None,
     )
     return reserve_outputs(read_lines(source, with_absolute_paths(common)), target, formats), target, formats
 

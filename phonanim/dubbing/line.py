@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 from typing import Any
 
 from phonanim.dubbing.storage import Place
 from phonanim.options import Options
+from phonanim.rig.names import NameTable
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +33,7 @@ class Line:
     corrections: Place | None = None
     exports: Mapping[str, Any] = field(default_factory=dict)
     voice: str = ""
-    names: Path | None = None
+    names: NameTable | None = None
 
     @property
     def source(self) -> str:

@@ -46,7 +46,7 @@ def origin_of(line: Line, formats: tuple[str, ...], known: Outcome | None = None
         "outputs": [f"{line.output}.{suffix}" for suffix in formats],
     }
     origin |= find_extensions() | _other_rigs(line, formats) | speaker_of(line)
-    origin |= {"names": shared_file_entry(line.names)} if line.names else {}
+    origin |= {"names": [line.names.name, line.names.digest]} if line.names else {}
     return dict(json.loads(json.dumps(origin)))  # as it will be read back from the ledger
 
 

@@ -31,6 +31,7 @@ from phonanim.inputs.level import parse_level
 from phonanim.life.parsing import parse_emotions, parse_life, parse_look_at, parse_seed
 from phonanim.media.audio import SUFFIXES as RECORDINGS
 from phonanim.options import DEFAULTS, Options, Overlay
+from phonanim.rig.names import NameTable
 from phonanim.rig.read import find_rig
 from phonanim.speech.clock import parse_offset, parse_unit
 
@@ -73,7 +74,7 @@ class Common:
     corrections: Place | None = None
     styled: Mapping[str, float] = field(default_factory=dict)
     characters: Characters = field(default_factory=Characters)
-    names: Path | None = None
+    names: NameTable | None = None
 
 
 def parse_row(id: str, row: Row, root: Place, common: Common, speaks: bool = True) -> Line:

@@ -17,6 +17,7 @@ from phonanim.rig.landmarks import MARK, MeshLandmarks, shipped_landmarks
 from phonanim.rig.measuring import ALWAYS, ARKIT, SHAPE, measure
 from phonanim.rig.morphs import plain_name
 from phonanim.rig.motion import read_motion
+from phonanim.rig.names import known_controls
 from phonanim.rig.read import load_rig
 from phonanim.rig.register import suggest_landmarks
 from phonanim.rig.rig import Rig
@@ -27,7 +28,8 @@ LEAST_MOTION = 1.0  # mm of some lip point: a shape that moves less is not a spe
 CANCELLING = 0.5  # of the two sides' motion: less remains where the sides cancel each other
 ENOUGH_STEMS = 6  # share of the controls of the preset's mouth
 EFFORT = 3.0  # mm², effort of any other shape at full weight
-# Visemes by the names of Oculus, VRChat, VRM and VRoid, in their plain form: in sum at most 1.
+# Visemes by the names of Oculus, VRChat, VRM and VRoid, or by those that a table of names leads to: in sum at
+# most 1.
 VISEME = re.compile(
     r"(viseme|v|fclmth|mth)?(sil|pp|ff|th|dd|kk|ch|ss|nn|rr|aa|ih|ou|ee|oh|[aeiou])", re.IGNORECASE
 )
@@ -60,11 +62,16 @@ def speech_uses(speech: tuple[str, ...]) -> dict[str, tuple[str, float]]:
 
     Weights of visemes add up to 1 at most.
     """
-    stems = dict.fromkeys(SIDE.sub("", plain_name(name)) for name in speech)
+    stems = {SIDE.sub("", plain_name(name)): name for name in speech}
     known = {plain_name(name): uses for name, uses in ARKIT.items()}
     arkit = sum(stem in known for stem in stems) >= ENOUGH_STEMS
-    own = {stem: (SHAPE if VISEME.fullmatch(stem) else ALWAYS, EFFORT) for stem in stems}
+    own = {stem: (SHAPE if is_viseme(name) else ALWAYS, EFFORT) for stem, name in stems.items()}
     return {stem: known[stem] for stem in stems if stem in known} if arkit else own
+
+
+def is_viseme(name: str) -> bool:
+    """Whether a shape is a mouth of a sound, by its name."""
+    return any(VISEME.fullmatch(known) for known in known_controls(name))
 
 
 def unfitted_rig(head: Head, name: str, speech: tuple[str, ...]) -> Rig:
@@ -101,5 +108,5 @@ def speech_controls(landmark_rig: LandmarkRig, face: FaceModel, arkit: Rig) -> t
     )
     if not chosen:
         raise RigError(f"no shape of the head moves its lips; check its morph targets, or mark it: {MARK}")
-    visemes = tuple(name for name in chosen if VISEME.fullmatch(plain_name(name)))
+    visemes = tuple(name for name in chosen if is_viseme(name))
     return visemes if len(visemes) >= ENOUGH_VISEMES else chosen

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 from phonanim.core.decode import DecodeError
+from phonanim.core.files import content_hash
 from phonanim.core.lexicon import LEXICON
 from phonanim.core.tables import read_records
 from phonanim.errors import RigError
@@ -27,7 +29,7 @@ SHORTEST_ENDING = 5  # letters of a name that is known behind any prefix
 Shares = tuple[tuple[str, float], ...]
 """Plain names of controls, and the share of each that a shape takes."""
 
-_added: ContextVar[dict[str, Shares]] = ContextVar("added_names")
+_added: ContextVar[Mapping[str, Shares]] = ContextVar("added_names")
 
 
 def plain_name(name: str) -> str:
@@ -45,19 +47,37 @@ def plain_name(name: str) -> str:
     return re.sub(r"[\s_-]", "", last).lower()
 
 
-@contextmanager
-def added_names(path: Path) -> Iterator[None]:
+@dataclass(frozen=True)
+class NameTable:
+    """A table of names as workers elsewhere get it: its file's name and hash, and the controls of shapes."""
+
+    name: str
+    digest: str
+    shares: Mapping[str, Shares]
+
+
+def read_name_table(path: Path) -> NameTable:
+    """Read a table to be sent to workers. Raises RigError."""
+    return NameTable(path.name, content_hash(path), read_names([path]))
+
+
+def added_names(path: Path) -> AbstractContextManager[None]:
     """Know the names of one more table, which win over all others, within a `with` block. Raises RigError."""
-    token = _added.set(read_names([path]))
+    return _adding(read_names([path]))
+
+
+def known_names(table: NameTable | None) -> AbstractContextManager[None]:
+    """As `added_names` of a table that was read, or nothing without one."""
+    return nullcontext() if table is None else _adding(table.shares)
+
+
+@contextmanager
+def _adding(shares: Mapping[str, Shares]) -> Iterator[None]:
+    token = _added.set(shares)
     try:
         yield
     finally:
         _added.reset(token)
-
-
-def known_names(path: Path | None) -> AbstractContextManager[None]:
-    """As `added_names`, or nothing without a table."""
-    return nullcontext() if path is None else added_names(path)
 
 
 def read_names(paths: Iterable[Path]) -> dict[str, Shares]:
@@ -125,7 +145,7 @@ def _named(
     return []
 
 
-def _shares(forms: list[dict[str, list[int]]], table: dict[str, Shares]) -> dict[str, dict[int, float]]:
+def _shares(forms: list[dict[str, list[int]]], table: Mapping[str, Shares]) -> dict[str, dict[int, float]]:
     """For each control the shapes to which a table gives a share of it."""
     found: dict[str, dict[int, float]] = {}
     taken: set[int] = set()

@@ -4,22 +4,27 @@ Bounded least squares of the mouth's measures (phonanim/rig/measures.py), frame 
 depends on another. Three solutions are blended: free lips, lips that touch along their whole length (p b m),
 and a lower lip on the upper teeth (f v). Since controls add up linearly, a blend keeps the constraints that
 its solutions keep.
+
+The shipped head is the reference: where its lips go farther than articulation asks (its funnel narrows them
+and pushes them forward together), another head is asked to go as far, so that all look alike.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.articulation import Articulation
+from phonanim.rig.bounded import QUICK, THOROUGH, minimize
 from phonanim.rig.measures import MEASURES, USES, MouthMeasures
+from phonanim.rig.read import load_rig
 from phonanim.rig.rig import Rig
 
 Array = NDArray[np.float64]
 
-ROUNDS, FIRMNESS, RELAXED = 30, 0.1, 1.6  # rounds of the alternating directions
 BLOCK = 4096  # frames per block, so that their data fit in the cache
 TOUCHING = 1.2  # mm of lip gap below which the solution for closed lips begins to blend in
 TUCKING = 1.5  # mm from lower lip to teeth below which the solution for contact blends in
@@ -32,7 +37,7 @@ PROFILE, ROUND = np.array([1.0, 0.87, 0.67, 0.43]), np.array([1.0, 0.85, 0.4, 0.
 NARROW, FORWARD = -6.0, 4.0  # mm of width and of protrusion, from rest, at which a mouth is round
 SPREADING = 5.0  # mm of width at full weight of a control that a round mouth does not use
 ROUNDING = 0.5  # of roundness, the last part of it, in which it goes
-HALVINGS, LEAST = 24, 1e-6  # rounds of the bisection of a sum; mm, so that nothing is divided by zero
+LEAST = 1e-6  # mm, so that nothing is divided by zero
 CONTACT = 0.3  # mm from lower lip to teeth at which they meet
 GAPS = ("gap", "gap_inner", "gap_outer", "gap_corner")
 CHANNEL_OF = {"jaw": "jaw", "width": "lip_width", "protrusion": "protrusion", "upper_lip": "upper_lip"}
@@ -45,6 +50,7 @@ WEIGHTS = {
 # The same where no control moves the jaw alone. What opens the lips then opens the teeth with them, and what
 # rounds and what opens share a sum: without more weight on the width, round mouths stay broad.
 AMONG_OTHERS = {"jaw": 1.4, "width": 2.5, "protrusion": 1.5}
+REFERENCE, SAME = "arkit", 0.01  # the rig of the shipped head; mm, by which tables of the same head differ
 LIP_ON_TEETH = (0.3, 0.6)  # mm up and forward from the incisors' edge, of the lower lip's rim when they meet
 
 
@@ -56,13 +62,45 @@ def pronounce(
     `near` (frames, controls) is an upper limit of controls, and pulls them to it; inf where free.
     """
     values = np.empty((len(articulation.values), len(rig.controls)), np.float32)
-    mouth = _Mouth.of(rig, measures)
+    mouth, reference = _Mouth.of(rig, measures), _reference()
+    mouth = replace(mouth, follows=not _same(measures, reference.measures))
     ceiling = np.full((len(values), len(measures.names)), np.inf) if near is None else near[:, mouth.lead]
     for start in range(0, len(values), BLOCK):
         block = slice(start, start + BLOCK)
         part = Articulation(articulation.values[block], articulation.channels)
+        if mouth.follows:
+            part = _asked(part, reference)
         values[block] = rig.rest + _blended(part, mouth, ceiling[block]) @ mouth.spread
     return values
+
+
+def _asked(articulation: Articulation, reference: _Mouth) -> Articulation:
+    """The same, where the lips of the reference go farther than asked, as far as they go."""
+    free = np.full((len(articulation.values), len(reference.measures.names)), np.inf)
+    shown = _blended(articulation, reference, free) @ reference.measures.moved
+    values = articulation.values.copy()
+    for name in ("width", "protrusion"):
+        own = values[:, articulation.channels.index(CHANNEL_OF[name])]
+        there = shown[:, MEASURES.index(name)]
+        own[:] = np.maximum(np.maximum(own, there), 0) + np.minimum(np.minimum(own, there), 0)
+    return Articulation(values, articulation.channels)
+
+
+@lru_cache(maxsize=1)
+def _reference() -> _Mouth:
+    """The mouth of the shipped head."""
+    rig = load_rig(REFERENCE)
+    assert rig.mouth is not None
+    return replace(_Mouth.of(rig, rig.mouth), follows=False)
+
+
+def _same(one: MouthMeasures, other: MouthMeasures) -> bool:
+    """Whether two tables are of the same head and the same shapes, but for rounding."""
+    return (
+        one.names == other.names
+        and np.allclose(one.moved, other.moved, atol=SAME)
+        and np.allclose(one.rest, other.rest, atol=SAME)
+    )
 
 
 Limits = tuple[Array, Array, tuple[tuple[int, int], ...]]
@@ -71,10 +109,17 @@ Limits = tuple[Array, Array, tuple[tuple[int, int], ...]]
 def mouth_limits(articulation: Articulation, rig: Rig, measures: MouthMeasures) -> Limits:
     """Least and greatest weights of what moves a mouth, (unknowns,) and (frames, unknowns).
 
-    Beside them are pairs of which the first stays below the second. What spreads is not used in round mouths.
+    Beside them are pairs of which the first stays below the second. Each control is used as `pronounce` uses
+    it: what spreads not in round mouths, what presses not in open ones, and visemes of open mouths not in
+    closed ones.
     """
     mouth = _Mouth.of(rig, measures)
-    high = np.tile(mouth.maximum, (len(articulation.values), 1))
+    touching, tucked = _contacts(articulation)
+    used = {name: measures.uses[:, USES.index(name)].astype(float) for name in USES}
+    share = ((1 - touching) * (1 - tucked))[:, None] * used["free"]
+    share += ((1 - touching) * tucked)[:, None] * used["tucked"]
+    share += touching[:, None] * np.maximum(used["closed"], used["pressed"])
+    high = mouth.minimum + share * (mouth.maximum - mouth.minimum)
     return mouth.minimum, _unspread(high, mouth.minimum, articulation, measures), mouth.under
 
 
@@ -92,6 +137,7 @@ class _Mouth:
 
     `under` are pairs (a, b) of unknowns with a at most b: lips may close only as far as the jaw opens them.
     `jaw` is that jaw, which is set first; None where the jaw is one measure among others.
+    `follows` is False for the shipped head, which other heads follow.
     """
 
     measures: MouthMeasures
@@ -101,6 +147,7 @@ class _Mouth:
     maximum: Array
     jaw: int | None
     under: tuple[tuple[int, int], ...]
+    follows: bool = True
 
     @classmethod
     def of(cls, rig: Rig, measures: MouthMeasures) -> _Mouth:
@@ -122,9 +169,7 @@ class _Mouth:
 
 def _blended(articulation: Articulation, mouth: _Mouth, ceiling: Array) -> Array:
     """The three solutions blended, (frames, channels) -> (frames, unknowns)."""
-    gap, teeth = articulation.channel("lip_gap"), articulation.channel("lower_lip_to_teeth")
-    touching = np.clip(1 - gap / TOUCHING, 0, 1)
-    tucked = np.clip((TUCKING - teeth) / (TUCKING - CONTACT), 0, 1)
+    touching, tucked = _contacts(articulation)
     values = _solved(articulation, mouth, ceiling, "free")
     for use, share in (("tucked", tucked), ("closed", touching)):
         near = np.flatnonzero(share > 0)
@@ -133,14 +178,15 @@ def _blended(articulation: Articulation, mouth: _Mouth, ceiling: Array) -> Array
     return values
 
 
+def _contacts(articulation: Articulation) -> tuple[Array, Array]:
+    """The shares of the solutions for lips that touch and for a lip on the teeth, (frames,) each."""
+    gap, teeth = articulation.channel("lip_gap"), articulation.channel("lower_lip_to_teeth")
+    return np.clip(1 - gap / TOUCHING, 0, 1), np.clip((TUCKING - teeth) / (TUCKING - CONTACT), 0, 1)
+
+
 def _solved(articulation: Articulation, mouth: _Mouth, ceiling: Array, use: str) -> Array:
     """One solution, (frames, channels) -> (frames, unknowns)."""
-    measures, weights = mouth.measures, np.array(WEIGHTS[use])
-    if mouth.jaw is None:
-        weights[MEASURES.index("jaw")] = AMONG_OTHERS["jaw"]
-    if mouth.jaw is None and use == "free":
-        for name, weight in AMONG_OTHERS.items():
-            weights[MEASURES.index(name)] = weight
+    measures, weights = mouth.measures, _weights(mouth, use)
     wanted = _wanted(articulation, measures, use)
     fixed = np.zeros((len(wanted), len(measures.names)))
     if mouth.jaw is not None:
@@ -166,10 +212,20 @@ def _solved(articulation: Articulation, mouth: _Mouth, ceiling: Array, use: str)
             (low - fixed)[:, moving].T,
             (high - fixed)[:, moving].T,
             measures.uses[moving, USES.index("shared")],
+            THOROUGH if mouth.follows else QUICK,
         ).T
         + fixed[:, moving]
     )
     return fixed
+
+
+def _weights(mouth: _Mouth, use: str) -> Array:
+    """Weight of a millimetre of each measure, (measures,)."""
+    weights = np.array(WEIGHTS[use])
+    if mouth.jaw is None:
+        for name, weight in AMONG_OTHERS.items() if use == "free" else [("jaw", AMONG_OTHERS["jaw"])]:
+            weights[MEASURES.index(name)] = weight
+    return weights
 
 
 def _pressing(articulation: Articulation, measures: MouthMeasures, ceiling: Array) -> Array:
@@ -183,61 +239,6 @@ def _pressing(articulation: Articulation, measures: MouthMeasures, ceiling: Arra
     needed = (measures.rest[gap] + PRESSING) / np.maximum(-measures.moved[:, gap], LEAST)
     viseme = np.minimum(np.minimum(ceiling, needed.clip(0, 1)), 1.0)
     return np.where(pressed, np.where(shared, viseme, PRESSED * pressing[:, None]), 0.0)
-
-
-def minimize(
-    gram: Array, pull: Array, effort: Array, low: Array, high: Array, shared: NDArray[np.bool_]
-) -> Array:
-    """Min over v of v·gram·v - 2 v·pull + effort·|v| within bounds, (unknowns, frames) -> the same.
-
-    Those that are `shared` (unknowns,) add up to 1 at most. Alternating directions (Boyd et al. 2011, section
-    6.4) with a fixed number of rounds, so that a frame's result does not depend on the other frames.
-    Controls are then within a hundredth of the minimum.
-    """
-    firmness = FIRMNESS * np.diag(gram)[:, None]
-    inverse = np.linalg.inv(gram + np.diag(firmness[:, 0]))
-    shrink = effort[:, None] / 2 / firmness
-    values: Array = np.asarray(np.linalg.solve(gram, pull), np.float64)
-    rows = np.flatnonzero(shared)
-    _limit_within(values, low, high, rows, firmness)
-    owed = np.zeros_like(values)
-    other, free = np.empty_like(values), np.empty_like(values)
-    for _ in range(ROUNDS):  # in place, because new arrays would take most of the time
-        np.subtract(values, owed, out=other)
-        other *= firmness
-        other += pull
-        np.matmul(inverse, other, out=free)
-        free *= RELAXED
-        values *= 1 - RELAXED
-        free += values
-        free += owed
-        np.minimum(np.maximum(free, -shrink, out=other), shrink, out=other)
-        np.subtract(free, other, out=values)
-        _limit_within(values, low, high, rows, firmness)
-        np.subtract(free, values, out=owed)
-    return values
-
-
-def _limit_within(values: Array, low: Array, high: Array, rows: NDArray[np.int64], firmness: Array) -> None:
-    """The nearest values within bounds, in place, (unknowns, frames); those of `rows` in sum at most 1.
-
-    Near is measured by `firmness` (unknowns, 1). Where the sum is too great, all fall by the same over their
-    firmness, and bisection finds by how much.
-    """
-    over = rows[:0]
-    if len(rows):
-        over = np.flatnonzero(np.clip(values[rows], low[rows], high[rows]).sum(axis=0) > 1)
-        part, floor, roof = (of[np.ix_(rows, over)] for of in (values, low, high))
-    np.minimum(np.maximum(values, low, out=values), high, out=values)
-    if len(over) == 0:
-        return
-    slope = 1 / firmness[rows]
-    least, most = np.zeros(len(over)), ((part - floor) / slope).max(axis=0).clip(0)
-    for _ in range(HALVINGS):
-        middle = (least + most) / 2
-        beyond = np.clip(part - middle * slope, floor, roof).sum(axis=0) > 1
-        least, most = np.where(beyond, middle, least), np.where(beyond, most, middle)
-    values[np.ix_(rows, over)] = np.clip(part - most * slope, floor, roof)
 
 
 def _wanted(articulation: Articulation, measures: MouthMeasures, use: str) -> Array:

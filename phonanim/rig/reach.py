@@ -1,8 +1,9 @@
 """How far a head's shapes can go: the best that any weights within their limits give, measure by measure.
 
 A linear program for each instant (blendshapes add up linearly): the value of a measure nearest to the
-reference's while the lips part as the reference's do and, for protrusion, are as narrow. As in
-phonanim/rig/pronounce.py, what spreads the lips is not used in a round mouth.
+reference's while the lips part as the reference's do and, for protrusion, are as narrow. Each control is used
+when phonanim/rig/pronounce.py uses it: a rolled lip on the teeth, what presses in closed mouths, what spreads
+not in round ones.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ from phonanim.core.decode import DecodeError
 from phonanim.core.files import write_text
 from phonanim.core.tables import parse_cell, read_records
 from phonanim.errors import RigError
-from phonanim.rig.pronounce import minimize
+from phonanim.rig.bounded import minimize
 
 Array = NDArray[np.float64]
 

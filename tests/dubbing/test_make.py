@@ -1,4 +1,6 @@
+import pickle
 import shutil
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
 import pytest
@@ -11,7 +13,12 @@ from phonanim.dubbing.line import Line
 from phonanim.dubbing.make import make_line
 from phonanim.dubbing.provenance import find_extensions, rig_hash
 from phonanim.errors import RigError
+from phonanim.media.glb import read_glb
 from phonanim.options import DEFAULTS
+from phonanim.rig.head import load_head
+from phonanim.rig.meshes import write_head
+from phonanim.rig.morphs import find_morphs
+from phonanim.rig.names import read_name_table
 from phonanim.rig.read import find_rig, read_document
 
 
@@ -114,3 +121,24 @@ def test_the_hash_of_a_rig_that_goes_through_itself(tmp_path, monkeypatch):
     (tmp_path / "a.toml").write_text('through = "a.toml"\n')
     with pytest.raises(RigError, match=r"a\.toml: goes through itself; name another rig"):
         rig_hash("a.toml")
+
+
+def test_a_table_of_names_travels_with_its_line(job, tmp_path):
+    head = load_head()
+    hero, table = tmp_path / "hero.glb", tmp_path / "hero.csv"
+    write_head(
+        hero,
+        replace(head, targets=("Mund_auf",), deltas=head.deltas[[head.targets.index("jawOpen")]]),
+    )
+    table.write_text("shape,control\nMund_auf,jawOpen\n", encoding="utf-8")
+    line = replace(job.line, exports={"character": hero}, names=read_name_table(table))
+    table.unlink()  # as on a worker with another disk
+    sent = pickle.loads(pickle.dumps(Job(line, tmp_path, ("glb",), None)))
+    made = make_line(sent)
+    assert made.outcome.done
+    assert made.outcome.origin["names"] == ["hero.csv", line.names.digest]
+    glb = read_glb(tmp_path / "x.glb")
+    assert [one.names for one in find_morphs(glb)] == [("Mund_auf",)]
+    assert glb.tree["animations"]
+    unnamed = make_line(replace(sent, line=replace(line, names=None)))
+    assert "has no morph target named like" in unnamed.outcome.error

@@ -72,3 +72,27 @@ def test_a_dead_rig_leaves_no_file(tmp_path: Path, capsys: pytest.CaptureFixture
 
 def _known() -> MeshLandmarks:
     return shipped_landmarks()
+
+
+def test_a_head_whose_funnel_hardly_pushes_stands_out_by_its_pucker() -> None:
+    rig, face = load_rig("arkit"), load_model("default").face
+    head, spots = load_head(), shipped_landmarks()
+    funnel = head.targets.index("mouthFunnel")
+    deltas = head.deltas.copy()
+    deltas[funnel, :, 2] *= 0.15
+    other = replace(head, deltas=deltas)
+    mouth = replace(rig, mouth=measure(other, spots, face, ARKIT))
+    found = fit_quality(mouth, other, spots, face)
+    assert found.reach["protrusion"] > 0.9
+    assert found.measures["protrusion"].slope >= 0.8
+    assert found.measures["lip_width"].slope >= 0.8
+    assert found.measures["lip_gap"].slope >= 0.9
+
+
+@pytest.mark.parametrize("name", ["vrm", "oculus15"])
+def test_visemes_reach_what_is_asked_of_them(name: str) -> None:
+    rig, face = load_rig(name), load_model("default").face
+    head, spots = add_viseme_shapes(load_head()), shipped_landmarks()
+    found = fit_quality(rig, head, spots, face)
+    for measure_name, least in {"lip_gap": 0.9, "lip_width": 0.8, "protrusion": 0.8}.items():
+        assert found.measures[measure_name].slope >= min(least, found.reach[measure_name])

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from phonanim.errors import RigError
+from phonanim.rig.fit_character import is_viseme
 from phonanim.rig.morphs import Morphs, plain_name
 from phonanim.rig.names import added_names, known_controls, read_names
 
@@ -94,3 +95,15 @@ def test_short_names_need_no_guess():
 def test_the_controls_that_a_shape_is():
     assert "visemepp" in known_controls("vrc.v_pp")
     assert plain_name("mouthClose") not in known_controls("mouthOpen")
+
+
+@pytest.mark.parametrize(
+    "name", ["eCTRLvAA", "Fcl_MTH_A", "vrc.v_oh", "あ", "viseme_PP", "aa", "Mund.viseme_U"]
+)
+def test_shapes_of_sounds_are_known_by_their_names(name: str) -> None:
+    assert is_viseme(name)
+
+
+@pytest.mark.parametrize("name", ["jawOpen", "mouthOpen", "Fcl_MTH_Angry", "Mouth_Funnel_Up_L", "smile"])
+def test_other_shapes_are_no_visemes(name: str) -> None:
+    assert not is_viseme(name)

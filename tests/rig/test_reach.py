@@ -15,7 +15,7 @@ from phonanim.rig.fit_quality import FitQuality, Followed, fit_quality, probe
 from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.measures import MEASURES
-from phonanim.rig.pronounce import pronounce
+from phonanim.rig.pronounce import mouth_limits, pronounce
 from phonanim.rig.reach import reachable_slopes
 from phonanim.rig.shown_mouth import shown_mouth
 
@@ -83,3 +83,16 @@ def test_a_rig_is_checked_and_drawn_beside_the_shipped_head(tmp_path: Path, caps
     drawn = folder / "azure22.toml"
     assert run(["rig", "check", str(drawn), "--phones", str(tmp_path / "b.png")]) == 2
     assert "names no head and no mouth to draw; phonanim rig fit makes both" in capsys.readouterr().err
+
+
+def test_visemes_of_open_mouths_do_not_round_closed_lips():
+    rig = load_rig("oculus15")
+    track, times = probe()
+    wanted = articulate(track, times)
+    low, high, _ = mouth_limits(wanted, rig, rig.mouth)
+    names = [one[0] for one in rig.mouth.names]
+    closed = wanted.channel("lip_gap") <= 0
+    assert closed.any()
+    assert (high[closed, names.index("viseme_U")] == low[names.index("viseme_U")]).all()
+    assert (high[closed, names.index("viseme_PP")] == 1).all()
+    assert high[:, names.index("viseme_U")].max() == 1
