@@ -18,6 +18,7 @@ from phonanim.options import DEFAULTS, Options
 from phonanim.pipeline import UNCORRECTED, AnimationResult, animate_detailed, load_cached_rig
 from phonanim.rig import Rig
 from phonanim.rig.read import rig_names
+from phonanim.rig.retarget import limit_sum
 from phonanim.speech.anchors import match_phones
 from phonanim.speech.intervals import Interval
 
@@ -69,8 +70,11 @@ def apply_line_edits(
     Edits of another rig are carried to this one. `read` are the phones before they were corrected.
     """
     rig = load_cached_rig(options.rig)
+    made_on = edits.rig
     edits, carried = _carried_to(rig, edits)
     edited, notes = apply_edits(animation, edits, rig, read)
+    if edits.rig != made_on:
+        edited = edited.with_values(limit_sum(edited.values, edited.channels, rig))
     told = {"notes": [*animation.provenance["notes"], *carried, *notes]}
     return replace(edited, provenance={**animation.provenance, **told})
 

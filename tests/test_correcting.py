@@ -8,11 +8,12 @@ from phonanim.animation.correction_file import write_corrections
 from phonanim.animation.corrections import Corrections
 from phonanim.animation.edits import Edit, Edits
 from phonanim.articulation import CHANNELS
-from phonanim.correcting import animate_corrected
+from phonanim.correcting import animate_corrected, apply_line_edits
 from phonanim.exporters import load
 from phonanim.inputs.alignment import read_alignment
 from phonanim.options import Closure, Options
 from phonanim.pipeline import animate_detailed
+from phonanim.rig import load_rig
 from phonanim.speech.alignment import Interval
 from phonanim.speech.phone_changes import PhoneChanges
 
@@ -93,3 +94,17 @@ def test_a_line_has_one_file_of_corrections(line, tmp_path, capsys):
 def test_no_files_change_nothing(line):
     plain = animate_detailed(line).animation
     assert np.array_equal(animate_corrected(line).animation.values, plain.values)
+
+
+@pytest.mark.parametrize("rig", ["oculus15", "vrm"])
+def test_visemes_add_up_to_one_at_most_after_edits_of_another_rig(line, rig):
+    opened = Edit("jawOpen", "offset", 0.0, 3.0, (0.1, 0.1), (0.0, 1.5, 3.0), (0.6, 0.6, 0.6))
+    rounded = Edit("mouthPucker", "offset", 0.0, 3.0, (0.1, 0.1), (0.0, 1.5, 3.0), (0.9, 0.9, 0.9))
+    animation = animate_detailed(line, Options(rig=rig)).animation
+    edited = apply_line_edits(animation, Edits("arkit", 0.01, (), (opened, rounded)), Options(rig=rig))
+    shapes = [at for at, name in enumerate(edited.channels) if name in load_rig(rig).controls]
+    assert np.abs(edited.values - animation.values).max() > 0.1
+    assert edited.values[:, shapes].sum(axis=1).max() <= 1 + 1e-5
+    own = Edit(edited.channels[shapes[1]], "offset", 0.0, 3.0, (0.1, 0.1), (0.0, 3.0), (1.0, 1.0))
+    kept = apply_line_edits(animation, Edits(rig, 0.01, (), (own,)), Options(rig=rig))
+    assert kept.values[:, shapes].sum(axis=1).max() > 1.1

@@ -49,7 +49,7 @@ WEIGHTS = {
 }
 # The same where no control moves the jaw alone. What opens the lips then opens the teeth with them, and what
 # rounds and what opens share a sum: without more weight on the width, round mouths stay broad.
-AMONG_OTHERS = {"jaw": 1.4, "width": 2.5, "protrusion": 1.5}
+AMONG_OTHERS = {"jaw": 1.5, "width": 2.2, "protrusion": 1.5}
 REFERENCE, SAME = "arkit", 0.01  # the rig of the shipped head; mm, by which tables of the same head differ
 LIP_ON_TEETH = (0.3, 0.6)  # mm up and forward from the incisors' edge, of the lower lip's rim when they meet
 

@@ -14,11 +14,13 @@ from phonanim.articulation import Articulation, articulate
 from phonanim.errors import RigError
 from phonanim.face.model import FaceModel
 from phonanim.rig.accents import add_accents, read_accents
+from phonanim.rig.measures import USES
 from phonanim.rig.pronounce import pronounce
 from phonanim.rig.reference import move_to_face
 from phonanim.rig.rig import HingeMap, Rig, Through, pose_map
 from phonanim.rig.tongue import place_tongue, read_tongue
 from phonanim.rig.visemes import shape_weights, speak
+from phonanim.speech.inventory import INVENTORY, SILENCE
 from phonanim.speech.phones import PhoneTrack
 
 How = Literal["auto", "articulation", "poses", "direct", "solve"]
@@ -169,6 +171,25 @@ def _solved(modes: NDArray[np.floating], face: FaceModel, rig: Rig) -> NDArray[n
     landmark_rig = make_landmark_rig(load_character(rig.head), read_landmarks(rig.landmarks), face)
     closed = closed_face(face, read_motion().modes(face))
     return solve(face.instance(modes), face, landmark_rig, rig, closed).astype(np.float32)
+
+
+def limit_sum(values: NDArray[np.float32], channels: tuple[str, ...], rig: Rig) -> NDArray[np.float32]:
+    """Shapes that add up, such as visemes, in sum at most 1: all of a frame fall alike.
+
+    (frames, channels) -> the same. Silence has the rest. Unchanged where a rig has no such shapes.
+    """
+    if rig.mouth is None:
+        return values
+    adding = rig.mouth.uses[:, USES.index("shared")]
+    names = [name for group, adds in zip(rig.mouth.names, adding, strict=True) if adds for name in group]
+    shared = np.isin(channels, names)
+    total = values[:, shared].sum(axis=1, keepdims=True)
+    limited = np.where(shared, values / np.maximum(total, 1.0), values).astype(np.float32)
+    if rig.visemes is not None:
+        silent = np.isin(channels, rig.controls[rig.visemes.of[INVENTORY.code(SILENCE), 0]])
+        rest = np.clip(1.0 - limited[:, shared].sum(axis=1, keepdims=True), 0.0, 1.0)
+        limited = np.where(silent, np.minimum(limited, rest), limited).astype(np.float32)
+    return limited
 
 
 def limit_controls(values: NDArray[np.float32], rig: Rig) -> NDArray[np.float32]:
