@@ -68,6 +68,7 @@ def test_what_is_depended_on_is_imported_and_the_other_way_round(root, config):
         "pythonosc": "python_osc",
         "parselmouth": "praat_parselmouth",
         "yaml": "pyyaml",
+        "pyopenjtalk": "pyopenjtalk_plus",
     }
     assert core <= imported
     assert {modules.get(name, name) for name in others} <= core | extras

@@ -8,10 +8,10 @@ from __future__ import annotations
 import base64
 import wave
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from unicodedata import category, normalize
+from unicodedata import category
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,10 @@ from phonanim.core.files import atomic_path
 from phonanim.errors import OptionError
 from phonanim.media.espeak import ask_espeak, can_speak
 from phonanim.speech.alignment import Alignment, Interval
-from phonanim.speech.espeak_phones import plain_ipa, pronounce_words, reading_language, unread_kanji
+from phonanim.speech.espeak_phones import plain_ipa, pronounce_words, reading_language
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.language import to_phones
+from phonanim.speech.spoken_text import espeak_voice, plain_label, prepare_text
 
 __all__ = ["VOICE", "SpokenText", "can_speak", "pronounce", "reading_language", "speak", "write_speech"]
 
@@ -34,12 +35,16 @@ WORD, PHONEME = 1, 7  # types of events in speak_lib.h
 
 @dataclass(frozen=True)
 class SpokenText:
-    """Speech: `samples` (n,) 16-bit at `rate` Hz, and its words and phones (IPA with stress) in seconds."""
+    """Speech: `samples` (n,) 16-bit at `rate` Hz, and its words and phones (IPA with stress) in seconds.
+
+    `notes` say what of the text is not spoken, or may be spoken wrongly.
+    """
 
     samples: NDArray[np.int16]
     rate: int
     words: tuple[Interval, ...]
     phones: tuple[Interval, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def duration(self) -> float:
@@ -74,18 +79,24 @@ def speak(text: str, voice: str = VOICE, words_per_minute: int | None = None) ->
     """Speak a text, at eSpeak NG's own rate (175 words a minute) unless another is given.
 
     `voice` is a language code (`de`, `en-us`, `cmn`) or a name (`german`) that eSpeak NG has, and may name a
-    variant after a plus sign (`de+f2`). Raises OptionError for an unknown voice, suggesting the nearest, and
-    for a text without anything to say; MissingExtraError without the extra.
+    variant after a plus sign (`de+f2`). Marks, directions in brackets and emoji are not spoken, with a note;
+    a text with a `<speak>` is SSML. Raises OptionError for an unknown voice, suggesting the nearest, for
+    letters that the voice cannot read, and for a text without anything to say; MissingExtraError without the
+    extra.
     """
-    text = normalize("NFC", text)  # signs that are composed of two are spelled, one after the other
-    if kanji := unread_kanji(text, voice):
-        raise OptionError(f"the voice {voice} cannot read {kanji}; write the text in kana, or in letters")
-    answer = ask_espeak({"text": text, "voice": voice, "words_per_minute": words_per_minute})
+    form = prepare_text(text, voice)
+    answer = ask_espeak(
+        {
+            **{"text": form.text, "voice": espeak_voice(voice), "words_per_minute": words_per_minute},
+            "is_ssml": form.is_ssml,
+        }
+    )
     samples = np.frombuffer(base64.b64decode(answer["samples"]), "<i2")
-    spoken = _timed(samples, answer["rate"], answer["events"], text)
+    spoken = _timed(samples, answer["rate"], answer["events"], form.text)
     if not spoken.phones:
         raise OptionError(f"{text[:40]!r}: the voice {voice} cannot speak any of it; give another text")
-    return spoken
+    words = (replace(word, label=plain_label(form, word.label)) for word in spoken.words)
+    return replace(spoken, words=tuple(words), notes=form.notes)
 
 
 def write_speech(path: Path, spoken: SpokenText) -> None:

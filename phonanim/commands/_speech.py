@@ -87,15 +87,17 @@ def understand(recording: Path, voice: str | None, console: Console) -> str:
     return words.text
 
 
-def speak_text(text: str, voice: str, beside: Path) -> Path:
+def speak_text(text: str, voice: str, beside: Path, console: Console) -> Path:
     """Speak a text into `beside` with the suffixes .wav and .TextGrid, and return the TextGrid.
 
-    The phones are in IPA. Files that speak this text already are left as they are. Raises OptionError when
-    one of the two exists with other content.
+    The phones are in IPA. Notes on the text are printed. Files that speak this text already are left as they
+    are. Raises OptionError when one of the two exists with other content.
     """
     from phonanim.aligners.espeak import speak
 
     spoken = speak(text, voice)
+    for note in spoken.notes:
+        console.print(f"note: {note}")
     sound, grid = beside.with_suffix(".wav"), beside.with_suffix(".TextGrid")
     with tempfile.TemporaryDirectory(prefix="phonanim-") as folder:
         for path in (sound, grid):

@@ -251,7 +251,7 @@ def make_alignment(
     if text is None:
         raise click.UsageError("give an ALIGNMENT, a recording, or --text")
     voice = named or VOICE
-    return speak_text(text, voice, beside), replace(options, language=reading_language(voice)), None
+    return speak_text(text, voice, beside, console), replace(options, language=reading_language(voice)), None
 
 
 def show(animation: Animation, outputs: Sequence[Path], console: Console) -> None:

@@ -41,7 +41,7 @@ def command(text: str | None, voice: str, output: Path, view: bool, console: Con
     if text is None and importlib.util.find_spec("espeakng_loader") is None:
         console.print("for a sentence of your own: pip install 'phonanim[espeak]', phonanim demo \"Hello.\"")
     with tempfile.TemporaryDirectory(prefix="phonanim-demo-") as folder:
-        alignment, language = make_line(text, voice, Path(folder))
+        alignment, language = make_line(text, voice, Path(folder), console)
         animation = animate(alignment, rig="arkit_tongue", language=language)
         animation.save(output)
     words = [word.label for word in animation.words if word.label]
@@ -52,14 +52,14 @@ def command(text: str | None, voice: str, output: Path, view: bool, console: Con
     console.print_result({"page": str(output), "words": words})
 
 
-def make_line(text: str | None, voice: str, folder: Path) -> tuple[Path, str]:
+def make_line(text: str | None, voice: str, folder: Path, console: Console) -> tuple[Path, str]:
     """The alignment of the text, with its sound beside it, in a folder; and the language of its labels."""
     from phonanim.aligners.espeak import reading_language
     from phonanim.commands._speech import speak_text
     from phonanim.core.lexicon import LEXICON
 
     if text is not None:
-        return speak_text(text, voice, folder / "demo"), reading_language(voice)
+        return speak_text(text, voice, folder / "demo", console), reading_language(voice)
     for suffix in (".TextGrid", ".wav"):
         shutil.copy(LEXICON / "demo" / f"line{suffix}", folder / f"demo{suffix}")
     return folder / "demo.TextGrid", "english"

@@ -106,7 +106,7 @@ def speak_line(line: Line, target: Path, sound: Path) -> tuple[Options, tuple[st
     write_speech(sound, spoken)
     write_textgrid(target, {"words": spoken.words, "phones": spoken.phones}, spoken.duration)
     note = f"{SPOKEN} with the voice {voice}"
-    return replace(line.options, language=reading_language(voice)), (note,)
+    return replace(line.options, language=reading_language(voice)), (note, *spoken.notes)
 
 
 def align_line(line: Line, target: Path) -> tuple[Options, tuple[str, ...]]:

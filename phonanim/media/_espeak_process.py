@@ -16,7 +16,7 @@ from typing import Any
 # Numbers of speak_lib.h.
 SYNCHRONOUS, PHONEME_EVENTS, IPA, DO_NOT_EXIT = 2, 1, 2, 0x8000
 LAST = 0
-CHARACTERS, UTF8 = 1, 1
+CHARACTERS, UTF8, SSML, PHONEMES = 1, 1, 0x10, 0x100
 SPEED = 1
 DEFAULT = "en-us"  # the voice of "english", which many voices are named
 
@@ -47,7 +47,9 @@ _Callback = ctypes.CFUNCTYPE(
 )
 
 
-def speak(text: str, voice: str, words_per_minute: int | None = None) -> dict[str, Any]:
+def speak(
+    text: str, voice: str, words_per_minute: int | None = None, is_ssml: bool = False
+) -> dict[str, Any]:
     """The rate, the samples (16 bit, base64) and the events of a text, or an error.
 
     An event is its type, its sample, its position and length in the text, and the phone.
@@ -57,7 +59,7 @@ def speak(text: str, voice: str, words_per_minute: int | None = None) -> dict[st
         return {"error": error}
     if words_per_minute is not None:
         library.espeak_SetParameter(SPEED, words_per_minute, 0)
-    sound, events = _synthesize(library, text)
+    sound, events = _synthesize(library, text, UTF8 | (SSML if is_ssml else PHONEMES))
     return {"rate": rate, "samples": base64.b64encode(sound).decode(), "events": events}
 
 
@@ -98,7 +100,7 @@ def _open(voice: str) -> tuple[Any, int, str]:
     return library, rate, ""
 
 
-def _synthesize(library: Any, text: str) -> tuple[bytes, list[tuple[int, int, int, int, str]]]:
+def _synthesize(library: Any, text: str, flags: int) -> tuple[bytes, list[tuple[int, int, int, int, str]]]:
     sound, events = bytearray(), list[tuple[int, int, int, int, str]]()
 
     def collect(samples: Any, count: int, given: Any) -> int:
@@ -115,7 +117,7 @@ def _synthesize(library: Any, text: str) -> tuple[bytes, list[tuple[int, int, in
     callback = _Callback(collect)
     library.espeak_SetSynthCallback(callback)
     encoded = text.encode("utf-8")
-    library.espeak_Synth(encoded, len(encoded) + 1, 0, CHARACTERS, 0, UTF8, None, None)
+    library.espeak_Synth(encoded, len(encoded) + 1, 0, CHARACTERS, 0, flags, None, None)
     library.espeak_Synchronize()
     return bytes(sound), events
 

@@ -10,11 +10,10 @@ from phonanim.core.lexicon import LEXICON
 from phonanim.media.espeak import ask_espeak
 from phonanim.speech.labels import load_language
 from phonanim.speech.language_names import find_language
+from phonanim.speech.spoken_text import espeak_voice, readable_word
 
 IPA = "IPA"
 STRESS = "ˈˌ"
-# Voices that read Han characters.
-SINITIC = ("cmn", "yue", "hak", "zh", "chinese", "mandarin", "cantonese", "hakka")
 _TONE = re.compile(r"(?<=.)[0-9ɜ]$")  # its names of tones; the third is written ɜ
 _SWITCH = re.compile(r"\([a-z-]+\)")  # "(en)": the word is spoken as one of another language
 
@@ -51,15 +50,10 @@ def pronounce_words(words: Iterable[str], voice: str) -> dict[str, tuple[str, ..
 
 @lru_cache(maxsize=64)
 def _pronounced(words: tuple[str, ...], voice: str) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    answer = ask_espeak({"words": list(words), "voice": voice})
-    spelled = zip(words, answer["phonemes"], strict=True)
-    return tuple((word, () if unread_kanji(word, voice) else _phones(text, voice)) for word, text in spelled)
-
-
-def unread_kanji(text: str, voice: str) -> str:
-    """The first Han characters of a text that a voice cannot read: it would name them in English."""
-    kanji = re.findall(r"[\u3400-\u9fff]+", text)
-    return "" if voice.lower().startswith(SINITIC) else ", ".join(dict.fromkeys(kanji[:3]))
+    readable = [readable_word(word, voice) for word in words]
+    answer = ask_espeak({"words": readable, "voice": espeak_voice(voice)})
+    spelled = zip(words, readable, answer["phonemes"], strict=True)
+    return tuple((word, _phones(text, voice) if given else ()) for word, given, text in spelled)
 
 
 def _phones(text: str, voice: str) -> tuple[str, ...]:

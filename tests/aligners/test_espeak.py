@@ -72,9 +72,25 @@ def test_signs_of_two_parts_are_read_as_one() -> None:
     assert whole == parted
 
 
-def test_a_voice_that_cannot_read_the_script_says_so() -> None:
-    with pytest.raises(OptionError, match="the voice ja cannot read 人権; write the text in kana"):
+def test_a_voice_that_cannot_read_the_script_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("phonanim.speech.spoken_text.can_read", lambda text: False)
+    told = r"the voice ja cannot read 人権です; pip install 'phonanim\[ja\]' reads kanji, or write it in kana"
+    with pytest.raises(OptionError, match=told):
         speak("人権です", "ja")
+
+
+def test_a_voice_by_the_name_of_its_language() -> None:
+    assert [phone.label for phone in speak("你好", "mandarin").phones] == ["n", "i", "χ", "ˈɑu"]
+
+
+def test_speech_marked_up_and_what_is_not_said() -> None:
+    marked = speak('<speak>Hi <break time="700ms"/> <emphasis>Bob</emphasis></speak>')
+    assert [word.label for word in marked.words] == ["Hi", "Bob"]
+    assert marked.words[1].start - marked.words[0].end > 0.6
+    spoken = speak("[laughs] Shh! B-but Bob 😀 (sighs)")
+    assert [word.label for word in spoken.words] == ["Shh", "Buh", "but", "Bob"]
+    assert spoken.phones[0].label == "ʃ"
+    assert spoken.notes == ("directions, not spoken: [laughs] (sighs)", "signs, not spoken: 😀")
 
 
 def test_the_rate_of_speech() -> None:
