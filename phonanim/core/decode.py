@@ -13,7 +13,7 @@ import sys
 import tokenize
 import zipfile
 import zlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -93,7 +93,7 @@ def parse_json(text: str | bytes, numbers_only: bool = True) -> Any:
     NaN and Infinity are refused with `numbers_only`. Recognizers write them for an unknown confidence.
     """
     try:
-        tree = json.loads(text, parse_constant=_refuse_constant if numbers_only else None)
+        tree = _tree(text, _refuse_constant if numbers_only else None)
     except (ValueError, RecursionError) as error:
         raise DecodeError(f"it is not JSON: {fault_reason(error)}") from error
     written = text.decode("utf-8", "replace") if isinstance(text, bytes) else text
@@ -219,7 +219,7 @@ def parse_array(data: bytes) -> NDArray[Any]:
 
 def decode_number(value: Any, name: str, low: float = -MAX_TIME, high: float = MAX_TIME) -> float:
     """A finite number from `low` to `high`. Raises DecodeError, which names it."""
-    plain = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    plain = type(value) in (int, float) or isinstance(value, (np.integer, np.floating))
     if not plain or not low <= value <= high:  # false for NaN, too
         raise DecodeError(f"{name} is {_quote(value)}; it is a number from {low:g} to {high:g}")
     return float(value)
@@ -277,6 +277,15 @@ def decode_part(value: Any, name: str) -> str:
 
 def _refuse_constant(name: str) -> float:
     raise ValueError(f"it has {name}, which is not a number")
+
+
+_FINITE = json.JSONDecoder(parse_constant=_refuse_constant)
+
+
+def _tree(text: str | bytes, constant: Callable[[str], float] | None) -> Any:
+    if constant is _refuse_constant and isinstance(text, str) and text.startswith("{"):
+        return _FINITE.decode(text)  # without a new decoder, because ledgers have a text for each line
+    return json.loads(text, parse_constant=constant)
 
 
 def _quote(value: Any) -> str:

@@ -62,7 +62,7 @@ def audit(lines: Lines, folder: Place, workers: int = 1, verify: bool = False) -
         for line in lines.lines
     ]
     findings += [finding for found in _answered(questions, workers) for finding in found]
-    orphans = sorted(str(path_below(path, folder)) for files in delivered.values() for path in files)
+    orphans = sorted(path_below(path, folder) for files in delivered.values() for path in files)
     return findings + [Finding("orphan", name, "", "no line has it") for name in orphans]
 
 
@@ -79,7 +79,7 @@ def delivered_files(folder: Place) -> dict[str, list[Place]]:
     found: dict[str, list[Place]] = {}
     for path in files_below(folder):
         suffix = max((end for end in suffixes() if path.name.lower().endswith(end)), key=len, default="")
-        name = str(path_below(path, folder))
+        name = path_below(path, folder)
         given = path.name.startswith(".") or name.endswith((EDITS, CORRECTIONS)) or name in OWN
         if suffix and path.is_file() and not given:
             found.setdefault(name[: -len(suffix)], []).append(path)

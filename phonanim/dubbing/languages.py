@@ -37,6 +37,9 @@ def is_open(outcome: Outcome) -> bool:
 
 def undecided_lines(lines: Iterable[Line], found: Mapping[str, Outcome]) -> Iterator[Line]:
     """Those of the open lines that must be made again, with the language that is expected of them."""
+    lines = list(lines)
+    if not lines:
+        return
     name = common_language(found.values())
     wanted = f"{AUTO}:{name}" if name else AUTO
     for line in lines:

@@ -7,13 +7,14 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 from phonanim.core.text import printable
 from phonanim.dubbing.align_lines import voice_of
 from phonanim.dubbing.line import Line
+from phonanim.dubbing.listing import forget_folders
 from phonanim.dubbing.output_names import collision_key
-from phonanim.dubbing.pairing import ALIGNMENTS, split_files, stem_of
+from phonanim.dubbing.pairing import ALIGNMENTS, split_files, stem_of, without_suffix
 from phonanim.dubbing.row import EDITS, Common, parse_row
 from phonanim.dubbing.storage import Place, Remote, forget_listings, parse_place
 from phonanim.dubbing.table import SUFFIXES as TABLES
@@ -47,6 +48,7 @@ def read_lines(source: str, common: Common) -> Lines:
     Cells of a table override `common`. Raises OptionError when the source as a whole is invalid.
     """
     forget_listings()
+    forget_folders()
     path = parse_place(source)
     notes: list[str] = []
     if path.suffix.lower() in TABLES and path.is_file():
@@ -127,7 +129,7 @@ def _rows_of(root: Place, paths: Iterable[Place]) -> list[Row]:
     files = [path for path in paths if not path.name.startswith(".") and path.is_file()]
     names = [path_below(path, root) for path in files]
     return [
-        Row(str(path), {"id": str(name.with_suffix("")), "alignment": str(name)})
+        Row(str(path), {"id": without_suffix(name), "alignment": name})
         for path, name in zip(files, names, strict=True)
     ]
 
@@ -136,18 +138,19 @@ def _spoken_rows(root: Place, spoken: Mapping[Place, str]) -> list[Row]:
     """A row for every recording with its transcript."""
     names = {path: path_below(path, root) for path in spoken}
     return [
-        Row(str(path), {"id": str(names[path].with_suffix("")), "audio": str(names[path]), "text": text})
+        Row(str(path), {"id": without_suffix(names[path]), "audio": names[path], "text": text})
         for path, text in spoken.items()
     ]
 
 
-def path_below(path: Place, folder: Place) -> PurePosixPath:
-    """The path of a file below a folder; both are paths, or both are remote."""
+def path_below(path: Place, folder: Place) -> str:
+    """The path of a file below a folder, with slashes; both are paths, or both are remote."""
     if isinstance(path, Remote) and isinstance(folder, Remote):
-        return path.relative_to(folder)
-    if isinstance(path, Path) and isinstance(folder, Path):
-        return PurePosixPath(path.relative_to(folder).as_posix())
-    return PurePosixPath(Path(str(path)).relative_to(Path(str(folder))).as_posix())
+        return str(path.relative_to(folder))
+    whole, above = str(path), f"{folder}{os.sep}"
+    if whole.startswith(above):
+        return whole[len(above) :].replace(os.sep, "/")
+    return Path(whole).relative_to(Path(str(folder))).as_posix()
 
 
 def _checked(

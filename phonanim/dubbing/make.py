@@ -17,7 +17,14 @@ from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.motion import line_motion
 from phonanim.dubbing.outcome import Outcome
-from phonanim.dubbing.provenance import find_extensions, is_current, origin_of, rig_hash, shared_file_entry
+from phonanim.dubbing.provenance import (
+    find_extensions,
+    is_current,
+    options_entry,
+    origin_of,
+    rig_hash,
+    shared_file_entry,
+)
 from phonanim.dubbing.staging import Copies, forget_copies, open_copies, stage_inputs, upload_outputs
 from phonanim.dubbing.stamps import OUTPUTS, stamp_inputs, stamp_outputs
 from phonanim.dubbing.storage import forget_listings
@@ -64,6 +71,7 @@ def reset_caches(run: str) -> None:
         model_hash,
         rig_hash,
         shared_file_entry,
+        options_entry,
         find_extensions,
         rig_of_format,
     ):

@@ -7,10 +7,12 @@ import re
 import unicodedata
 from pathlib import PurePosixPath
 
+from phonanim.dubbing.listing import folded_name
 from phonanim.errors import OptionError
 
 FORBIDDEN = re.compile(r'[<>:"|?*\x00-\x1f\x7f]')  # by NTFS, exFAT or SMB
 RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)  # device names on Windows
+PLAIN = re.compile(r"[A-Za-z0-9_-]{1,100}")  # as most parts are, which need no change
 LONGEST = 180  # bytes of a file name: 255 less room for a suffix and the name of an unfinished file
 
 
@@ -32,11 +34,13 @@ def safe_name(id: str) -> PurePosixPath:
 
 
 def collision_key(name: PurePosixPath) -> str:
-    """A key that is equal for names that some file system treats as one: case and composition are folded."""
-    return unicodedata.normalize("NFC", str(name)).casefold()
+    """A key that is equal for paths that some file system treats as one."""
+    return folded_name(str(name))
 
 
 def _safe_part(part: str) -> str:
+    if PLAIN.fullmatch(part) and not RESERVED.fullmatch(part):
+        return part
     safe = FORBIDDEN.sub("_", unicodedata.normalize("NFC", part)).rstrip(". ").lstrip(" ")
     if not safe or RESERVED.fullmatch(safe) or safe.startswith("."):
         safe = "_" + safe

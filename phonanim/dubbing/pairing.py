@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import unicodedata
 from collections.abc import Iterable, Sequence
@@ -27,9 +28,9 @@ def split_files(files: Sequence[Place]) -> tuple[list[Place], dict[Place, str], 
 
     A `.lab` file without times is a transcript: beside an alignment of the same name it belongs to that line.
     """
-    groups: dict[tuple[str, str], list[Place]] = {}
+    groups: dict[str, list[Place]] = {}
     for file in files:
-        groups.setdefault((str(file.parent), _plain(file.stem)), []).append(file)
+        groups.setdefault(_plain(without_suffix(str(file))), []).append(file)
     alignments: list[Place] = []
     spoken: dict[Place, str] = {}
     passed = 0
@@ -75,11 +76,20 @@ def _transcript(file: Place) -> str:
 
 def spellings(name: str) -> list[str]:
     """A path as it may be meant: as written, with slashes for backslashes, composed, decomposed."""
+    if name.isascii() and "\\" not in name:
+        return [name]
     found: dict[str, None] = {}
     for slashed in (name, name.replace("\\", "/")):
         composed = unicodedata.normalize("NFC", slashed)
         found |= dict.fromkeys((slashed, composed, unicodedata.normalize("NFD", slashed)))
     return list(found)
+
+
+def without_suffix(name: str) -> str:
+    """A path without the suffix that `pathlib` sees in it, at a fraction of the time."""
+    head, dot, suffix = name.rpartition(".")
+    plain = not dot or not suffix or "/" in suffix or os.sep in suffix or not head.strip(".")
+    return name if plain or head.endswith(("/", os.sep)) else head
 
 
 def stem_of(name: str) -> str:

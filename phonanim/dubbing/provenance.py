@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Mapping
 from functools import cache, lru_cache
 from pathlib import Path
@@ -14,6 +13,7 @@ from phonanim.animation.overlay import find_overlay
 from phonanim.core.files import content_hash
 from phonanim.core.lexicon import LEXICON, find_tables
 from phonanim.core.plugins import plugin_packages
+from phonanim.core.same import Same
 from phonanim.core.version import __version__
 from phonanim.dubbing.format_rigs import rigs_of_formats
 from phonanim.dubbing.line import Line
@@ -29,25 +29,25 @@ from phonanim.rig.read import FILES, find_rig, read_document
 def origin_of(line: Line, formats: tuple[str, ...], known: Outcome | None = None) -> dict[str, Any]:
     """Everything that the outputs depend on: contents, options, model, rig, version, names.
 
-    It is the same for a file and its copy under the same name. Files with the stamps of `known` are not read.
+    It is the same for a file and its copy under the same name, and has the values that are read back from
+    the ledger. Inputs are not read where `known` is given, the outcome that has their stamps.
     """
     origin = {
         **{
-            name: input_entry(line, name, known)
+            name: _known_entry(line, name, known) if known else file_entry(getattr(line, name))
             for name in INPUTS
             if name != "corrections" or line.corrections
         },
         "text": line.text,
         "exports": {name: _export(value) for name, value in sorted(line.exports.items())},
-        "options": _options(line.options),
+        "options": options_entry(Same(line.options)),
         "model": model_hash(line.options.model),
         "rig": rig_hash(line.options.rig),
         "version": __version__,
         "outputs": [f"{line.output}.{suffix}" for suffix in formats],
     }
     origin |= find_extensions() | _other_rigs(line, formats) | speaker_of(line)
-    origin |= {"names": [line.names.name, line.names.digest]} if line.names else {}
-    return dict(json.loads(json.dumps(origin)))  # as it will be read back from the ledger
+    return origin | ({"names": [line.names.name, line.names.digest]} if line.names else {})
 
 
 def _other_rigs(line: Line, formats: tuple[str, ...]) -> dict[str, Any]:
@@ -67,18 +67,17 @@ def find_extensions() -> dict[str, Any]:
     """Other things that may affect any line: packages with plugins, languages on PHONANIM_PATH."""
     tables = find_tables("languages").values()
     found = {
-        "plugins": plugin_packages(),
+        "plugins": list(plugin_packages()),
         "languages": [shared_file_entry(path.absolute()) for path in tables if LEXICON not in path.parents],
     }
     return {name: values for name, values in found.items() if values}
 
 
-def is_current(known: Outcome, origin: Mapping[str, Any], folder: Place, trusting: bool = False) -> bool:
-    """Whether the outputs in the ledger have this origin and exist unchanged; `trusting` goes by stamps."""
+def is_current(known: Outcome, origin: Mapping[str, Any], folder: Place) -> bool:
+    """Whether the outputs in the ledger have this origin and exist unchanged."""
     if not known.done or known.origin != origin:
         return False
-    given = known if trusting else None
-    return all(output_hash(name, folder, given) == digest for name, digest in known.outputs.items())
+    return all(output_hash(name, folder) == digest for name, digest in known.outputs.items())
 
 
 def is_unchanged(known: Outcome | None, line: Line, formats: tuple[str, ...], folder: Place) -> bool:
@@ -86,7 +85,7 @@ def is_unchanged(known: Outcome | None, line: Line, formats: tuple[str, ...], fo
     if known is None or not known.done or not keeps_stamps(known, line, folder):
         return False
     try:
-        return is_current(known, origin_of(line, formats, known), folder, trusting=True)
+        return bool(known.origin == origin_of(line, formats, known))
     except (PhonanimError, OSError):  # told by the worker that makes the line
         return False
 
@@ -117,9 +116,16 @@ def input_entry(line: Line, name: str, known: Outcome | None = None) -> list[str
     """`file_entry` of a file of a line, by its name in the origin; not read if `known` has its stamp."""
     path: Place | None = getattr(line, name)
     if known is not None and path is not None and _is_stamped(path, known.stamps.get(name)):
-        entry = known.origin.get(name)
-        if isinstance(entry, list) and entry[:1] == [path.name]:
-            return entry
+        return _known_entry(line, name, known)
+    return file_entry(path)
+
+
+def _known_entry(line: Line, name: str, known: Outcome) -> list[str] | None:
+    """The same from an outcome that has the stamp of the file, unless it is of a file of another name."""
+    path: Place | None = getattr(line, name)
+    entry = known.origin.get(name)
+    if path is not None and isinstance(entry, list) and entry[:1] == [path.name]:
+        return entry
     return file_entry(path)
 
 
@@ -161,16 +167,24 @@ def overlay_place(overlay: Overlay) -> Place:
     return parse_place(overlay.source) if is_url(overlay.source) else find_overlay(overlay.source)
 
 
-def _options(options: Options) -> dict[str, Any]:
-    """The options, with names and hashes of files instead of paths."""
+@lru_cache(maxsize=256)
+def options_entry(same: Same[Options]) -> dict[str, Any]:
+    """The options, with names and hashes of files instead of paths; lines share them."""
+    options = same.value
     lexicon = shared_file_entry(parse_place(options.lexicon).absolute()) if options.lexicon else None
     overlays = [
-        [*shared_file_entry(overlay_place(overlay).absolute()), overlay.gain, overlay.span]
+        [*shared_file_entry(overlay_place(overlay).absolute()), overlay.gain, _as_list(overlay.span)]
         for overlay in options.overlays
     ]
     found = {"rig": options.rig, "model": options.model}  # so that an audit can find them
     return {**options.plain(), **found, "lexicon": lexicon, "overlays": overlays}
 
 
+def _as_list(span: tuple[float, float] | None) -> list[float] | None:
+    return None if span is None else list(span)
+
+
 def _export(value: Any) -> Any:
-    return shared_file_entry(value.absolute()) if isinstance(value, Place) else value
+    if isinstance(value, Place):
+        return shared_file_entry(value.absolute())
+    return list(value) if isinstance(value, tuple) else value

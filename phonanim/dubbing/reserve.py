@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import PurePosixPath
 
 from phonanim.dubbing import decisions, ledger, ledger_parts
@@ -29,13 +30,14 @@ def reserve_outputs(lines: Lines, folder: Place, formats: Sequence[str]) -> Line
     """The lines with unique outputs; every other line is a fault. The first line of an output is kept."""
     files = {collision_key(PurePosixPath(name)): "the run itself" for name in OWN}
     folders: dict[str, str] = {}
-    inputs = {
+    target = folder.absolute()
+    places = {
         str(place)
         for line in lines.lines
         for place in (line.alignment, line.audio, line.edits, line.corrections)
         if place
     }
-    target = folder.absolute()
+    inputs = {place for place in places if place.startswith(str(target))}
     kept: list[Line] = []
     faults: list[Fault] = []
     for line in lines.lines:
@@ -47,7 +49,7 @@ def reserve_outputs(lines: Lines, folder: Place, formats: Sequence[str]) -> Line
         kept.append(line)
         for name in names:
             files[collision_key(name)] = line.place
-            folders |= {collision_key(above): line.place for above in name.parents[:-1]}
+            folders |= dict.fromkeys(_folders(name.parent), line.place)
     return replace(lines, lines=tuple(kept), faults=(*lines.faults, *faults))
 
 
@@ -55,6 +57,12 @@ def output_files(line: Line, formats: Sequence[str]) -> list[PurePosixPath]:
     """The output files of a line, relative to the output folder."""
     suffixes = [f".{suffix}" for suffix in formats] + list(made_suffixes(line))
     return [PurePosixPath(f"{line.output}{suffix}") for suffix in suffixes]
+
+
+@lru_cache(maxsize=1024)
+def _folders(folder: PurePosixPath) -> list[str]:
+    """The keys of a folder and of those above it, without that of the output folder."""
+    return [collision_key(one) for one in (folder, *folder.parents) if one.name]
 
 
 def _problems(
@@ -68,8 +76,8 @@ def _problems(
     for name in names:
         key = collision_key(name)
         taken = files.get(key) or folders.get(key)
-        taken = taken or next((files[k] for k in map(collision_key, name.parents) if k in files), None)
+        taken = taken or next((files[above] for above in _folders(name.parent) if above in files), None)
         if taken:
             yield f"the output {str(name)!r} is already used by {taken}; {mend}"
-        if str(folder / name) in inputs:
+        if inputs and str(folder / name) in inputs:
             yield f"the output {str(name)!r} would overwrite an input; {mend}, or name another folder"

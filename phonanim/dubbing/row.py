@@ -22,8 +22,9 @@ from phonanim.articulation.styles import DIALS, Styles, find_style, parse_dial, 
 from phonanim.core.catalog import CARD
 from phonanim.dubbing.characters import Characters
 from phonanim.dubbing.line import Line
+from phonanim.dubbing.listing import first_listed
 from phonanim.dubbing.output_names import safe_name
-from phonanim.dubbing.pairing import spellings
+from phonanim.dubbing.pairing import spellings, without_suffix
 from phonanim.dubbing.storage import Place, parse_place
 from phonanim.dubbing.table import Row
 from phonanim.errors import OptionError, RigError
@@ -41,6 +42,7 @@ EDITS = ".edits.json"
 CORRECTIONS = ".corrections.json"
 PITCHES = ("builtin", "praat")
 UNKNOWN = ("error", "nearest", "silence")
+SOUNDS = (*RECORDINGS, *map(str.upper, RECORDINGS))
 # Columns with numbers, the option of each, and its parser.
 PARSED: dict[str, tuple[str, Callable[[str], Any]]] = {
     "fps": ("fps", parse_rate),
@@ -55,6 +57,9 @@ PARSED: dict[str, tuple[str, Callable[[str], Any]]] = {
     "look_at": ("look_at", lambda cell: parse_look_at(cell.replace(";", ","))),
 }
 
+OVERRIDES = {*TEXTS, *DIALS, *PARSED, "style", "character", "lexicon", "level", "emotion", "overlay"}
+"""Columns with options."""
+
 
 @dataclass(frozen=True, slots=True)
 class Common:
@@ -64,7 +69,8 @@ class Common:
     `<output>.edits.json`; `corrections` one with `<output>.corrections.json`, usually the output folder,
     where a review leaves them, or else in the folder of edits;
     `styled` are the dials that the style of the run has set; `characters` are
-    the names that a cell of `character` may have; `names` is a table of the names of shapes.
+    the names that a cell of `character` may have; `names` is a table of the names of shapes. `known` are the
+    options of the rows so far, by their cells.
     """
 
     options: Options = DEFAULTS
@@ -75,6 +81,7 @@ class Common:
     styled: Mapping[str, float] = field(default_factory=dict)
     characters: Characters = field(default_factory=Characters)
     names: NameTable | None = None
+    known: dict[tuple[object, ...], Options] = field(default_factory=dict, repr=False, compare=False)
 
 
 def parse_row(id: str, row: Row, root: Place, common: Common, speaks: bool = True) -> Line:
@@ -118,8 +125,14 @@ def _with_recording(cells: dict[str, str]) -> dict[str, str]:
 
 
 def _options(cells: Mapping[str, str], root: Place, common: Common) -> Options:
-    chosen = _overrides(cells, root, common)
-    return replace(common.options, **chosen) if chosen else common.options
+    """The options of the run with those of a row; rows with the same cells share them."""
+    cells = {name: cell for name, cell in cells.items() if name in OVERRIDES}
+    if not cells:
+        return common.options
+    key = (str(root), *sorted(cells.items()))
+    if key not in common.known:
+        common.known[key] = replace(common.options, **_overrides(cells, root, common))
+    return common.known[key]
 
 
 def is_character(cell: str) -> bool:
@@ -152,20 +165,16 @@ def _local(name: str, root: Place) -> Path:
 
 def _beside(alignment: Place) -> Place | None:
     """The recording of the same stem, if there is one."""
-    suffixes = (*RECORDINGS, *map(str.upper, RECORDINGS))
     if isinstance(alignment, Path):
-        base = str(alignment.with_suffix(""))
-        is_file = os.path.isfile
-        return next((Path(base + suffix) for suffix in suffixes if is_file(base + suffix)), None)
-    candidates = (alignment.with_suffix(suffix) for suffix in suffixes)
+        return first_listed(without_suffix(str(alignment)), SOUNDS)
+    candidates = (alignment.with_suffix(suffix) for suffix in SOUNDS)
     return next((path for path in candidates if path.is_file()), None)
 
 
 def _sidecar(folder: Place | None, name: str) -> Place | None:
-    if folder is None:
-        return None
-    path = (folder / name).absolute()
-    return path if path.is_file() else None
+    if isinstance(folder, Path):
+        return first_listed(f"{folder.absolute()}{os.sep}{name}", ("",))
+    return folder / name if folder is not None and (folder / name).is_file() else None
 
 
 def _exports(cells: Mapping[str, str], root: Place) -> dict[str, Any]:

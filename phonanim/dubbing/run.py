@@ -11,7 +11,8 @@ from pathlib import PurePosixPath
 from phonanim.core.files import is_leftover
 from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.languages import is_open, keep_expected, undecided_lines
-from phonanim.dubbing.ledger import NAME, ledger_writer, lock_folder, read_ledger, write_ledger
+from phonanim.dubbing.ledger import NAME, ledger_writer, lock_folder, read_ledger, settle_ledger
+from phonanim.dubbing.line import Line
 from phonanim.dubbing.lines import Lines
 from phonanim.dubbing.make import reset_caches
 from phonanim.dubbing.outcome import Outcome
@@ -50,7 +51,7 @@ def run(
                     record(result.outcome)
                 tell(result)
         outcomes = [found[line.id] for line in lines.lines] + fault_outcomes(lines)
-        write_ledger(folder, sorted((known | found).values(), key=lambda outcome: outcome.id))
+        settle_ledger(folder, known, found)
         write_reports(folder, outcomes, lines.notes)
     return outcomes
 
@@ -91,11 +92,16 @@ def chain_results(jobs: Iterable[Job], engine: Engine, verify: bool) -> Iterator
     for job in jobs:
         reset_caches(job.run)
         if not verify and job.known and is_unchanged(job.known, job.line, job.formats, job.folder):
-            yield Result(replace(job.known, place=job.line.place), made=False)
+            yield Result(placed(job.known, job.line), made=False)
         else:
             left.append(job)
     if left:
         yield from engine(iter(left))
+
+
+def placed(known: Outcome, line: Line) -> Outcome:
+    """The outcome of a line whose row or file may have moved."""
+    return known if known.place == line.place else replace(known, place=line.place)
 
 
 def fault_outcomes(lines: Lines) -> list[Outcome]:
@@ -127,10 +133,13 @@ def make_folder(folder: Place) -> None:
 
 def output_folders(lines: Lines, known: Iterable[Outcome]) -> set[PurePosixPath]:
     """The folders of the outputs of this run and of earlier ones, relative to the output folder."""
-    outputs = [line.output for line in lines.lines]
-    outputs += [PurePosixPath(name) for outcome in known for name in outcome.outputs]
-    below = {output.parent for output in outputs}
+    below = {line.output.parent for line in lines.lines}
+    below |= {PurePosixPath(text) for text in {name.rpartition("/")[0] for name in _output_names(known)}}
     return below | {above for folder in below for above in folder.parents}
+
+
+def _output_names(known: Iterable[Outcome]) -> Iterator[str]:
+    return (name for outcome in known for name in outcome.outputs)
 
 
 def remove_unfinished(folder: Place, below: Iterable[PurePosixPath]) -> None:

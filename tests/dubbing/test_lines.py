@@ -191,3 +191,10 @@ def test_sources_of_no_use(folder):
     ]:
         with pytest.raises(OptionError, match=message):
             read_lines(str(source), Common())
+
+
+def test_rows_with_the_same_cells_share_their_options(folder):
+    rows = "alignment,id,rig,jaw\na.TextGrid,1,arkit,0.5\na.TextGrid,2,arkit,0.5\na.TextGrid,3,arkit,0.6\n"
+    first, second, third = read_lines(table(folder, rows), Common()).lines
+    assert first.options is second.options
+    assert (first.options.jaw, third.options.jaw) == (0.5, 0.6)

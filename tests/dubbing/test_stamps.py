@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import PurePosixPath
 
 import pytest
@@ -16,8 +17,9 @@ from phonanim.dubbing.line import Line
 from phonanim.dubbing.lines import Lines
 from phonanim.dubbing.make import make_line
 from phonanim.dubbing.outcome import decode_outcomes, encode_outcome
+from phonanim.dubbing.provenance import origin_of
 from phonanim.dubbing.run import plan_run, run
-from phonanim.options import DEFAULTS
+from phonanim.options import DEFAULTS, Closure, Emotion, Options, Overlay
 from phonanim.speech.alignment import Interval
 from phonanim.speech.textgrid import write_textgrid
 
@@ -192,3 +194,30 @@ def test_a_machine_of_another_kind_keeps_what_was_made(lines, out, tmp_path):
         assert result.returncode == 0
         assert result.stdout.count('"status": "kept"') == 3
     assert made == {path.name: path.read_bytes() for path in out.glob("*.csv")}
+
+
+def test_a_ledger_in_order_is_not_written_again(lines, out):
+    ledger = out / "ledger.jsonl"
+    before = ledger.stat().st_ino
+    assert make(lines, out) == []
+    assert ledger.stat().st_ino == before
+    first, *others = ledger.read_text().splitlines()
+    ledger.write_text("\n".join([*others, first, first]) + "\n")
+    assert make(lines, out) == []
+    assert ledger.read_text().splitlines() == [first, *others]
+
+
+def test_an_origin_is_as_the_ledger_gives_it_back(lines, tmp_path):
+    options = Options(
+        overlays=(Overlay("smile", 0.5, (0.1, 0.2)),),
+        emotions=(Emotion("joy", 0.3, (0.0, 1.0)),),
+        closures=(Closure("hold", 0.1, 0.2),),
+        life={"head": 0.5},
+        look_at=(0.1, 0.0, 1.0),
+        gains={"jawOpen": 0.5},
+    )
+    mesh = tmp_path / "hero.glb"
+    mesh.write_bytes(b"glTF")
+    line = replace(lines.lines[0], options=options, exports={"character": mesh, "timecode": "01:00:00:00"})
+    origin = origin_of(line, ("csv", "glb"))
+    assert json.loads(json.dumps(origin)) == origin
