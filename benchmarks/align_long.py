@@ -57,9 +57,9 @@ def record(minutes: float, voice: str, noise: float) -> tuple[np.ndarray, list[t
     for number, sentence in enumerate(sentences(), 1):
         spoken = speak(sentence, voice)
         samples = resample(spoken.samples.astype(np.float32) / 32768, spoken.rate, RATE)
-        tokens = sentence.split()
-        for token, word in zip(tokens, spoken.words, strict=len(tokens) == len(spoken.words)):
-            words.append((token, length / RATE + word.start))
+        for word in spoken.words:  # some are spoken as one: the begin of the first is known
+            for place, token in enumerate(word.label.split()):
+                words.append((token, length / RATE + word.start if place == 0 else np.nan))
         pieces.append(samples)
         if number % 10 == 0 and noise:
             pieces.append(chord(noise, number))
@@ -106,6 +106,7 @@ def main() -> None:
     said = [split_words(word)[0] for word, _ in words]
     pairs = match_words(said, [word.label.lower() for word in found.words])
     errors = np.array([1000 * abs(words[i][1] - found.words[j].start) for i, j in pairs])
+    errors = errors[np.isfinite(errors)]
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(f"{minutes:.1f} minutes, {len(words)} words, {given.wrong:.0%} of the text wrong")
     print(f"{len(pairs)} words found ({len(pairs) / len(words):.1%})")

@@ -1,173 +1,265 @@
-"""Align long recordings: hear words freely, match them with the text, and align between quiet places.
+"""Align long recordings, and texts with errors: recognize words freely, match them with the text, align.
 
-The recording is cut where it is quiet into windows of at most 30 s, whose words Whisper hears. Where these
-match the text is known which words each window has; they are aligned in it. What was not heard is left
-out, so that a text with some wrong words does no harm, and windows without words of the text are skipped.
+The recording is read in windows of at most 30 s that are cut where it is quiet. Whisper recognizes their
+words and about when they are said. Matched with the text they give what each stretch of speech may say;
+pocketsphinx finds which of it is said, and when.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
-from phonanim.aligners._matching import Pairs, match_words
+from phonanim.aligners._slots import Plan, Said, Stretch, plan_stretches, slot_of
+from phonanim.aligners._windows import quiet_windows
 from phonanim.aligners.espeak import VOICE, can_speak, speak
-from phonanim.aligners.pocketsphinx import FORGIVEN, PieceAligner, SpeechAlignment, split_words
+from phonanim.aligners.pocketsphinx import (
+    FORGIVEN,
+    FoundWord,
+    PieceAligner,
+    SpeechAlignment,
+    split_words,
+)
 from phonanim.aligners.warping import phones_along, warp, words_along
-from phonanim.aligners.whisper import RATE, hear, quiet_windows
+from phonanim.aligners.whisper import RATE, HeardWord, hear
+from phonanim.core.threads import count_cores
 from phonanim.errors import AlignmentError, PhonanimError
-from phonanim.media.audio import Sound, read_sound, resample
+from phonanim.media.audio import Sound, audio_duration, resample
 from phonanim.speech.alignment import Interval
 from phonanim.speech.spoken_words import split_word
 
 LEAST = 0.3  # share of a text that must be heard
-CLEAR = 0.6  # share of a window's words below which it is doubtful
-DROPPED = 2  # words in a row where nothing at all was heard, from which they count as not spoken
+CLEAR = 0.6  # share of the words of a passage that were heard, below which it is doubtful
+PASSAGE = 5  # words of a passage
+SILENT = 10.0  # seconds without words that are reported
 MOST_SHOWN = 5
 
 
-@dataclass
-class _Window:
-    """A part of a recording: its samples from `begin` to `end`, words of the text, and the share heard."""
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A word in the recording, its phones, and how it was found: of the text, heard, or both."""
 
-    begin: int
-    end: int
-    words: list[str]
-    heard: float = 1.0
+    word: Interval
+    phones: tuple[Interval, ...]
+    owner: int | None
+    heard: bool
+    probability: float
+
+
+@dataclass
+class Text:
+    """A text: its words as written, in lower case, and what is said for each, with the place of its word."""
+
+    labels: list[str]
+    parts: list[str] = field(default_factory=list)
+    owners: list[int] = field(default_factory=list)
 
 
 def align_by_anchors(audio: Path, text: str) -> SpeechAlignment:
-    """Find the words and phones of an English text in a recording of any length; for long ones.
+    """Find the words and phones of an English text in a recording of any length; either may lack some.
 
-    Notes tell what was left out or is doubtful. Raises AlignmentError when less than a third of the text is
-    heard, MissingExtraError without the extras `recognize` and `align`.
+    Notes tell what was left out or added, and what is doubtful. Raises AlignmentError when less than a third
+    of the text is heard, MissingExtraError without the extras `recognize` and `align`.
     """
-    sound = read_sound(audio)
-    samples = resample(sound.samples, sound.rate, RATE)
-    spans = quiet_windows(samples)
-    words = split_words(text)
-    heard = [_parts(split_words(hear(samples[begin:end]))) for begin, end in spans]
-    windows, lost = _shared(words, heard, spans, str(audio))
-    words_found: list[Interval] = []
-    phones: list[Interval] = []
-    notes: list[str] = []
+    written = _read_text(text)
+    said = _hear(audio)
+    plan = plan_stretches(written.parts, said)
+    if plan.share < LEAST:
+        raise AlignmentError(
+            f"{audio}: only {plan.share:.0%} of the text is heard in it; check that they match"
+        )
     aligner = PieceAligner()
-    for window in windows:
-        if window.words:
-            found = _aligned(aligner, samples, window)
-            if found is None:
-                notes.append(f"the words of {_span(window)} are not found in it: {_some(window.words)}")
-                continue
-            words_found += _moved(found.words, window)
-            phones += _moved(found.phones, window)
-    notes += _notes(windows, lost)
-    if not words_found:
+    words, missed = _find(audio, aligner, plan, written, said)
+    if not words:
         raise AlignmentError(f"{audio}: the text cannot be found in the audio; check that they match")
-    return SpeechAlignment(tuple(words_found), tuple(phones), sound.duration, (*aligner.notes(), *notes))
+    duration = audio_duration(audio)
+    return SpeechAlignment(
+        tuple(one.word for one in words),
+        tuple(phone for one in words for phone in one.phones),
+        duration,
+        (*aligner.notes(dict.fromkeys(written.parts)), *_notes(plan, written, said, words, missed, duration)),
+    )
 
 
-def _parts(words: Sequence[str]) -> list[str]:
-    return [part for word in words for part in split_word(word)]
+def _read_text(text: str) -> Text:
+    written = Text(split_words(text))
+    for number, label in enumerate(written.labels):
+        for part in split_word(label):
+            written.parts.append(part)
+            written.owners.append(number)
+    return written
 
 
-def _shared(
-    words: Sequence[str], heard: Sequence[Sequence[str]], spans: Sequence[tuple[int, int]], name: str
-) -> tuple[list[_Window], list[str]]:
-    """The windows with the words of the text that each has, and the words that are in none."""
-    owners = [(part, number) for number, word in enumerate(words) for part in split_word(word)]
-    parts = [part for part, _ in owners]
-    flat = [(part, number) for number, window in enumerate(heard) for part in window]
-    pairs = match_words(parts, [part for part, _ in flat])
-    if len(pairs) < LEAST * len(parts):
-        share = len(pairs) / max(len(parts), 1)
-        raise AlignmentError(f"{name}: only {share:.0%} of the text is heard in it; check that they match")
-    places = _places(pairs, len(parts), [number for _, number in flat])
-    windows = [_Window(begin, end, []) for begin, end in spans]
-    matched = {i for i, _ in pairs}
-    known = [[0, 0] for _ in spans]
-    lost: list[str] = []
-    done: set[int] = set()
-    for place, (_, owner) in zip(places, owners, strict=True):
-        if place is not None and owner not in done:
-            windows[place].words.append(words[owner])
-            done.add(owner)
-    for part, (place, (_, owner)) in enumerate(zip(places, owners, strict=True)):
-        if place is None and owner not in done:
-            lost.append(words[owner])
-            done.add(owner)
-        elif place is not None:
-            known[place][0] += part in matched
-            known[place][1] += 1
-    for window, (right, count) in zip(windows, known, strict=True):
-        window.heard = right / count if count else 1.0
-    return windows, lost
+def _hear(audio: Path) -> list[Said]:
+    """The words of a recording; windows are recognized in as many threads as there are cores."""
+    said: list[Said] = []
+    for number, (begin, words) in enumerate(_heard_windows(audio)):
+        for word in words:
+            for label in split_words(word.text):
+                for part in split_word(label):
+                    said.append(Said(part, number, begin + word.start, begin + word.end, word.probability))
+    return said
 
 
-def _places(pairs: Pairs, count: int, windows: Sequence[int]) -> list[int | None]:
-    """The window of each part of the text; None for one that was not spoken."""
-    places: list[int | None] = [None] * count
-    last = len(windows)
-    before = (-1, -1)
-    for i, j in [*pairs, (count, last)]:
-        gap, between = i - before[0] - 1, j - before[1] - 1
-        near = windows[min(max(before[1], 0), last - 1)] if last else 0
-        for n in range(gap):
-            if between:
-                places[before[0] + 1 + n] = windows[before[1] + 1 + n * between // gap]
-            elif gap < DROPPED:
-                places[before[0] + 1 + n] = near
-        if i < count:
-            places[i] = windows[j]
-        before = (i, j)
-    return places
+def _heard_windows(audio: Path) -> Iterator[tuple[float, list[HeardWord]]]:
+    """The begin in seconds of each window, and its words. Few windows are in memory at once."""
+    cores = count_cores()
+    waiting: deque[tuple[float, Future[list[HeardWord]]]] = deque()
+    with ThreadPoolExecutor(cores) as threads:
+        for begin, sound in quiet_windows(audio):
+            waiting.append((begin, threads.submit(_heard_in, sound)))
+            while len(waiting) > cores:
+                first, words = waiting.popleft()
+                yield first, words.result()
+        for first, words in waiting:
+            yield first, words.result()
 
 
-def _aligned(aligner: PieceAligner, samples: NDArray[np.float32], window: _Window) -> SpeechAlignment | None:
-    """The words of a window, by pocketsphinx, else by speech of eSpeak NG; None where neither finds them."""
-    piece = Sound(samples[window.begin : window.end], RATE)
-    try:
-        return aligner.align(piece, window.words)
-    except FORGIVEN:
-        pass
+def _heard_in(sound: Sound) -> list[HeardWord]:
+    return hear(resample(sound.samples, sound.rate, RATE))
+
+
+def _find(
+    audio: Path, aligner: PieceAligner, plan: Plan, text: Text, said: Sequence[Said]
+) -> tuple[list[Word], list[Stretch]]:
+    """The words of all stretches in order, and the stretches that were not found."""
+    slots = {id(one): [slot_of(choice, text.parts, said) for choice in one.choices] for one in plan.stretches}
+    aligner.learn(word for stretch in slots.values() for slot in stretch for run in slot for word in run)
+    words: list[Word] = []
+    missed: list[Stretch] = []
+    waiting = deque(plan.stretches)
+    for number, (begin, sound) in enumerate(quiet_windows(audio)):
+        while waiting and waiting[0].window == number:
+            stretch = waiting.popleft()
+            first = max(round((stretch.start - begin) * sound.rate), 0)
+            piece = Sound(sound.samples[first : round((stretch.end - begin) * sound.rate)], sound.rate)
+            by = begin + first / sound.rate
+            try:
+                runs = aligner.find(piece, slots[id(stretch)])
+            except FORGIVEN:
+                found = _warped(piece, stretch, text, by)
+            else:
+                found = list(_told(stretch, runs, text, said, by))
+            words += found
+            missed += [stretch] * (not found)
+    return words, missed
+
+
+def _told(
+    stretch: Stretch,
+    runs: Iterable[tuple[tuple[str, ...], list[FoundWord]]],
+    text: Text,
+    said: Sequence[Said],
+    by: float,
+) -> Iterator[Word]:
+    """The words of a stretch; those that say one word of the text, such as a number, are joined."""
+    last: Word | None = None
+    for choice, (run, found) in zip(stretch.choices, runs, strict=True):
+        of_text = run == tuple(text.parts[i] for i in choice.text)
+        sure = min((said[j].probability for j in choice.heard), default=0.0)
+        for number, one in enumerate(found):
+            owner = text.owners[choice.text[number]] if of_text else None
+            label = one.word.label if owner is None else text.labels[owner]
+            word = Word(
+                replace(_later(one.word, by), label=label),
+                tuple(_later(phone, by) for phone in one.phones),
+                owner,
+                choice.sure or not of_text,
+                sure if choice.sure or not of_text else 0.0,
+            )
+            if last is not None and owner is not None and last.owner == owner:
+                last = _joined(last, word)
+                continue
+            if last is not None:
+                yield last
+            last = word
+    if last is not None:
+        yield last
+
+
+def _joined(one: Word, two: Word) -> Word:
+    return replace(
+        one,
+        word=replace(one.word, end=two.word.end),
+        phones=one.phones + two.phones,
+        heard=one.heard and two.heard,
+        probability=min(one.probability, two.probability),
+    )
+
+
+def _warped(piece: Sound, stretch: Stretch, text: Text, by: float) -> list[Word]:
+    """The text's words of a stretch by speech of eSpeak NG; none where that does not find them either."""
     if not can_speak():
-        return None
+        return []
+    owners = dict.fromkeys(text.owners[i] for choice in stretch.choices for i in choice.text)
     try:
-        spoken = speak(" ".join(window.words), VOICE)
+        spoken = speak(" ".join(text.labels[owner] for owner in owners), VOICE)
         path, _ = warp(piece, spoken)
     except PhonanimError:
-        return None
-    return SpeechAlignment(words_along(spoken, path), phones_along(spoken, path), piece.duration)
+        return []
+    phones = [_later(phone, by) for phone in phones_along(spoken, path)]
+    words = [_later(word, by) for word in words_along(spoken, path)]
+    ends = [*(word.start for word in words[1:]), float("inf")]
+    return [
+        Word(word, tuple(p for p in phones if word.start - 1e-6 <= p.start < end - 1e-6), None, False, 0.0)
+        for word, end in zip(words, ends, strict=True)
+    ]
 
 
-def _moved(intervals: Sequence[Interval], window: _Window) -> list[Interval]:
-    """The intervals on the clock of the recording."""
-    by = window.begin / RATE
-    return [replace(one, start=one.start + by, end=one.end + by) for one in intervals]
+def _later(interval: Interval, by: float) -> Interval:
+    return replace(interval, start=interval.start + by, end=interval.end + by)
 
 
-def _notes(windows: Sequence[_Window], lost: Sequence[str]) -> list[str]:
-    """What was left out, what was skipped, and what is doubtful."""
-    notes = []
+def _notes(
+    plan: Plan, text: Text, said: Sequence[Said], words: Sequence[Word], missed: Sequence[Stretch], end: float
+) -> Iterator[str]:
+    """What was left out, added or skipped, and what is doubtful."""
+    there = {word.owner for word in words}
+    lost = [label for owner, label in enumerate(text.labels) if owner not in there]
     if lost:
-        notes.append(f"not heard, and left out: {_some(lost)}")
-    if skipped := [_span(window) for window in windows if not window.words]:
-        notes.append(f"without words of the text: {_some(skipped)}")
+        yield f"of the text, not said, and left out: {_some(lost)}"
+    added = [f"{word.word.label} ({word.word.start:.1f} s)" for word in words if word.owner is None]
+    if added:
+        yield f"said, but not in the text, and added: {_some(added)}"
+    if asides := [_aside(run, said) for run in plan.asides]:
+        yield f"said, but not in the text, and left out: {_some(asides)}"
+    bounds = [(0.0, 0.0), *((one.word.start, one.word.end) for one in words), (end, end)]
+    gaps = [(a, b) for (_, a), (b, _) in pairwise(bounds) if b - a > SILENT]
+    if gaps:
+        yield f"without words of the text: {_some([f'{a:.1f} to {b:.1f} s' for a, b in gaps])}"
     doubtful = [
-        f"{_span(window)} ({window.heard:.0%} of its words were heard)"
-        for window in windows
-        if window.words and window.heard < CLEAR
+        f"{a:.1f} to {b:.1f} s ({share:.0%} of its words were heard)" for a, b, share in _doubts(words)
     ]
     if doubtful:
-        notes.append(f"doubtful: {_some(doubtful)}")
-    return notes
+        yield f"doubtful: {_some(doubtful)}"
 
 
-def _span(window: _Window) -> str:
-    return f"{window.begin / RATE:.1f} to {window.end / RATE:.1f} s"
+def _aside(run: Sequence[int], said: Sequence[Said]) -> str:
+    first = " ".join(said[j].word for j in run[:MOST_SHOWN])
+    return f"{said[run[0]].start:.1f} to {said[run[-1]].end:.1f} s ({first} ...)"
+
+
+def _doubts(words: Sequence[Word]) -> Iterator[tuple[float, float, float]]:
+    """Begin, end and share of words heard of passages that are doubtful."""
+    doubtful = [False] * len(words)
+    for first in range(max(len(words) - PASSAGE, 0) + 1):
+        part = words[first : first + PASSAGE]
+        if sum(word.heard for word in part) < CLEAR * len(part):
+            doubtful[first : first + len(part)] = [True] * len(part)
+    begin = 0
+    while begin < len(words):
+        after = begin
+        while after < len(words) and doubtful[after]:
+            after += 1
+        if after > begin:
+            part = words[begin:after]
+            share = sum(word.heard for word in part) / len(part)
+            yield part[0].word.start, part[-1].word.end, share
+        begin = after + 1
 
 
 def _some(items: Sequence[str]) -> str:

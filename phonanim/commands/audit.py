@@ -56,10 +56,10 @@ def command(
       phonanim audit lines/ --outputs curves/ --json
     """
     from phonanim.articulation.styles import read_styles
+    from phonanim.core.threads import count_cores
     from phonanim.dubbing.audit import audit, count_problems
     from phonanim.dubbing.characters import read_characters
     from phonanim.dubbing.lines import read_lines
-    from phonanim.dubbing.processes import count_cores
     from phonanim.dubbing.row import Common
     from phonanim.dubbing.storage import parse_place
 

@@ -219,9 +219,10 @@ def choose_engine(engine: str, scheduler: str | None, workers: int | None) -> En
     from phonanim.errors import OptionError
 
     if engine == "processes":
+        from phonanim.core.threads import count_cores
         from phonanim.dubbing import processes
 
-        return partial(processes.run_jobs, task=make_line, workers=workers or processes.count_cores())
+        return partial(processes.run_jobs, task=make_line, workers=workers or count_cores())
     if not scheduler:
         raise OptionError("--engine dask needs the address of a running cluster: --scheduler tcp://HOST:8786")
     from phonanim.dubbing import cluster

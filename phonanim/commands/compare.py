@@ -52,8 +52,8 @@ def command(
     from phonanim.comparison.plan import read_plan
     from phonanim.comparison.report import read_document, write_document, write_report
     from phonanim.comparison.run import compare
+    from phonanim.core.threads import count_cores
     from phonanim.corpus.motion import has_own_motion
-    from phonanim.dubbing.processes import count_cores
 
     check_drawable()
     found = read_plan(plan)

@@ -15,3 +15,10 @@ def use_one_thread() -> None:
     the matrices of a line are small: it is better to animate many lines in parallel.
     """
     os.environ.update(dict.fromkeys(VARIABLES, "1"))
+
+
+def count_cores() -> int:
+    """Number of processes that this machine runs at once."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

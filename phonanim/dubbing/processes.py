@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import signal
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -30,13 +29,6 @@ class Worker:
     task: Task
     job: Job
     tries: int
-
-
-def count_cores() -> int:
-    """Number of processes that this machine runs at once."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def run_jobs(jobs: Iterable[Job], task: Task, workers: int) -> Iterator[Result]:

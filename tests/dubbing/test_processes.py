@@ -10,10 +10,11 @@ from pathlib import Path, PurePosixPath
 
 import pytest
 
+from phonanim.core.threads import count_cores
 from phonanim.dubbing.job import Job, Result
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.outcome import Outcome
-from phonanim.dubbing.processes import count_cores, run_jobs
+from phonanim.dubbing.processes import run_jobs
 from phonanim.options import Options
 
 
