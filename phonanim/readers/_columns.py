@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from typing import NamedTuple
 
 from phonanim.readers._times import clock_seconds
@@ -61,6 +62,7 @@ class Times(NamedTuple):
     unit: float | None
 
 
+@lru_cache(maxsize=4096)  # the names of a file repeat from row to row
 def plain_name(name: str) -> str:
     """A name in small letters and digits alone: "Start Time (ms)" is starttimems."""
     return re.sub(r"[^a-z0-9]", "", name.lower())

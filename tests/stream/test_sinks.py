@@ -11,6 +11,7 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -321,3 +322,65 @@ def test_a_client_that_never_reads_is_dropped(monkeypatch: pytest.MonkeyPatch) -
                 break
         assert connection.transport.is_closing()
     sink.close()
+
+
+def is_closed(visitor: socket.socket) -> bool:
+    """Whether the other side ends a connection, with or without a word."""
+    visitor.settimeout(20)
+    try:
+        while visitor.recv(1 << 16):
+            pass
+    except ConnectionError:
+        pass
+    except TimeoutError:
+        return False
+    return True
+
+
+def test_a_client_that_says_much_is_disconnected(capfd: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("websockets")
+    port = free_port()
+    sink = open_named(f"websocket={port}", ARKIT)
+    with socket.create_connection(("127.0.0.1", port)) as visitor:
+        visitor.sendall(
+            b"GET /live HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+        )
+        ping = b"\x89\x84" + bytes(4) + b"ping"
+        with suppress(ConnectionError):
+            visitor.sendall(ping * 20_000)
+        assert is_closed(visitor)
+    sink.close()
+    assert capfd.readouterr().err == ""
+
+
+def test_more_visitors_than_files_may_be_open_are_turned_away(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("websockets")
+    monkeypatch.setattr("phonanim.stream.sinks.websocket.most_visitors", lambda: 3)
+    port = free_port()
+    sink = open_named(f"websocket={port}", ARKIT)
+    visitors = [socket.create_connection(("127.0.0.1", port)) for _ in range(3)]
+    with socket.create_connection(("127.0.0.1", port)) as late:
+        assert is_closed(late)
+    for visitor in visitors:
+        visitor.close()
+    until = time.monotonic() + 20
+    while time.monotonic() < until:
+        with suppress(OSError):
+            assert b"phonanim" in urllib.request.urlopen(f"http://127.0.0.1:{port}/").read()
+            break
+    else:
+        pytest.fail("nobody is let in when others have left")
+    sink.close()
+    assert capfd.readouterr().err == ""
+
+
+def test_there_is_room_for_files_beside_visitors(monkeypatch: pytest.MonkeyPatch) -> None:
+    resource = pytest.importorskip("resource")
+    from phonanim.stream.sinks._visitors import MOST, most_visitors
+
+    for files, visitors in ((resource.RLIM_INFINITY, MOST), (1 << 20, MOST), (256, 176), (64, 1)):
+        monkeypatch.setattr(resource, "getrlimit", lambda _, files=files: (files, files))
+        assert most_visitors() == visitors

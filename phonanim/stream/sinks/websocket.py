@@ -26,13 +26,13 @@ from numpy.typing import NDArray
 
 from phonanim.stream.sinks import Address, Stage
 from phonanim.stream.sinks._json import frame_text, header_text
+from phonanim.stream.sinks._visitors import BACKLOG, most_visitors, visitor_class
 
 SUMMARY = "a WebSocket with a live page: open http://127.0.0.1:8765 in a browser"
 ADDRESS = ("127.0.0.1", 8765)
 PATH, TEXT_PATH = "/live", "/live.json"
 FAREWELL = 0.3  # seconds for clients to close the connection at the end
 MOST_WAITING = 1 << 18  # bytes that wait for one client: a few seconds; a slower client is disconnected
-MOST_VISITORS = 1000
 MOST_SAID = 1 << 10  # bytes of a message from a client
 READY = "ready"  # the only message that counts
 HEAD = struct.Struct("<I4xd")
@@ -89,6 +89,8 @@ class Broadcast:
             close_timeout=FAREWELL,
             max_size=MOST_SAID,
             max_queue=1,
+            create_connection=visitor_class(most_visitors()),
+            backlog=BACKLOG,
         )
 
     def wait(self, seconds: float) -> bool:
@@ -105,8 +107,6 @@ class Broadcast:
         """The page, or None for a WebSocket request."""
         if refusal := refuse_origin(request.headers, self.host, self.origins):
             return connection.respond(HTTPStatus.FORBIDDEN, f"{refusal}\n")
-        if len(self.server.connections) > MOST_VISITORS:
-            return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "there are too many connections\n")
         if request.path in (PATH, TEXT_PATH):
             return None
         if request.path != "/":
