@@ -18,10 +18,9 @@ from __future__ import annotations
 
 import importlib.util
 import sys
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,13 +28,12 @@ from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
-from hair_cap import hair_cap
+from head_colors import DARK, DEEP, HAIR, INNER_MOUTH, LIPS, LIT, brows, lashed, scalp, tinted
+from head_file import Part, assemble
 from mouth_shapes import closed_lips, flat_stretch, low_tongue, rounded_lips, upright_teeth
-from shirt import shirt
 from tongue_shapes import lifted_out, tongue_shapes
 
 from phonanim.core.files import atomic_path
-from phonanim.media.glb import glb_bytes
 from phonanim.rig.head import SHIPPED
 
 Array = NDArray[Any]
@@ -44,42 +42,7 @@ METRES = 0.1  # the base mesh counts decimetres
 NECK = 5.295  # decimetres above the hip: the cut is below this height
 GROUPS = {"tongue": "helper-tongue", "teeth_u": "helper-upper-teeth", "teeth_l": "helper-lower-teeth"}
 EYES = {"eye_l": "helper-l-eye", "eye_r": "helper-r-eye"}
-COPYRIGHT = "CC0 1.0; base mesh: MakeHuman community (MPFB2); face units: Mika Suominen"
-
-# Linear base colour and roughness of each material.
-MATERIALS = {
-    "skin": ((0.60, 0.36, 0.26), 0.55),
-    "tongue": ((0.48, 0.13, 0.13), 0.40),
-    "teeth_u": ((0.56, 0.51, 0.43), 0.25),
-    "teeth_l": ((0.56, 0.51, 0.43), 0.25),
-    "eye_l": ((0.82, 0.80, 0.77), 0.12),
-    "eye_r": ((0.82, 0.80, 0.77), 0.12),
-    "hair": ((0.062, 0.034, 0.020), 0.50),
-    "shirt": ((0.060, 0.095, 0.135), 0.85),
-}
-# What the vertex colours multiply the skin by.
-LIPS = (0.72, 0.42, 0.42)
-INNER_MOUTH = (0.38, 0.12, 0.12)
-HAIR = (0.16, 0.13, 0.12)
-DEEP = (0.18, 0.12, 0.12)  # tongue and teeth as they lie in the dark
-LIT, DARK = 0.012, 0.055  # metres from the tip of the tongue, or from between the front teeth
-
 RIM = 0.5295  # metres: the height of the rim of the neck
-
-# The head turns about the upper neck, (x, y, z) metres; skin moves along from LOW to HIGH, metres up and, for
-# the chin lies below where the neck begins, LEAN times as many ahead.
-PIVOT = (0.0, 0.675, 0.030)
-LOW, HIGH, LEAN = 0.585, 0.680, 0.55
-
-# An eyebrow in metres: its reach from the middle, its height along that, its half thickness at both ends.
-BROW_START, BROW_END, BROW_FRONT = 0.011, 0.056, 0.08
-BROW_ARC = ((0.0, 0.55, 1.0), (0.7500, 0.7560, 0.7515))
-BROW_THICKNESS = (0.0042, 0.0018)
-BROW_DENSITY = 0.8
-
-# Cropped hair grows above this height (second row) at this distance to the front (first row), in metres.
-HAIRLINE = ((-0.10, -0.02, 0.05, 0.09, 0.16), (0.70, 0.735, 0.755, 0.800, 0.815))
-HAIR_FADE, HAIR_DENSITY = 0.03, 0.85
 
 # Rings of an eye by their angle from the gaze in degrees, each with its colour relative to the white.
 # Close pairs make sharp edges: pupil to 10, iris to 28 (a human iris of 11.5 mm on a 24 mm ball).
@@ -98,18 +61,6 @@ RINGS = (
     (180.0, (0.9, 0.6, 0.6)),
 )
 SPOKES = 24
-
-NORMAL_TOLERANCE = 2e-3  # a tenth of a degree is not seen
-
-
-@dataclass(frozen=True)
-class Part:
-    """One piece: (n, 3) points in metres, (t, 3) triangles, (n, 3) colour factors, (targets, n, 3) deltas."""
-
-    points: Array
-    triangles: Array
-    colors: Array
-    deltas: Array
 
 
 @dataclass(frozen=True)
@@ -135,7 +86,7 @@ def build(data: Path) -> tuple[dict[str, Part], tuple[str, ...]]:
     base = read_base(data / "mpfb2" / "3dobjs" / "base.obj")
     names, moves = read_units(data / "faceunits01" / "targets" / "faceunits", len(base.points))
     moves = flat_stretch(names, moves)
-    parts = {"skin": skin(base, moves, data / "mpfb2" / "textures")}
+    parts = {"skin": lashed(skin(base, moves, data / "mpfb2" / "textures"), names)}
     parts |= {name: piece(base, moves, base.quads[group]) for name, group in GROUPS.items()}
     parts |= {name: eye(base, moves, base.quads[group]) for name, group in EYES.items()}
     parts |= mended(parts, parts["skin"].deltas[names.index("jawOpen")])
@@ -234,26 +185,6 @@ def skin(base: BaseMesh, moves: Array, masks: Path) -> Part:
     return Part(levelled(part.points, part.triangles), part.triangles, colors, part.deltas)
 
 
-def tinted(amount: Array, color: tuple[float, float, float]) -> Array:
-    """Factors that multiply a colour: one where the amount is 0, `color` where it is 1."""
-    return 1 + amount * (np.array(color) - 1)
-
-
-def brows(points: Array) -> Array:
-    """How much brow there is at each point of the skin, 0 to 1: an arc over each eye."""
-    along = (np.abs(points[:, 0]) - BROW_START) / (BROW_END - BROW_START)
-    height = np.interp(along, *BROW_ARC)
-    across = np.abs(points[:, 1] - height) / np.interp(along, [0, 1], BROW_THICKNESS)
-    inside = (along > -0.05) & (along < 1.05) & (points[:, 2] > BROW_FRONT)
-    return np.clip(1.5 - across, 0, 1) * inside * BROW_DENSITY
-
-
-def scalp(points: Array) -> Array:
-    """How much cropped hair there is at each point of the skin, 0 to 1."""
-    over = points[:, 1] - np.interp(points[:, 2], *HAIRLINE)
-    return np.clip(over / HAIR_FADE, 0, 1) * HAIR_DENSITY
-
-
 def levelled(points: Array, triangles: Array) -> Array:
     """The open rim of the neck moved to one height, along the surface."""
     edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
@@ -319,188 +250,6 @@ def sphere() -> tuple[Array, Array, Array]:
     last = 1 + SPOKES * (len(angles) - 1)
     back = np.column_stack([last + this, np.full(SPOKES, len(points) - 1), last + after])
     return points, np.concatenate([front, *bands, back]), colors
-
-
-def normals(points: Array, triangles: Array) -> Array:
-    """Unit vertex normals, weighted by area: (..., n, 3) -> (..., n, 3)."""
-    corners = points[..., triangles, :]
-    faces = np.cross(corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :])
-    sums = np.zeros_like(points)
-    for corner in range(3):
-        np.add.at(sums, (..., triangles[:, corner], slice(None)), faces)
-    return sums / np.linalg.norm(sums, axis=-1, keepdims=True)
-
-
-def turning(points: Array) -> Array:
-    """How far points follow the head as it turns, (n,) 0 to 1."""
-    height = points[:, 1] + LEAN * (points[:, 2] - PIVOT[2])
-    share = np.clip((height - LOW) / (HIGH - LOW), 0, 1)
-    return share**2 * (3 - 2 * share)
-
-
-class Buffer:
-    """The binary chunk as it grows: its buffer views, and the accessors into them."""
-
-    VIEWS: ClassVar[dict[str, dict[str, int]]] = {
-        "vectors": {"byteStride": 12, "target": 34962},
-        "colors": {"byteStride": 4, "target": 34962},
-        "indices": {"target": 34963},
-        "places": {},
-        "moves": {},
-        "matrices": {},
-    }
-
-    def __init__(self) -> None:
-        self.bytes = dict.fromkeys(self.VIEWS, b"")
-        self.accessors: list[dict[str, Any]] = []
-        self.zeros: dict[int, int] = {}
-
-    def put(self, view: str, values: Array) -> dict[str, int]:
-        """Append an array, padded to four bytes, and say where it is."""
-        offset = len(self.bytes[view])
-        data = np.ascontiguousarray(values).tobytes()
-        self.bytes[view] += data + b"\0" * (-len(data) % 4)
-        return {"bufferView": list(self.VIEWS).index(view), "byteOffset": offset}
-
-    def accessor(self, **spec: object) -> int:
-        """The number of a new accessor."""
-        self.accessors.append(spec)
-        return len(self.accessors) - 1
-
-    def vectors(self, values: Array, bounds: bool) -> int:
-        """Points or normals, (n, 3)."""
-        values = values.astype("<f4")
-        limits = {"min": values.min(0).tolist(), "max": values.max(0).tolist()} if bounds else {}
-        place = self.put("vectors", values)
-        return self.accessor(**place, componentType=5126, count=len(values), type="VEC3", **limits)
-
-    def colors(self, values: Array) -> int:
-        """Vertex colours, (n, 3) linear, in bytes and opaque."""
-        rgba = np.column_stack([np.rint(values * 255), np.full(len(values), 255)]).astype("<u1")
-        place = self.put("colors", rgba)
-        return self.accessor(**place, componentType=5121, normalized=True, count=len(rgba), type="VEC4")
-
-    def joints(self, share: Array) -> int:
-        """Vertices are bound to the neck and, where their share (n,) of it is not 0, to the head."""
-        bound = np.zeros((len(share), 4), "<u1")
-        bound[:, 1] = np.rint(share * 255) > 0
-        return self.accessor(**self.put("colors", bound), componentType=5121, count=len(bound), type="VEC4")
-
-    def weights(self, share: Array) -> int:
-        """How far vertices follow the head, (n,); the rest is the neck's."""
-        whole = np.rint(share * 255)
-        shares = np.stack([255 - whole, whole, 0 * whole, 0 * whole], axis=1).astype("<u1")
-        place = self.put("colors", shares)
-        return self.accessor(**place, componentType=5121, normalized=True, count=len(shares), type="VEC4")
-
-    def matrices(self, values: Array) -> int:
-        """Matrices, (n, 4, 4)."""
-        columns = np.swapaxes(values, 1, 2).astype("<f4")
-        return self.accessor(
-            **self.put("matrices", columns), componentType=5126, count=len(values), type="MAT4"
-        )
-
-    def triangles(self, values: Array) -> int:
-        """Indices, (t, 3)."""
-        flat = values.astype("<u2").ravel()
-        return self.accessor(**self.put("indices", flat), componentType=5123, count=len(flat), type="SCALAR")
-
-    def sparse(self, values: Array, rows: Array) -> int:
-        """A morph attribute that is zero outside `rows`."""
-        values = values.astype("<f4")
-        limits = {"min": values.min(0).tolist(), "max": values.max(0).tolist()}
-        spec = {"componentType": 5126, "count": len(values), "type": "VEC3", **limits}
-        if len(rows) == 0:
-            if len(values) not in self.zeros:
-                self.zeros[len(values)] = self.accessor(**spec)
-            return self.zeros[len(values)]
-        spec["sparse"] = {
-            "count": len(rows),
-            "indices": {**self.put("places", rows.astype("<u2")), "componentType": 5123},
-            "values": self.put("moves", values[rows]),
-        }
-        return self.accessor(**spec)
-
-    def views(self) -> Iterator[dict[str, Any]]:
-        """The buffer views, as the binary chunk holds them end to end."""
-        offset = 0
-        for name, data in self.bytes.items():
-            yield {"buffer": 0, "byteOffset": offset, "byteLength": len(data), **self.VIEWS[name]}
-            offset += len(data)
-
-
-def primitive(buffer: Buffer, name: str, part: Part, material: int) -> dict[str, Any]:
-    """One part as a glTF primitive with its morph targets."""
-    rest = normals(part.points, part.triangles)
-    attributes = {"POSITION": buffer.vectors(part.points, True), "NORMAL": buffer.vectors(rest, False)}
-    if not np.all(part.colors == 1):
-        attributes["COLOR_0"] = buffer.colors(part.colors)
-    share = turning(part.points) if name in ("skin", "shirt") else np.ones(len(part.points))
-    attributes |= {"JOINTS_0": buffer.joints(share), "WEIGHTS_0": buffer.weights(share)}
-    targets = []
-    for delta in part.deltas:
-        turned = normals(part.points + delta, part.triangles) - rest
-        turned[np.abs(turned).max(axis=1) < NORMAL_TOLERANCE] = 0
-        pair = {"POSITION": delta, "NORMAL": turned}
-        targets.append({k: buffer.sparse(v, np.flatnonzero(np.abs(v).max(axis=1))) for k, v in pair.items()})
-    indices = buffer.triangles(part.triangles)
-    return {"attributes": attributes, "indices": indices, "material": material, "targets": targets}
-
-
-def worn(buffer: Buffer, skin_: Part, first: int) -> dict[str, dict[str, Any]]:
-    """Hair and shirt as glTF primitives without targets, by name; they turn with head and neck."""
-    found = {}
-    for number, (name, made) in enumerate({"hair": hair_cap, "shirt": shirt}.items(), first):
-        points, triangles, colors = made(
-            skin_.points, skin_.triangles, normals(skin_.points, skin_.triangles)
-        )
-        part = Part(points, triangles, colors, np.zeros((0, *points.shape)))
-        one = primitive(buffer, name, part, number)
-        found[name] = {key: value for key, value in one.items() if key != "targets"}
-    return found
-
-
-def assemble(parts: dict[str, Part], names: tuple[str, ...]) -> bytes:
-    """The GLB file."""
-    buffer = Buffer()
-    primitives = [primitive(buffer, name, part, i) for i, (name, part) in enumerate(parts.items())]
-    clothes = worn(buffer, parts["skin"], len(parts))
-    inverse = np.tile(np.eye(4), (2, 1, 1))
-    inverse[1, :3, 3] = -np.array(PIVOT)
-    tree = {
-        "asset": {"version": "2.0", "generator": "phonanim scripts/build_head.py", "copyright": COPYRIGHT},
-        "scene": 0,
-        "scenes": [{"nodes": [0, 1, 3, 4]}],
-        "nodes": [
-            {"name": "head", "mesh": 0, "skin": 0},
-            {"name": "Neck", "children": [2]},
-            {"name": "Head", "translation": list(PIVOT)},
-            *({"name": name, "mesh": 1 + n, "skin": 0} for n, name in enumerate(clothes)),
-        ],
-        "skins": [{"joints": [1, 2], "skeleton": 1, "inverseBindMatrices": buffer.matrices(inverse)}],
-        "meshes": [
-            {
-                "name": "head",
-                "primitives": primitives,
-                "weights": [0.0] * len(names),
-                "extras": {"targetNames": list(names)},
-            },
-            *({"name": name, "primitives": [one]} for name, one in clothes.items()),
-        ],
-        "materials": [material(name) for name in (*parts, *clothes)],
-        "accessors": buffer.accessors,
-        "bufferViews": list(buffer.views()),
-    }
-    binary = b"".join(buffer.bytes.values())
-    tree["buffers"] = [{"byteLength": len(binary)}]
-    return glb_bytes(tree, binary)
-
-
-def material(name: str) -> dict[str, Any]:
-    """A glTF material. The skin is seen from both sides: the inner mouth is its back."""
-    color, roughness = MATERIALS[name]
-    pbr = {"baseColorFactor": [*color, 1.0], "metallicFactor": 0.0, "roughnessFactor": roughness}
-    return {"name": name, "pbrMetallicRoughness": pbr, "doubleSided": name in ("skin", "hair", "shirt")}
 
 
 if __name__ == "__main__":

@@ -53,14 +53,18 @@ AROUND = 1.5  # picture height of a head with unknown parts, relative to the hei
 OUTLINE = 0.002  # metres of depth between neighbouring pixels that make an edge
 BACKDROP = ((0.035, 0.040, 0.050), (0.085, 0.093, 0.110))  # bottom and top, linear
 
+# The reflection in an eye: how bright, the cosines from its edge to its inside, and where the ball shows it.
+EYES, GLINT, WINDOW = ("eye_l", "eye_r"), 0.9, (0.987, 0.992)
+MIRROR = (0.0, 0.13, 1.0)  # in the camera's axes; below the upper lid
+
 # Highlight strength and sharpness of each part.
 GLOSS = {
     "skin": (0.10, 14.0),
     "tongue": (0.25, 30.0),
     "teeth_u": (0.35, 50.0),
     "teeth_l": (0.35, 50.0),
-    "eye_l": (0.9, 120.0),
-    "eye_r": (0.9, 120.0),
+    "eye_l": (0.10, 30.0),
+    "eye_r": (0.10, 30.0),
     "hair": (0.16, 22.0),
     "shirt": (0.02, 8.0),
 }
@@ -85,8 +89,8 @@ def whole_head(head: Head, height: int = 512, width: int = 512, yaw: float = 0.0
         return _around_moved(head, height, width, yaw)
     crown = head.vertices[head.parts["skin"], 1].max()
     eyes = head.vertices[head.parts["eye_l"]].mean(axis=0)
-    span = 2.9 * (crown - eyes[1])
-    centre = (0.0, float(crown + 0.04 * span - span / 2), float(eyes[2] - 0.05))
+    span = 2.55 * (crown - eyes[1])
+    centre = (0.0, float(crown + 0.11 * span - span / 2), float(eyes[2] - 0.05))
     return View(centre, float(span), height, width, yaw)
 
 
@@ -105,6 +109,7 @@ def render(vertices: NDArray[np.float64], head: Head, view: View) -> NDArray[np.
     picture = rasterize(project_vertices(seen, view), head.triangles, height, width)
     pixels = picture.covered()
     light = picture.at(pixels, light_vertices(seen, head)) * ambient_occlusion(picture, view, pixels)[:, None]
+    add_glints(light, picture, pixels, seen, head)
     image = backdrop(height, width).copy()
     image.reshape(-1, 3)[pixels] = light
     return to_srgb(
@@ -143,6 +148,31 @@ def light_vertices(seen: NDArray[np.float32], head: Head) -> NDArray[np.float32]
         diffuse += np.clip((normal @ towards + WRAP) / (1 + WRAP), 0, None)[:, None] * tint
         highlight += np.clip(normal @ half, 0, None)[:, None] ** power * tint
     return np.asarray(head.colors * diffuse + strength * highlight, np.float32)
+
+
+def add_glints(
+    light: NDArray[np.float32],
+    picture: Picture,
+    pixels: NDArray[np.int64],
+    seen: NDArray[np.float32],
+    head: Head,
+) -> None:
+    """Add the reflection of a window in the eyes to (p, 3) light at pixels: it is finer than the vertices."""
+    faces = picture.face.ravel()[pixels]
+    half = normalized(MIRROR)
+    for rows in (head.parts[name] for name in EYES if name in head.parts):
+        first = picture.corners[:, 0]
+        here = np.flatnonzero(((first >= rows.start) & (first < rows.stop))[faces])
+        if not len(here):
+            continue
+        row, column = np.divmod(pixels[here], picture.face.shape[1])
+        places = np.stack([column, row, np.ones_like(row)], axis=1).astype(np.float32)
+        shares = np.einsum("pcj,pj->pc", picture.planes[faces[here]], places)
+        ball = seen[rows]
+        out = seen[picture.corners[faces[here]]] - (ball.min(axis=0) + ball.max(axis=0)) / 2
+        normal = np.einsum("pc,pck->pk", shares, out)
+        facing = normal @ half / np.linalg.norm(normal, axis=1)
+        light[here] += GLINT * np.clip((facing - WINDOW[0]) / (WINDOW[1] - WINDOW[0]), 0, 1)[:, None]
 
 
 def part_gloss(head: Head) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

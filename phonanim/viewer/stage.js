@@ -2,7 +2,7 @@
 
 const FIELD = 26; // degrees from bottom to top
 const SHADED = 1.3; // of the height of the picture: what casts shadows is within it
-const AROUND = 1.55, ALONE = 4; // of the height of what moves, with the eyes and without
+const AROUND = 1.85, ALONE = 4.4; // of the height of what moves, with the eyes and without
 const UP = new THREE.Vector3(0, 1, 0);
 // Colour, strength, and place from the middle of the head in its heights: to the left, up, ahead of the face.
 const LIGHTS = [[0xfff1e2, 2.6, -0.9, 1.1, 1.7], [0xc4d4ff, 0.7, 1.7, 0.2, 0.9], [0xffffff, 1.6, 1.0, 1.0, -1.5]];
@@ -108,7 +108,7 @@ function faceOf(model, morphs) {
   const tall = (lids.isEmpty() ? ALONE : AROUND) * height;
   const centre = both.getCenter(new THREE.Vector3());
   const ahead = facing(model, centre.clone(), height);
-  centre.y += lids.isEmpty() ? 0.5 * height : 0.04 * tall;
+  centre.y += lids.isEmpty() ? 0.5 * height : 0.06 * tall;
   return { centre, tall, ahead };
 }
 
