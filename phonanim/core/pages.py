@@ -9,6 +9,17 @@ import re
 from typing import Any
 
 FIELD = re.compile(r"\{\{(\w+)\}\}")
+HEAD = """<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{{policy}}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{{title}}</title>
+<style>
+{{style}}
+</style>
+</head>"""
 SCRIPT = re.compile(r"<script>(.*?)</script>", re.DOTALL)
 
 
@@ -17,10 +28,12 @@ def fill_page(
 ) -> str:
     """A page with its fields, filled in one pass: markers inside a field's text are left unchanged.
 
-    The field `policy` allows only the page's own script to run, and no connections except to the origins
+    A page that begins with `{{head}}` has the head of all pages, with the fields `title` and `style`. The
+    field `policy` allows only the page's own script to run, and no connections except to the origins
     `connect`; `frames` are the origins of pages that may be shown within it, `scripts` those of scripts in
     files.
     """
+    page = page.replace("{{head}}", HEAD, 1)
     script = SCRIPT.search(page)
     run = _filled(script[1], fields) if script else ""
     return _filled(page, {**fields, "policy": page_policy(run, connect, frames, scripts)})

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from math import prod
 from typing import Any
 
-from phonanim.core.pages import page_policy
+from phonanim.core.pages import fill_page
 from phonanim.core.version import __version__
 from phonanim.dubbing.causes import Cause, chance_seen, find_causes
 from phonanim.dubbing.outcome import Outcome
@@ -19,6 +19,7 @@ FILES = ("report.json", "report.html", "summary.txt")
 WORST = 20  # lines in the summary
 CAUSES = 30  # in the summary and on the page
 
+PAGE = "{{head}}\n<body>\n{{body}}\n</body>\n</html>\n"
 STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 70rem; padding: 0 1rem; }
 table { border-collapse: collapse; width: 100%; }
@@ -115,21 +116,13 @@ def html_page(totals: dict[str, Any], ordered: Sequence[Outcome], remarks: Seque
     rows = "\n".join(map(_row, ordered))
     notes = "".join(f"<p>{html.escape(remark)}</p>\n" for remark in remarks)
     notes += "".join(f'<p class="cause">{html.escape(cause)}</p>\n' for cause in told_causes(ordered))
-    return f"""<!doctype html>
-<html lang="en">
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{page_policy()}">
-<meta name="viewport" content="width=device-width">
-<title>phonanim batch</title>
-<style>{STYLE}</style>
-<h1>phonanim batch</h1>
+    body = f"""<h1>phonanim batch</h1>
 <p>{html.escape(headline(totals))}</p>
 {notes}<table>
 <tr><th>line</th><th>seconds</th><th>language</th><th>what to look at</th><th>from</th></tr>
 {rows}
-</table>
-</html>
-"""
+</table>"""
+    return fill_page(PAGE, {"title": "phonanim batch", "style": STYLE.strip(), "body": body})
 
 
 def _entry(outcome: Outcome) -> dict[str, Any]:

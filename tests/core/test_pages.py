@@ -25,6 +25,16 @@ def test_fields_are_filled_in_one_pass():
     assert page == "<p>{{b}} {{policy}}</p>"
 
 
+def test_pages_have_one_head(root):
+    page = fill_page("{{head}}\n<body></body>", {"title": "{{head}}", "style": "p {}"})
+    assert page.startswith('<!doctype html>\n<html lang="en">\n<head>\n')
+    assert "<title>{{head}}</title>\n<style>\np {}\n</style>\n</head>\n<body></body>" in page
+    assert "script-src 'none'" in policy_of(page)
+    templates = sorted((root / "phonanim").rglob("*.html"))
+    assert len(templates) == 5
+    assert all(one.read_text(encoding="utf-8").startswith("{{head}}\n<body>\n") for one in templates)
+
+
 @pytest.mark.parametrize("label", LABELS)
 def test_data_cannot_begin_a_tag(label):
     text = script_data({"label": label})

@@ -209,7 +209,7 @@ def live_page(stage: Stage) -> str:
     }
     fields = {
         "title": "phonanim stream",
-        "style": read_page_part("style.css"),
+        "style": read_page_part("style.css") + (PAGE / "live.css").read_text("utf-8"),
         "data": script_data(data),
         "script": "\n".join([*map(read_page_part, SCRIPTS), (PAGE / "live.js").read_text("utf-8")]),
     }
