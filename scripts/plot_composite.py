@@ -23,6 +23,7 @@ from phonanim.media.pixels import Image, write_png
 from phonanim.training.mouth import load_mouth
 
 SCALE = 2  # of the film
+ROOM = 12  # pixels of the drawn film around the face
 FADE = 8  # pixels of the drawn film over which the border fades
 
 Array = NDArray[np.float64]
@@ -53,8 +54,20 @@ def main() -> None:
             for texture, points, film in zip(predicted, seen, filmed, strict=True)
         ]
     )
-    sheets = [sheet(name, row, labels) for name, row in (("film", filmed), ("predicted", drawn))]
+    down, across = around(places * SCALE, filmed.shape[1:3])
+    shown = (("film", filmed[:, down, across]), ("predicted", drawn[:, down, across]))
+    sheets = [sheet(name, row, labels) for name, row in shown]
     write_png(np.vstack(sheets), args.output)
+
+
+def around(places: Array, size: tuple[int, int]) -> tuple[slice, slice]:
+    """The rows and columns of a picture of a size that show all places (n, landmarks, 2), and a margin."""
+    low, high = places.min(axis=(0, 1)) - ROOM, places.max(axis=(0, 1)) + ROOM
+    across, down = (
+        slice(max(int(start), 0), min(int(end), most))
+        for start, end, most in zip(low, high, size[::-1], strict=True)
+    )
+    return down, across
 
 
 def seen_at(captured: Array, places: Array, shape: Array) -> Array:

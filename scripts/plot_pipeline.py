@@ -44,7 +44,7 @@ def main() -> None:
         "predicted": model.render(mouth.predict(corpus.tracks[clip], times), 1.5),
     }
     size = pictures["film"].shape[2]
-    pictures["shipped"] = on_head(line, times, None, size)
+    pictures["head"] = on_head(line, times, None, size)
     pictures |= {path.stem[:9]: on_head(line, times, path, size) for path in args.character}
     write_png(np.vstack([sheet(name, row, labels) for name, row in pictures.items()]), args.output)
 
