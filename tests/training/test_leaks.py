@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from motions import KINDS, made_up_motion
 from speech import made_up_corpus
 
 from phonanim.comparison.fit import train_job
@@ -15,6 +16,7 @@ from phonanim.comparison.plan import Plan, Sweep
 from phonanim.comparison.run import _jobs
 from phonanim.comparison.sweeps import split_clips, sweep_jobs
 from phonanim.corpus.corpus import RIGID, Corpus, remove_pose_leak, save_corpus, stabilize
+from phonanim.corpus.motion import load_motion_corpus
 from phonanim.face.fit import fit_face
 from phonanim.face.model import FaceModel
 from phonanim.regressors import load
@@ -118,3 +120,24 @@ def test_the_head_is_held_to_the_mean_of_the_training_clips() -> None:
     spoiled[~train] += rng.normal(0, 9, spoiled[~train].shape)
     found, _ = stabilize(spoiled, numbers, train)
     np.testing.assert_allclose(found[train], plain[train], atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_target_of_a_training_ignores_the_test_clips(kind: str, tmp_path: Path) -> None:
+    """The scaling of controls and sensors, the zeros of channels, the components of vertices."""
+    learned = []
+    for name in ("plain", "changed"):
+        folder = made_up_motion(kind, tmp_path / name)
+        corpus = load_motion_corpus(folder / "corpus")
+        if name == "changed":
+            for clip in corpus.clips_of("test"):
+                path = corpus.clips[int(clip)].motion
+                np.save(path, 9 * np.load(path))
+        (folder / "mean.toml").write_text(
+            'kind = "phone_mean"\ncorpus = "corpus"\n[target]\ncomponents = 2\n', "utf-8"
+        )
+        target = load(train(folder / "mean.toml", folder / "model")).target
+        assert target.kind == kind
+        learned.append(target.tensors() | target.facts())
+    assert learned[0].keys() == learned[1].keys()
+    assert all(np.array_equal(learned[0][name], learned[1][name]) for name in learned[0])
