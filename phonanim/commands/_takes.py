@@ -40,7 +40,7 @@ def list_takes(count: int, options: Options, outputs: Sequence[Path], sheet: Pat
         yield options, tuple(outputs), sheet
         return
     regressor = load_model(options.model).regressor
-    if not hasattr(regressor, "with_settings"):
+    if not hasattr(regressor.config, "seed"):
         raise OptionError(f"the model {options.model} does not sample: leave out --takes")
     first = regressor.config.seed if options.seed is None else options.seed
     for number in range(count):

@@ -10,7 +10,7 @@ import numpy as np
 
 from phonanim.core.neural import tensors_with_prefix
 from phonanim.regressors import Examples, Progress, Tensors
-from phonanim.regressors._audio_input import check_sounds, fitting, identity_in
+from phonanim.regressors._audio_input import check_sounds, check_styles, fitting, identity_in
 from phonanim.regressors._audio_model import AudioModel
 from phonanim.regressors._decoders import decoder_shapes
 from phonanim.regressors._torch_extra import require_torch
@@ -31,6 +31,8 @@ class AudioRegressor(AudioModel):
     @classmethod
     def from_tensors(cls: type[Self], config: Any, tensors: Tensors) -> Self:
         """Raises ValueError when the size of a tensor does not match the configuration."""
+        if not 0 <= config.style < config.styles:
+            raise ValueError(f"there is no style {config.style} of {config.styles}")
         layers, dims = tensors["centre"].shape
         modes = len(tensors["decoder_output_bias"]) // (config.widths[1] if config.decoder == "mlp" else 1)
         shapes = {f"decoder_{n}": shape for n, shape in decoder_shapes(config, dims, modes).items()}
@@ -52,10 +54,13 @@ class AudioRegressor(AudioModel):
         """Train on recordings; early stopping on `validation`.
 
         If `journal` is a folder, the state after each epoch is saved there, and an interrupted training is
-        continued from it; loss.csv in it has the errors. Raises ModelError when the examples have no sounds.
+        continued from it; loss.csv in it has the errors. Raises ModelError when the examples have no sounds,
+        or a style that the configuration does not have.
         """
         require_torch()
         from phonanim.regressors._torch_audio import fit_audio
 
         check_sounds(train)
+        if config.styles > 1:  # else all are one
+            check_styles(cls.__name__.lower(), config.styles, train, validation)
         return fit_audio(cls, config, train, validation, rng, progress, journal)

@@ -21,7 +21,8 @@ class Settings:
     random, as many as cover each clip once. The loss is the L1 error until its mean over an epoch is below
     `l1_until`, and the squared error from then on (section 3.2.2); 0 has no such start. `normalize` scales
     targets for the loss: each mode to 0..1, or all modes by one number, which makes the loss the squared
-    error in millimetres.
+    error in millimetres. `style` is the style of the output, out of the `styles` of Examples.styles: learned
+    factors of the decoder's last features (Stan 2023, section 3.3); one style has none.
     """
 
     encoder: str = "whisper"
@@ -53,3 +54,5 @@ class Settings:
     batch: int = 32
     epochs: int = 40
     patience: int = 10
+    styles: int = 1
+    style: int = 0

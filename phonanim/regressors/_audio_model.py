@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 
 from phonanim.core.neural import softmax
+from phonanim.errors import ModelError
 from phonanim.regressors._audio_config import Settings
 from phonanim.regressors._audio_input import AudioInput
 from phonanim.regressors._decoders import decode
@@ -29,6 +30,15 @@ class AudioModel(AudioInput):
     identity: str
 
     config_class: ClassVar[type] = Settings
+
+    def with_settings(self, **settings: Any) -> AudioModel:
+        """The same model with another `style`. Raises ModelError for a style or setting that it lacks."""
+        for name, value in settings.items():
+            if name != "style":
+                raise ModelError(f"the model does not sample: leave out --{name}")
+            if not 0 <= value < self.config.styles:
+                raise ModelError(f"style is {value}; the model has 0 to {self.config.styles - 1}")
+        return replace(self, config=replace(self.config, **settings))
 
     def decode_stretch(self, values: Floats, first: int) -> Floats:
         """Modes of steps, (steps, layers, dims) -> (steps, modes)."""

@@ -68,16 +68,20 @@ def decode(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> F
     if config.decoder == "mlp":
         return np.stack([_mlp(config, weights, one) for one in signal])
     if config.decoder == "transformer":
-        return in_windows(weights, signal, lambda part: output(weights, attentive(config, weights, part)))
+        return in_windows(
+            weights, signal, lambda part: output(weights, attentive(config, weights, part), config.style)
+        )
     if config.decoder == "convolution":
-        return output(weights, convolve(config, weights, signal))
+        return output(weights, convolve(config, weights, signal), config.style)
     for layer in range(config.depth):
         signal = run_recurrent(config.decoder, signal, weights, layer)
-    return output(weights, signal)
+    return output(weights, signal, config.style)
 
 
-def output(weights: Mapping[str, Floats], signal: Floats) -> Floats:
-    """The last layer, which is linear, (..., size) -> (..., modes)."""
+def output(weights: Mapping[str, Floats], signal: Floats, style: int) -> Floats:
+    """The factors of a style, if styles were learned, and the last layer, (..., size) -> (..., modes)."""
+    if "style" in weights:
+        signal = signal * weights["style"][style]
     return np.asarray(signal @ weights["output"] + weights["output_bias"])
 
 
@@ -93,7 +97,7 @@ def _mlp(config: Settings, weights: Mapping[str, Floats], signal: Floats) -> Flo
     found = windows.reshape(len(windows), -1)
     for layer in range(config.depth):
         found = np.maximum(found @ weights[f"hidden{layer}"] + weights[f"hidden_bias{layer}"], 0)
-    spans = output(weights, found).reshape(len(windows), narrow, -1)
+    spans = output(weights, found, config.style).reshape(len(windows), narrow, -1)
     total, seen = np.zeros_like(spans[:, 0]), np.zeros((len(spans), 1), np.float32)
     for late in range(min(narrow, len(spans))):  # steps from a step to the end of the window that predicts it
         total[: len(spans) - late] += spans[late:, narrow - 1 - late]
@@ -132,7 +136,8 @@ def decoder_shapes(config: Settings, dims: int, modes: int) -> Shapes:
     known = {"mlp": _mlp_shapes, "transformer": transformer_shapes, "convolution": convolution_shapes}
     shapes, last = known.get(config.decoder, recurrent_shapes)(config, dims)
     outputs = modes * (config.widths[1] if config.decoder == "mlp" else 1)
-    return shapes | {"output": (last, outputs), "output_bias": (outputs,)}
+    styles: Shapes = {"style": (config.styles, last)} if config.styles > 1 else {}
+    return shapes | styles | {"output": (last, outputs), "output_bias": (outputs,)}
 
 
 def recurrent_shapes(config: Recurrence, dims: int) -> tuple[Shapes, int]:

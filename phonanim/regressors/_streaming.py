@@ -57,4 +57,4 @@ class Streamed(AudioRegressor):
         steps' = steps - receptive_field + 1.
         """
         signal = self.mix_layers(values)[None]
-        return output(self.weights, convolve_within(self.config, self.weights, signal))[0]
+        return output(self.weights, convolve_within(self.config, self.weights, signal), self.config.style)[0]

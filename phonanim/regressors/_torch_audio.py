@@ -117,7 +117,7 @@ def starts_robust(config: Settings, state: State) -> bool:
 
 
 OPTIMIZERS = {"adam": torch.optim.Adam, "radam": torch.optim.RAdam}
-Batch = tuple[Tensor, Tensor, NDArray[np.int64], NDArray[np.int64], Tensor]
+Batch = tuple[Tensor, Tensor, NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Tensor]
 
 
 def batches(config: Settings, steps: Steps, rng: np.random.Generator) -> Iterator[Batch]:
@@ -143,7 +143,7 @@ def batches(config: Settings, steps: Steps, rng: np.random.Generator) -> Iterato
         targets, weights = torch.from_numpy(steps.targets[rows]), torch.from_numpy(steps.weights[chosen])
         release(steps.values)
         release(steps.targets)
-        yield values, targets, steps.codes[rows], steps.segments[rows], weights
+        yield values, targets, steps.codes[rows], steps.segments[rows], steps.styles[chosen], weights
 
 
 def loss(
@@ -154,6 +154,7 @@ def loss(
     targets: Tensor,
     codes: NDArray[np.int64],
     segments: NDArray[np.int64],
+    styles: NDArray[np.int64],
     weights: Tensor,
     robust: bool = False,
 ) -> Tensor:
@@ -164,7 +165,7 @@ def loss(
     values, targets, weights = (part.to(device()) for part in (values, targets, weights))
     normal = (values - tensor(scaling.centre)) * tensor(scaling.scale)
     with mixed_precision():
-        hidden, found = (part.float() for part in network(normal))
+        hidden, found = (part.float() for part in network(normal, tensor(styles)))
     apart = found - (targets - tensor(scaling.low)) / tensor(scaling.span)
     total = torch.zeros((), device=found.device)
     for weight in (1.0, config.velocity, config.acceleration):
@@ -211,13 +212,14 @@ def validation_error(model: AudioModel, steps: Steps | None) -> float:
     if steps is None:
         return 0.0
     total = 0.0
-    for length in np.unique(steps.lengths):
-        chosen = steps.starts[steps.lengths == length]
+    for length, style in np.unique(np.stack([steps.lengths, steps.styles], axis=1), axis=0):
+        chosen = steps.starts[(steps.lengths == length) & (steps.styles == style)]
+        config = replace(model.config, style=int(style))
         most = max(1, min(32, BLOCK // max(1, int(length) * steps.targets[:1].nbytes)))
         for some in np.array_split(chosen, -(-len(chosen) // most)):
             rows = some[:, None] + np.arange(length)
             mixed = np.stack([model.mix_layers(steps.values[row].astype(np.float32)) for row in rows])
-            found = decode(model.config, model.weights, mixed)
+            found = decode(config, model.weights, mixed)
             total += float(((found - steps.targets[rows]) ** 2).sum())
     return total / steps.targets.size
 

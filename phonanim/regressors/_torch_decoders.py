@@ -29,6 +29,7 @@ class Network(nn.Module):
         size = self.body.size
         self.narrow = config.widths[1] if config.decoder == "mlp" else 1
         self.dropout = nn.Dropout(config.dropout)
+        self.style = nn.Parameter(torch.ones(config.styles, size)) if config.styles > 1 else None
         self.output = nn.Linear(size, modes * self.narrow)
         self.classifier = nn.Linear(size, labels)
         self.ctc = nn.Linear(size, labels + 1)
@@ -38,14 +39,18 @@ class Network(nn.Module):
         with torch.no_grad():
             self.output.bias.add_(tensor(np.tile(mean, self.narrow)))
 
-    def forward(self, values: Tensor) -> tuple[Tensor, Tensor]:
-        """Normalized features (windows, steps, layers, dims) -> hidden (windows, steps, size), modes."""
+    def forward(self, values: Tensor, styles: Tensor | None = None) -> tuple[Tensor, Tensor]:
+        """Normalized features (windows, steps, layers, dims) -> hidden (windows, steps, size), modes.
+
+        `styles` (windows,) are used where styles are learned.
+        """
         if self.config.inputs == "enc":
             signal = values[:, :, -1]
         else:
             signal = torch.einsum("bsld,l->bsd", values, torch.softmax(self.mix, 0))
         hidden: Tensor = self.dropout(self.body(signal))
-        found = self.output(hidden)
+        styled = hidden if self.style is None or styles is None else hidden * self.style[styles][:, None]
+        found = self.output(styled)
         return hidden, _overlapped(found, self.narrow) if self.narrow > 1 else found
 
 
@@ -233,6 +238,8 @@ def export_weights(network: Network, low: Floats, span: Floats) -> tuple[Floats,
     """The mix and the decoder's weights as `_decoders` names them; targets are scaled back to millimetres."""
     span, low = np.tile(span, network.narrow), np.tile(low, network.narrow)
     parts = network.body.export()
+    if network.style is not None:
+        parts["style"] = network.style
     parts["output"] = network.output.weight.T * tensor(span)
     parts["output_bias"] = network.output.bias * tensor(span) + tensor(low)
     weights = {n: np.array(array(t), np.float32, order="C") for n, t in parts.items()}

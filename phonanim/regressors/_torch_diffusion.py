@@ -82,10 +82,8 @@ def fit_diffusion(
 
 
 def diffusion_steps(config: Any, examples: Examples) -> Steps:
-    """Examples at the model's steps: the last layer of the encoder, and styles instead of phones."""
-    steps = gather_steps(Denoiser, config, examples, layers=2 if config.tuned else 1)
-    styles = np.array(examples.styles or [0] * len(examples), np.int64)
-    return replace(steps, codes=np.repeat(styles, steps.lengths))
+    """Examples at the model's steps: the last layer of the encoder alone, or the two that `tuned` needs."""
+    return gather_steps(Denoiser, config, examples, layers=2 if config.tuned else 1)
 
 
 def scaled(config: Any, steps: Steps) -> Scaling:
@@ -141,8 +139,8 @@ class Stage:
         settings: Any = self.config
         chance = np.random.default_rng([self.seed, epoch, 1])
         return [
-            step(self.network, optimizer, self.loss(values, targets, codes[:, 0], weights, chance))  # type: ignore[arg-type]
-            for values, targets, codes, _, weights in batches(
+            step(self.network, optimizer, self.loss(values, targets, styles, weights, chance))  # type: ignore[arg-type]
+            for values, targets, _, _, styles, weights in batches(
                 settings, self.steps, np.random.default_rng([self.seed, epoch])
             )
         ]
@@ -187,9 +185,8 @@ class Stage:
 
 def group_alike(steps: Steps, most: int = 100) -> Iterator[tuple[int, NDArray[np.int64]]]:
     """Rows of at most `most` whole clips of equal length and style: (style, (clips, steps))."""
-    styles = steps.codes[steps.starts]
-    for length, style in np.unique(np.stack([steps.lengths, styles], axis=1), axis=0):
-        chosen = steps.starts[(steps.lengths == length) & (styles == style)]
+    for length, style in np.unique(np.stack([steps.lengths, steps.styles], axis=1), axis=0):
+        chosen = steps.starts[(steps.lengths == length) & (steps.styles == style)]
         count = max(1, min(most, BLOCK // max(1, int(length) * steps.targets[:1].nbytes)))
         for begin in range(0, len(chosen), count):
             yield int(style), chosen[begin : begin + count, None] + np.arange(length)

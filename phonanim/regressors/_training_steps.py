@@ -31,7 +31,8 @@ STILL = 1e-6  # standard deviation below which a feature counts as constant
 class Steps:
     """Clips end to end on the model's grid: `values` (steps, layers, dims), `targets` (steps, modes).
 
-    `codes` and `segments` (steps,) are the phones and their running numbers, `lengths` (clips,) in steps.
+    `codes` and `segments` (steps,) are the phones and their running numbers, `lengths` (clips,) in steps,
+    `styles` (clips,) numbers from 0.
     """
 
     values: NDArray[np.float16]
@@ -40,6 +41,7 @@ class Steps:
     segments: NDArray[np.int64]
     lengths: NDArray[np.int64]
     weights: Floats
+    styles: NDArray[np.int64]
 
     @cached_property
     def starts(self) -> NDArray[np.int64]:
@@ -87,6 +89,7 @@ def gather_steps(kind: type[AudioInput], config: Any, examples: Examples, layers
         np.concatenate(segments),
         lengths,
         np.asarray(examples.weights, np.float32),
+        np.array(examples.styles or [0] * len(examples), np.int64),
     )
 
 

@@ -19,9 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.core.neural import tensors_with_prefix
-from phonanim.errors import ModelError
 from phonanim.regressors import Examples, Progress, Tensors
-from phonanim.regressors._audio_input import check_sounds, fitting, identity_in
+from phonanim.regressors._audio_input import check_sounds, check_styles, fitting, identity_in
 from phonanim.regressors._denoiser import Denoiser
 from phonanim.regressors._diffusion import weight_shapes
 from phonanim.regressors._torch_extra import require_torch
@@ -72,12 +71,7 @@ class FaceDiffuser(Denoiser):
         from phonanim.regressors._torch_diffusion import fit_diffusion
 
         check_sounds(train)
-        styles = {*train.styles, *validation.styles}
-        if styles - set(range(config.styles)):
-            most = max(styles)
-            raise ModelError(
-                f"facediffuser: the examples have style {most}; set styles to {most + 1} or more"
-            )
+        check_styles("facediffuser", config.styles, train, validation)
         return fit_diffusion(cls, config, train, validation, rng, progress, journal)
 
 

@@ -153,7 +153,7 @@ def test_what_a_plan_cannot_have(
     assert not (tmp_path / "out").exists()
 
 
-def test_what_a_corpus_does_not_allow(tmp_path: Path) -> None:
+def test_what_a_corpus_allows(tmp_path: Path) -> None:
     from phonanim.errors import ModelError
 
     corpus = load_motion_corpus(made_up_motion("controls", tmp_path) / "corpus")
@@ -163,6 +163,18 @@ def test_what_a_corpus_does_not_allow(tmp_path: Path) -> None:
         motion_folds(plan, silent)
     with pytest.raises(ModelError, match="no training clip has what the fold words1 withholds"):
         motion_folds(replace(plan, words=(("absent",),)), corpus)
+    strangers = corpus.clips_of("test")[:2]
+    other = replace(
+        corpus,
+        clips=tuple(
+            replace(clip, split="test_b") if number in strangers else clip
+            for number, clip in enumerate(corpus.clips)
+        ),
+    )
+    folds = {fold.name: fold for fold in motion_folds(plan, other)}
+    assert folds["unseen speakers"].test == tuple(strangers)
+    assert folds["unseen speakers"].model == "test"
+    assert not set(strangers) & {*folds["test"].test, *folds["test"].train}
     trained = replace(corpus, clips=tuple(replace(clip, split="train") for clip in corpus.clips))
     with pytest.raises(ModelError, match='has no clips of the split test; use folds = ."clips".'):
         motion_folds(plan, trained)

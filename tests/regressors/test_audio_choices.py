@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from speech import made_up_examples
 
+from phonanim.errors import ModelError
 from phonanim.regressors import Examples, make_config, regressor_class
 
 torch = pytest.importorskip("torch")
@@ -83,7 +84,7 @@ def test_windows_at_a_stride_are_all_of_them_once(data: Examples) -> None:
     numbered = replace(steps, codes=np.arange(len(steps.codes)))
     config = config_of(stride=3, batch=7)
     first = [
-        row[0] for _, _, codes, _, _ in batches(config, numbered, np.random.default_rng(0)) for row in codes
+        row[0] for _, _, codes, *_ in batches(config, numbered, np.random.default_rng(0)) for row in codes
     ]
     wanted = [
         start + place
@@ -120,8 +121,41 @@ def test_the_l1_error_by_its_equation() -> None:
     values, targets = (
         torch.from_numpy(rng.normal(size=shape).astype(np.float32)) for shape in ((2, 9, 1, 4), (2, 9, 3))
     )
-    total = training.loss(config, network, scaling, values, targets, codes, codes, torch.ones(2), robust=True)
+    total = training.loss(
+        config, network, scaling, values, targets, codes, codes, codes[:, 0], torch.ones(2), robust=True
+    )
     with torch.no_grad():
         apart = (network(values)[1] - targets).numpy()
     wanted = np.abs(apart).mean() + 0.5 * np.abs(np.diff(apart, axis=1)).mean()
     np.testing.assert_allclose(float(total.detach()), wanted, rtol=1e-5)
+
+
+def test_styles_are_told_apart(data: Examples) -> None:
+    """Two speakers who move twice as far and half as far: a prediction has the style that is asked for."""
+    half = len(data) // 2
+    styles = (0,) * half + (1,) * (len(data) - half)
+    targets = tuple(
+        target * (2 if style else 0.5) for target, style in zip(data.targets, styles, strict=True)
+    )
+    mixed = replace(data, targets=targets, styles=styles)
+    fit: Any = regressor_class("phisanet").fit
+    config = config_of(styles=2, epochs=150, patience=150, learning_rate=0.05, ctc=0.0, dropout=0.0)
+    model = fit(config, mixed, mixed, np.random.default_rng(1), lambda done: None)
+    assert model.weights["style"].shape[0] == 2
+    again = type(model).from_tensors(model.config, model.tensors())
+    first, second = (
+        again.with_settings(style=style).predict(None, data.times[0], data.sounds[0]) for style in (0, 1)
+    )
+    assert second.std(axis=0).mean() > 1.3 * first.std(axis=0).mean()
+    assert np.array_equal(first, model.predict(None, data.times[0], data.sounds[0]))
+    alone = fit(config_of(epochs=1), data, data, np.random.default_rng(1), lambda done: None)
+    assert "style" not in alone.weights
+    third = replace(mixed, styles=tuple(2 * style for style in styles))
+    with pytest.raises(ModelError, match="the examples have style 2; set styles to 3 or more"):
+        fit(config_of(epochs=1, styles=2), third, third, np.random.default_rng(1), lambda done: None)
+    with pytest.raises(ModelError, match="style is 2; the model has 0 to 1"):
+        again.with_settings(style=2)
+    with pytest.raises(ModelError, match="does not sample: leave out --seed"):
+        again.with_settings(seed=1)
+    with pytest.raises(ValueError, match="there is no style 5 of 2"):
+        type(model).from_tensors(replace(model.config, style=5), model.tensors())

@@ -175,7 +175,9 @@ def test_the_loss_by_its_equations() -> None:
     given = [torch.from_numpy(a.astype(np.float32)) for a in (values, targets)]
 
     def total(**weights: float) -> float:
-        found = training.loss(config_of(**weights), network, scaling, *given, codes, segments, torch.ones(2))
+        found = training.loss(
+            config_of(**weights), network, scaling, *given, codes, segments, codes[:, 0], torch.ones(2)
+        )
         return float(found.detach())
 
     with torch.no_grad():
