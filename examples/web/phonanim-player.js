@@ -78,15 +78,21 @@ export class LinePlayer {
   }
 
   // Speak a line from its beginning; one that is being spoken gives way within `rest` seconds. `audio` is an
-  // HTMLAudioElement, or anything with `currentTime`, `ended`, `play` and `pause`; it is the clock. `onEnd` is
-  // called when the line has ended, with false when it was interrupted.
+  // HTMLAudioElement, or anything with `currentTime`, `ended`, `play` and `pause`; it is the clock. Where it cannot
+  // play (before the visitor has touched the page, or without the file), a warning says so and the line goes on
+  // silently. `onEnd` is called when the line has ended, with false when it was interrupted.
   play(track, { audio = null, onEnd = null } = {}) {
     this.#leave(false);
-    this.line = { track, audio, time: 0, onEnd };
+    const line = { track, audio, time: 0, onEnd };
+    this.line = line;
     this.#begin();
     if (audio) {
       audio.currentTime = 0;
-      audio.play();
+      Promise.resolve(audio.play()).catch((error) => {
+        if (this.line !== line) return; // interrupted before the sound began
+        console.warn(`phonanim: the sound does not play: ${error.message}`);
+        line.audio = null;
+      });
     }
   }
 
@@ -111,7 +117,7 @@ export class LinePlayer {
   }
 
   // Follow `phonanim stream --to websocket`, at an address such as ws://127.0.0.1:8765/live. Returns the socket;
-  // when it closes, the face goes back to rest.
+  // when it closes, the face goes back to rest. Close it before you play a line.
   listen(url, WebSocketClass = globalThis.WebSocket) {
     const socket = new WebSocketClass(url);
     let controls = [];
@@ -120,7 +126,7 @@ export class LinePlayer {
       if (typeof data === "string") controls = JSON.parse(data).controls;
       else this.show(new Map(Array.from(new Float32Array(data, 16), (value, n) => [controls[n], value])));
     };
-    socket.onclose = () => this.stop();
+    socket.onclose = () => this.speaking || this.stop();
     return socket;
   }
 

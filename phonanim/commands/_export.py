@@ -110,6 +110,7 @@ def output_notes(animation: Animation, outputs: Sequence[Path], exports: dict[st
     for path in outputs:
         if note := getattr(find_exporter(path), "NOTE", None):
             yield f"{path}: {note}"
+    yield from timecode_notes(animation, outputs, exports.get("timecode"))
     yield from turn_notes(animation, outputs, exports.get("character"))
     if isinstance(character := exports.get("character"), Path):
         from phonanim.rig.coverage import coverage_notes
@@ -124,6 +125,16 @@ def output_notes(animation: Animation, outputs: Sequence[Path], exports: dict[st
             yield f"{path}: {describe_shared_keys(reduce_curves(animation.values, error), animation)}"
         elif "keys" in option_names(path):
             yield f"{path}: {describe_keys(reduce_channels(animation, error), animation)}"
+
+
+def timecode_notes(animation: Animation, outputs: Sequence[Path], timecode: object) -> Iterator[str]:
+    """Which outputs have a timecode that Unreal's importer skips with all its rows."""
+    from phonanim.exporters import option_names
+
+    if ";" in str(timecode or animation.provenance.get("timecode", "")):
+        for path in outputs:
+            if "timecode" in option_names(path):
+                yield f"{path}: Unreal's importer reads no drop-frame timecode; write colons for Unreal"
 
 
 def turn_notes(animation: Animation, outputs: Sequence[Path], character: object) -> Iterator[str]:

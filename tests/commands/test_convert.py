@@ -59,6 +59,16 @@ def test_another_rate_start_and_timecode(take):
     assert (take / "a.csv").read_text().splitlines()[1].startswith("01:00:01;59.880")
 
 
+def test_drop_frame_timecode_is_not_for_unreal(take, capsys):
+    said = "\na.csv: Unreal's importer reads no drop-frame timecode; write colons for Unreal\n"
+    assert run(["convert", "take.npz", "-o", "a.csv", "--timecode", "01:00:00;00"]) == 0
+    assert said in capsys.readouterr().err
+    assert run(["convert", "a.csv", "-o", "a.json"]) == 0  # which has no timecode
+    assert "drop-frame" not in capsys.readouterr().err
+    assert run(["convert", "take.npz", "-o", "a.csv", "--timecode", "01:00:00:00"]) == 0
+    assert "drop-frame" not in capsys.readouterr().err
+
+
 def test_labels_for_a_capture(take, root):
     save(replace(line(), phones=(), words=()), take / "capture.csv")
     grid = str(root / "examples" / "line.TextGrid")

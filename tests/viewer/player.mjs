@@ -122,6 +122,22 @@ const tests = {
     assert.equal(face.speaking, false);
     assert.deepEqual(calls, ["play", "pause", "play"]);
   },
+  async "a sound that may not play leaves the line silent"() {
+    const warned = [];
+    console.warn = (text) => warned.push(text);
+    const audio = { currentTime: 0, ended: false, play: () => Promise.reject(new Error("not allowed")), pause() {} };
+    const one = mesh("jawOpen");
+    const face = new LinePlayer(scene(one), { rest: 0 });
+    face.play(parseTrack(TRACK), { audio });
+    await new Promise(setImmediate);
+    assert.deepEqual(warned, ["phonanim: the sound does not play: not allowed"]);
+    face.update(0.5);
+    near(one.morphTargetInfluences[0], 1);
+    face.play(parseTrack(TRACK), { audio });
+    face.stop(); // what is interrupted at once warns of nothing
+    await new Promise(setImmediate);
+    assert.equal(warned.length, 1);
+  },
   "the head turns from its rest, and back"() {
     const head = bone(0, 1, 0, 0); // half a turn
     const face = new LinePlayer(scene(mesh("jawOpen")), { head, rest: 0.2 });
@@ -167,11 +183,14 @@ const tests = {
     socket.onclose();
     face.update(0.2);
     near(one.morphTargetInfluences[0], 0);
+    face.play(parseTrack(TRACK));
+    socket.onclose(); // a stream that ends late does not interrupt a line
+    assert.equal(face.speaking, true);
   },
 };
 for (const [name, test] of Object.entries(tests)) {
   try {
-    test();
+    await test();
   } catch (error) {
     console.error(`${name}: ${error.stack}`);
     process.exitCode = 1;

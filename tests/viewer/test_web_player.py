@@ -23,7 +23,7 @@ def test_the_player_on_stub_meshes(root, module):
         [NODE, root / "tests/viewer/player.mjs", module], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout == "12 tests\n"
+    assert done.stdout == "13 tests\n"
 
 
 def evaluate(module, code, *arguments):
