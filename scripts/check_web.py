@@ -1,0 +1,91 @@
+"""Watch the example page of examples/web in headless Chromium: it speaks with sound, and stops.
+
+    cd examples/web && npm install three
+    phonanim animate ../line.TextGrid -o line.glb -o line.track.json && cp ../line.wav .
+    python ../../scripts/check_web.py . -o /tmp/check
+
+Ends with status 1, and one line, when a shape is missing, the face does not move, or it does not go back to rest.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import http.server
+import shutil
+import sys
+import tempfile
+import threading
+from pathlib import Path
+
+from check_study import Browser
+
+MOST = (
+    "Math.max(0, ...[...face.shown].filter(([name]) => !name.startsWith('head')).map(([, v]) => Math.abs(v)))"
+)
+STOPPED = """face.stop();
+globalThis.stopped = { began: performance.now(), steps: [] };
+(function watch() {
+  const most = Math.max(0, ...[...face.shown.values()].map(Math.abs));
+  stopped.steps.push([performance.now() - stopped.began, most]);
+  if (most > 0) requestAnimationFrame(watch);
+})()"""
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    """Serves a folder and prints nothing."""
+
+    def log_message(self, *_: object) -> None:
+        """Nothing."""
+
+
+def watch(browser: Browser, address: str, picture: Path) -> None:
+    """The page in Chromium. Raises RuntimeError."""
+    browser.call("Page.navigate", url=address)
+    browser.wait("typeof face === 'object'")
+    missing = browser.value("document.getElementById('state').value")
+    if missing:
+        raise RuntimeError(missing)
+    browser.click("speak")
+    browser.wait("face.line?.audio?.currentTime > 1")
+    most = browser.value(MOST)
+    browser.picture(picture)
+    away = browser.value("face.line.audio.currentTime - face.line.time")
+    print(f"speaks: largest weight {most:.2f}; the sound is {1000 * away:.0f} ms ahead of the last picture")
+    if most < 0.05:
+        raise RuntimeError("the face does not move")
+    browser.value(STOPPED)
+    browser.wait("stopped.steps.at(-1)[1] === 0")
+    steps = browser.value("stopped.steps")
+    print(f"interrupted: at rest after {steps[-1][0]:.0f} ms and {len(steps)} pictures")
+
+
+def main() -> int:
+    """Serve the folder and watch its page."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    options = parser.parse_args()
+    program = shutil.which("chromium") or shutil.which("google-chrome")
+    if program is None:
+        print("needs chromium or google-chrome", file=sys.stderr)
+        return 1
+    options.output.mkdir(parents=True, exist_ok=True)
+    handler = functools.partial(Quiet, directory=options.folder)
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        browser = Browser(program, profile, options.output)
+        try:
+            watch(browser, f"http://127.0.0.1:{server.server_address[1]}/", options.output / "web.png")
+        except RuntimeError as error:
+            browser.picture(options.output / "failed.png")
+            print(error, file=sys.stderr)
+            return 1
+        finally:
+            browser.close()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
