@@ -4,7 +4,7 @@
     phonanim animate ../line.TextGrid -o line.glb -o line.track.json && cp ../line.wav .
     python ../../scripts/check_web.py . -o /tmp/check
 
-Ends with status 1, and one line, when a shape is missing, the face does not move, or it does not go back to rest.
+Ends with status 1, and one line, when a shape is missing, or the face does not move or go back to rest.
 """
 
 from __future__ import annotations
