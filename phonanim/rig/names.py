@@ -25,6 +25,8 @@ SIDES = {"l": "left", "r": "right"}
 COPIED = re.compile(r"([._]\d{3}|_div\d)+$")  # what Blender adds to a copy, and DAZ to a level of detail
 SEPARATOR = re.compile(r"[._:|\s]+")
 SHORTEST_ENDING = 5  # letters of a name that is known behind any prefix
+FEWEST_SOUNDS = 4  # shapes with short known names behind one prefix, such as `mouth_aa`, that make it known
+BEFORE_SOUND = re.compile(r"[._:|\s-]+|(?<=[a-z])(?=[A-Z]{1,2}[a-z]?$)")
 
 Shares = tuple[tuple[str, float], ...]
 """Plain names of controls, and the share of each that a shape takes."""
@@ -146,7 +148,10 @@ def _named(
 
 
 def _shares(forms: list[dict[str, list[int]]], table: Mapping[str, Shares]) -> dict[str, dict[int, float]]:
-    """For each control the shapes to which a table gives a share of it."""
+    """For each control the shapes to which a table gives a share of it.
+
+    What a shape gives way to, such as `jawOpen` to `mouthClose`, counts where no other shape shows it.
+    """
     found: dict[str, dict[int, float]] = {}
     taken: set[int] = set()
     for names in forms if table else ():
@@ -155,22 +160,28 @@ def _shares(forms: list[dict[str, list[int]]], table: Mapping[str, Shares]) -> d
             for control, share in table[name] if row not in taken else ():
                 found.setdefault(control, {})[row] = share
         taken |= {row for row, _ in rows}
+    for control, shares in found.items():
+        if max(shares.values()) > 0:
+            found[control] = {row: share for row, share in shares.items() if share > 0}
     return found
 
 
 @cache
 def _forms(shapes: tuple[str, ...]) -> list[dict[str, list[int]]]:
     """Rows by plain name, without the prefix that all names share, and without any prefix."""
-    prefix = _shared_prefix([name for name in shapes if name])
+    named = [name for name in shapes if name]
+    prefix, end = _shared_prefix(named), len(_shared_prefix([name[::-1] for name in named]))
+    sounds = _sound_prefixes(named)
     forms: list[dict[str, list[int]]] = [{}, {}, {}]
     for row, name in enumerate(shapes):
         if not name:
             continue
-        own, bare = plain_name(name), plain_name(name[len(prefix) :])
+        own, bare = plain_name(name), plain_name(name[len(prefix) : len(name) - end])
         forms[0].setdefault(own, []).append(row)
         if bare != own:
             forms[1].setdefault(bare, []).append(row)
-        for ending in _endings(name):
+        sound = tuple(plain_name(name[len(one) :]) for one in sounds if name.startswith(one))
+        for ending in dict.fromkeys((*_endings(name), *sound)):
             if ending not in (own, bare):
                 forms[2].setdefault(ending, []).append(row)
     return forms
@@ -181,6 +192,17 @@ def _endings(name: str) -> tuple[str, ...]:
     name = COPIED.sub("", name)
     found = (plain_name(name[gap.end() :]) for gap in SEPARATOR.finditer(name))
     return tuple(ending for ending in found if len(ending) >= SHORTEST_ENDING)
+
+
+def _sound_prefixes(names: list[str]) -> list[str]:
+    """Prefixes behind which several short names of sounds stand, the longest first."""
+    found: dict[str, set[str]] = {}
+    for name in names:
+        for gap in BEFORE_SOUND.finditer(name):
+            found.setdefault(name[: gap.end()], set()).add(plain_name(name[gap.end() :]))
+    short = {name for name in _tables() if len(name) < SHORTEST_ENDING}
+    known = [one for one, behind in found.items() if len(behind & short) >= FEWEST_SOUNDS]
+    return sorted(known, key=len, reverse=True)
 
 
 def _shared_prefix(names: list[str]) -> str:

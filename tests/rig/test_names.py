@@ -107,3 +107,50 @@ def test_shapes_of_sounds_are_known_by_their_names(name: str) -> None:
 @pytest.mark.parametrize("name", ["jawOpen", "mouthOpen", "Fcl_MTH_Angry", "Mouth_Funnel_Up_L", "smile"])
 def test_other_shapes_are_no_visemes(name: str) -> None:
     assert not is_viseme(name)
+
+
+@pytest.mark.parametrize(
+    ("shapes", "control", "found"),
+    [
+        ("JawOpen MouthClosed", "mouthClose", {"MouthClosed": 1}),
+        (
+            "LipPuckerUpperLeft LipPuckerLowerRight",
+            "mouthPucker",
+            {"LipPuckerUpperLeft": 1, "LipPuckerLowerRight": 1},
+        ),
+        ("Jaw_Open Mouth_Pout", "mouthPucker", {"Mouth_Pout": 1}),
+        (
+            "JAW_DROP LIPS_TOWARD LIP_PUCKER_L LIP_PUCKER_R",
+            "mouthPucker",
+            {"LIP_PUCKER_L": 1, "LIP_PUCKER_R": 1},
+        ),
+        ("JAW_DROP LIPS_TOWARD", "mouthClose", {"LIPS_TOWARD": 1}),
+        ("AU26 AU12_L AU12_R", "mouthSmileLeft", {"AU12_L": 1}),
+        ("AU12 AU26", "mouthSmileLeft", {"AU12": 0.5}),
+        ("MouthOpen MouthNarrow_Left Smile_Left", "mouthSmileLeft", {"Smile_Left": 1}),
+        ("h_expressions.AE_AA_h h_expressions.MPB_Up_h", "viseme_PP", {"h_expressions.MPB_Up_h": 1}),
+        ("blendShape1.AA_VI_10_aa blendShape1.AK_25_JawOpen", "viseme_aa", {"blendShape1.AA_VI_10_aa": 1}),
+        ("JawOpen LipsFunnel LipsUpperUp", "mouthUpperUpRight", {"LipsUpperUp": 0.5}),
+        ("Genesis8Female__eCTRLMouthOpen", "jawOpen", {"Genesis8Female__eCTRLMouthOpen": 1}),
+        ("Open Explosive Tight-O", "viseme_PP", {"Explosive": 1}),
+        ("ParamMouthOpenY ParamEyeLOpen", "jawOpen", {"ParamMouthOpenY": 1}),
+        ("ｱ ｲ ｳ ｴ ｵ", "ou", {"ｳ": 1}),
+        ("아 이 우 에 오", "oh", {"오": 1}),
+        ("A I U E O", "ee", {"E": 1}),
+        (
+            "blendShape1.MTH_A blendShape1.MTH_I blendShape1.MTH_U blendShape1.MTH_E",
+            "aa",
+            {"blendShape1.MTH_A": 1},
+        ),
+        ("mouth_aa mouth_ih mouth_ou mouth_oh eye_blink", "oh", {"mouth_oh": 1}),
+        ("mouthA mouthI mouthU mouthE mouthO", "ih", {"mouthI": 1}),
+        ("jawOpen_BS mouthPucker_BS eyeBlink_L_BS", "eyeBlinkLeft", {"eyeBlink_L_BS": 1}),
+        ("张嘴 微笑", "jawOpen", {"张嘴": 1}),
+    ],
+)
+def test_names_of_other_programs_and_trackers(shapes, control, found):
+    assert moved(tuple(shapes.split()), control) == {control: list(found.items())}
+
+
+def test_three_short_names_behind_a_prefix_may_be_anything():
+    assert moved(("arm_aa", "arm_oh", "arm_ou", "leg"), "aa") == {"aa": []}

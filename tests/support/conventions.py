@@ -118,6 +118,7 @@ MAKERS |= {
     "Oculus": lambda: from_table("oculus", "sil PP FF TH DD kk CH SS nn RR aa E ih oh ou"),
     "VRoid": lambda: from_table("vroid", "Fcl_"),
     "MMD": lambda: from_table("mmd", "あ い う え お まばたき ウィンク"),
+    "Rocketbox": lambda: from_table("rocketbox", "AA_VI"),
     "Ready Player Me": one_shape,
 }
 
