@@ -150,7 +150,7 @@ def _named(
 def _shares(forms: list[dict[str, list[int]]], table: Mapping[str, Shares]) -> dict[str, dict[int, float]]:
     """For each control the shapes to which a table gives a share of it.
 
-    What a shape gives way to, such as `jawOpen` to `mouthClose`, counts where no other shape shows it.
+    What a shape gives way to, such as `mouthOpen` to `mouthClose`, counts where no other shape shows it.
     """
     found: dict[str, dict[int, float]] = {}
     taken: set[int] = set()
