@@ -192,7 +192,7 @@ def _sums(
     """Sums by "fold/frames", measure and piece. Frames whose speech is unknown are left out."""
     rows: dict[str, list[dict[str, list[float]]]] = defaultdict(list)
     for clip in fold.test:
-        captured, predicted = np.asarray(corpus.frames(clip)), np.asarray(predict(clip))
+        captured, predicted = np.asarray(corpus.finite_frames(clip)), np.asarray(predict(clip))
         if predicted.shape != captured.shape:
             raise EvaluationError(
                 f"{name}: predicts {predicted.shape[1:]}, and the clip has {captured.shape[1:]}"

@@ -153,6 +153,19 @@ def test_what_a_plan_cannot_have(
     assert not (tmp_path / "out").exists()
 
 
+def test_frames_that_are_no_numbers_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("matplotlib")
+    folder = made_up_motion("controls", tmp_path)
+    corpus = load_motion_corpus(folder / "corpus")
+    path = corpus.clips[int(corpus.clips_of("test")[1])].motion
+    values = np.load(path)
+    values[3] = np.nan
+    np.save(path, values)
+    plan = put_plan(folder, '"test"')
+    assert run(["compare", str(plan), "-o", str(folder / "out"), "--workers", "1", "--quiet"]) == 2
+    assert f"{path.name}: frame 3 has numbers that are not finite" in capsys.readouterr().err
+
+
 def test_what_a_corpus_allows(tmp_path: Path) -> None:
     from phonanim.errors import ModelError
 
