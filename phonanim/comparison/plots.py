@@ -203,8 +203,10 @@ def model_panels(figure: Any, models: Sequence[Shown], columns: int = 4) -> Iter
     rows = -(-len(models) // columns)
     figure.set_size_inches(2.4 * columns, 0.9 + 1.6 * rows)
     grid = figure.subplots(rows, min(columns, len(models)), sharex=True, sharey=True, squeeze=False).ravel()
-    for axes in grid[len(models) :]:
-        axes.set_visible(False)
+    for place in range(len(models), len(grid)):
+        grid[place].set_visible(False)
+        if place >= columns:  # nothing below shows the ticks of the panel above
+            grid[place - columns].tick_params(labelbottom=True)
     for axes, model in zip(grid, models, strict=False):
         axes.set_title(model.name, fontsize="small", color=model.colour)
         yield axes, model
