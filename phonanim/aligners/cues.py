@@ -19,7 +19,7 @@ from phonanim.readers._words import SPREAD
 from phonanim.speech.alignment import Interval, Recording
 from phonanim.speech.alignment_file import open_alignment_file
 from phonanim.speech.labels import load_language
-from phonanim.speech.language_names import is_auto
+from phonanim.speech.language_names import is_auto, one_expected
 from phonanim.speech.spoken_words import is_sound
 
 AROUND = 0.3  # seconds before and after a line in which its words may lie, where no other line does
@@ -58,7 +58,7 @@ def _spread_words(recording: Recording, options: Options) -> tuple[Interval, ...
 
 def _voice(recording: Recording, options: Options) -> str | None:
     """The voice of the language that the options or the file name; None for English."""
-    language = options.language.partition(":")[2] if is_auto(options.language) else options.language
+    language = one_expected(options.language) if is_auto(options.language) else options.language
     try:
         code = load_language(language).code if language else recording.spoken.lower()
     except LabelError:

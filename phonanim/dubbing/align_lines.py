@@ -14,7 +14,7 @@ from phonanim.errors import OptionError
 from phonanim.options import Options
 from phonanim.readers import LINES
 from phonanim.speech.labels import load_language
-from phonanim.speech.language_names import is_auto
+from phonanim.speech.language_names import is_auto, one_expected
 from phonanim.speech.textgrid import write_textgrid
 
 SUFFIX = ".aligned.TextGrid"
@@ -94,7 +94,7 @@ def voice_of(line: Line) -> str:
     if line.voice:
         return line.voice
     language = line.options.language
-    named = language.partition(":")[2] if is_auto(language) else language
+    named = one_expected(language) if is_auto(language) else language
     code = load_language(named).code if named else ""
     return VOICE if not code or code.startswith("en") else code
 

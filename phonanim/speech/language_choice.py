@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -30,7 +30,7 @@ SURE = 0.95
 """Certainty from which a choice is not questioned."""
 
 EXPECTED = 0.97
-"""Share of lines that are in the language that is expected, as most lines of a batch are in one language."""
+"""Share of lines in the languages that are expected, as the lines of a batch are in one language or a few."""
 
 SHARPNESS = 0.8
 """Exponent of the likelihoods: neighbouring labels tell in part the same."""
@@ -103,15 +103,15 @@ def choose_language(labels: Iterable[str]) -> Language:
     return rank_languages(labels).language
 
 
-def rank_languages(labels: Iterable[str], expected: str = "") -> LanguageChoice:
+def rank_languages(labels: Iterable[str], expected: Sequence[str] = ()) -> LanguageChoice:
     """The language that labels are most probably in, with how sure that is.
 
-    `expected` is the language that the labels are in unless they tell otherwise.
+    `expected` are the languages of which the labels are in one unless they tell otherwise.
     """
     labels = _most_frequent(labels)
     spoken = tuple(label for label in labels if not is_silent(label))
     if not spoken:
-        return LanguageChoice(load_language(expected or "english"))
+        return LanguageChoice(load_language(next(iter(expected), "english")))
     shares = _candidates(language_probabilities(labels, expected))
     groups: dict[tuple[object, ...], list[str]] = {}
     distinct = tuple(dict.fromkeys(spoken))
@@ -169,7 +169,7 @@ def _without_unreadable(
     return {name: weight * sum(shares.values()) / total for name, weight in weighed.items()}
 
 
-def language_probabilities(labels: Iterable[str], expected: str = "") -> dict[str, float]:
+def language_probabilities(labels: Iterable[str], expected: Sequence[str] = ()) -> dict[str, float]:
     """The probability of each language, given the labels of a line, without those that are far off."""
     labels = _most_frequent(labels)
     if written := script_languages(label for label in labels if not is_silent(label)):
@@ -264,13 +264,13 @@ def _even(language: Language, singles: dict[str, int], pairs: Pairs) -> float:
     return score + math.log(0.1) * sum(count for (_, label), count in pairs.items() if label == EDGE)
 
 
-def _prior(name: str, expected: str) -> float:
+def _prior(name: str, expected: Sequence[str]) -> float:
     weights = language_weights()
     counted = weights.get(name, 0.0) / sum(weights.values())
     share = counted or ALPHABETS.get(name, (0.0, OWN_SHARE))[1]
     if not expected:
         return share
-    return EXPECTED if name == expected else (1 - EXPECTED) * share
+    return EXPECTED / len(expected) if name in expected else (1 - EXPECTED) * share
 
 
 def _reading(name: str, labels: tuple[str, ...]) -> tuple[object, ...]:

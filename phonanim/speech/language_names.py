@@ -20,8 +20,19 @@ AUTO = "auto"
 
 
 def is_auto(name: str) -> bool:
-    """Whether the labels decide on the language: "auto", or "auto:" with the language that is expected."""
+    """Whether the labels decide on the language: "auto", or "auto:" with the languages that are expected."""
     return name == AUTO or name.startswith(f"{AUTO}:")
+
+
+def expected_languages(name: str) -> tuple[str, ...]:
+    """The languages that "auto:japanese" or "auto:french+german" expects, as they are named; else ()."""
+    return tuple(part for part in name.partition(":")[2].split("+") if part) if is_auto(name) else ()
+
+
+def one_expected(name: str) -> str:
+    """The language that "auto:japanese" expects; "" where there is none, or more than one."""
+    expected = expected_languages(name)
+    return expected[0] if len(expected) == 1 else ""
 
 
 def language_names() -> tuple[str, ...]:

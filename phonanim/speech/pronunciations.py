@@ -18,7 +18,7 @@ from phonanim.speech.cmu_dictionary import find_cmu_dictionary
 from phonanim.speech.espeak_phones import pronounce_words
 from phonanim.speech.intervals import Interval, Recording, Tier
 from phonanim.speech.labels import is_silent, load_language
-from phonanim.speech.language_names import is_auto
+from phonanim.speech.language_names import is_auto, one_expected
 from phonanim.speech.ruled_words import list_some, says_something, share_time, spell_by_rules
 from phonanim.speech.spelling import sound_out
 from phonanim.speech.spoken_words import is_sound, plain_word, split_word
@@ -124,8 +124,7 @@ def _language_of(recording: Recording, language: str) -> str | None:
 
     None for one that does not exist.
     """
-    expected = language.partition(":")[2]
-    named = (expected if is_auto(language) else language) or recording.spoken
+    named = (one_expected(language) if is_auto(language) else language) or recording.spoken
     if not named:
         return ""
     try:

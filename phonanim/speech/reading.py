@@ -11,7 +11,7 @@ from phonanim.speech.alignment import Alignment
 from phonanim.speech.alignment_file import quote_label
 from phonanim.speech.labels import Language, load_language
 from phonanim.speech.language_choice import SURE, rank_languages
-from phonanim.speech.language_names import AUTO, is_auto
+from phonanim.speech.language_names import AUTO, expected_languages, is_auto
 
 By = Literal["labels", "option", "format", "fallback"]
 
@@ -82,8 +82,7 @@ def find_reading_language(
     """
     labels = tuple(interval.label for interval in alignment.intervals)
     if is_auto(name) and not alignment.language:
-        expected = name.partition(":")[2]
-        chosen = rank_languages(labels, load_language(expected).name if expected else "")
+        chosen = rank_languages(labels, [load_language(one).name for one in expected_languages(name)])
         return ReadingLanguage(
             language=chosen.language.for_labels(labels),
             by="labels",

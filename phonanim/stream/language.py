@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from phonanim.speech.labels import is_silent, load_language
 from phonanim.speech.language_choice import LanguageChoice, rank_languages
-from phonanim.speech.language_names import is_auto
+from phonanim.speech.language_names import expected_languages, is_auto
 from phonanim.speech.reading import doubt_of, share_of
 
 FEWEST = 8  # spoken labels from which a sure choice is kept
@@ -31,16 +31,16 @@ class StreamedLanguage:
     def __post_init__(self) -> None:
         if not is_auto(self.asked):
             self.name, self.settled = self.asked, True
-        elif expected := self.asked.partition(":")[2]:
-            self.name = expected
+        elif expected := expected_languages(self.asked):
+            self.name = expected[0]
 
     def add(self, label: str) -> str:
         """The language to read labels in, once this one has arrived."""
         if self.settled or is_silent(label):
             return self.name
         self.labels.append(label)
-        expected = self.asked.partition(":")[2]
-        self.choice = rank_languages(self.labels, load_language(expected).name if expected else "")
+        expected = [load_language(name).name for name in expected_languages(self.asked)]
+        self.choice = rank_languages(self.labels, expected)
         self.name = self.choice.language.for_labels(self.labels).full_name
         sure = self.choice.sure and len(self.labels) >= FEWEST
         self.settled = sure or len(self.labels) >= MOST

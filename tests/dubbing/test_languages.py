@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ def write_line(folder: Path, name: str, labels: str) -> None:
     """A TextGrid with silence, the labels, a tenth of a second each, and silence."""
     folder.mkdir(parents=True, exist_ok=True)
     parts = labels.split()
-    intervals = [Interval(label, 0.2 + n / 10, 0.3 + n / 10) for n, label in enumerate(parts)]
+    intervals = [Interval(label, (n + 2) / 10, (n + 3) / 10) for n, label in enumerate(parts)]
     write_textgrid(folder / f"{name}.TextGrid", {"phones": intervals}, 0.4 + len(parts) / 10)
 
 
@@ -96,3 +97,52 @@ def told(**candidates: float) -> Outcome:
 )
 def test_the_language_of_most_lines(lines: list[Outcome], name: str) -> None:
     assert common_language(lines) == name
+
+
+SIX = {
+    "en": ["M AO R N IH NG B AA B", "DH AH K W IH K B R AW N F AA K S", "HH AH L OW"],
+    "fr": ["b ɔ̃ ʒ u ʁ m a d a m", "ʒ ə s ɥ i z ɑ̃ ʁ ə t a ʁ", "m ɛ ʁ s i b o k u"],
+    "ja": ["o h a y o o g o z a i m a s u", "ch i k a t e ts u n o r i m a sh i t a", "a r i g a t o o"],
+    "zh": ["n i3 h ao3 m a5", "w o3 sh iii4 zh ong1 g uo2 r en2", "x ie4 x ie5 n i3"],
+    "pl": ["dʑ ɛ ɲ d ɔ b r ɨ", "v ʂ ɨ s t k ɔ v p ɔ ʐ ɔ n d k u", "tʂ ɛ ɕ tɕ"],
+    "de": ["ts v aɪ ʊ n t ts v a n ts ɪ ç", "ɪ ç m œ ç t ə n a x h aʊ z ə", "d a ŋ k ə ʃ øː n"],
+}
+SHORT = "y a m"  # which many languages write
+
+
+@pytest.mark.parametrize("layout", ["{code}/line{n}", "{code}_line{n}", "scene{n}.{code}"])
+def test_each_language_of_a_mixed_batch_decides_for_its_own_lines(tmp_path: Path, layout: str) -> None:
+    for code, lines in SIX.items():
+        for n, labels in enumerate([*lines, SHORT] if code in ("fr", "ja") else lines):
+            path = tmp_path / "lines" / layout.format(code=code, n=n)
+            write_line(path.parent, path.name, labels)
+    found = languages(made(tmp_path, []))
+    names = {
+        "en": "english",
+        "fr": "french",
+        "ja": "japanese",
+        "zh": "mandarin",
+        "pl": "polish",
+        "de": "german",
+    }
+    assert {line: name for line, name in found.items() if name != names[code_of(line)]} == {}
+
+
+def code_of(line: str) -> str:
+    """The language in the name of a line."""
+    return next(code for code in SIX if code in re.split(r"[/_.]", line))
+
+
+def test_a_line_of_a_mixed_folder_is_in_one_of_its_languages(tmp_path: Path) -> None:
+    lines = [labels for code in ("fr", "pl", "de") for labels in SIX[code]]
+    found = languages(made(tmp_path, [*lines, SHORT]))
+    assert set(found.values()) == {"french", "polish", "german"}  # by itself: Thai, at 53 %
+
+
+def test_two_unsure_lines_do_not_decide_against_the_batch(tmp_path: Path) -> None:
+    for n, labels in enumerate([*SIX["fr"], *SIX["fr"]]):
+        write_line(tmp_path / "lines", str(n), labels)
+    for n in (1, 2):
+        write_line(tmp_path / "lines/more", f"{n}", SHORT)
+    found = languages(made(tmp_path, []))
+    assert set(found.values()) == {"french"}
