@@ -1,4 +1,4 @@
-"""Animate a line by the kernels of several processor types, and measure how far the values differ.
+"""Animate a line by the code for several processor types, and measure how far the values differ.
 
     python benchmarks/kernels.py examples/line.TextGrid
     python benchmarks/kernels.py examples/line.TextGrid --python other/bin/python
@@ -6,7 +6,8 @@
 With `--python`, each type is also tried with the NumPy of another environment.
 
 OpenBLAS, which multiplies matrices for NumPy, chooses its kernel by OPENBLAS_CORETYPE. A type that this
-processor cannot run ends in an illegal instruction, and is left out.
+processor cannot run ends in an illegal instruction, and is left out. The last two types run NumPy's own loops
+without the instructions of newer processors, and without AVX2.
 """
 
 from __future__ import annotations
@@ -21,7 +22,15 @@ from pathlib import Path
 
 import numpy as np
 
-TYPES = ("Haswell", "Zen", "SkylakeX", "Nehalem", "Prescott")
+NO_AVX512 = "X86_V4 AVX512_ICL AVX512_SPR AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL"
+TYPES = {
+    **{
+        kind: {"OPENBLAS_CORETYPE": kind}
+        for kind in ("Haswell", "Zen", "SkylakeX", "Sandybridge", "Nehalem", "Prescott")
+    },
+    "no AVX-512": {"NPY_DISABLE_CPU_FEATURES": NO_AVX512},
+    "no AVX2": {"NPY_DISABLE_CPU_FEATURES": f"{NO_AVX512} X86_V3 AVX2 FMA3"},
+}
 
 
 def main() -> None:
@@ -34,7 +43,7 @@ def main() -> None:
     first = None
     print(f"{'NumPy':<8}{'type':<12}{'largest':>12}{'frames':>10}")
     for python, kind in product([sys.executable, *options.python], TYPES):
-        values = animate_by(kind, options.alignment, options.rig, python)
+        values = animate_by(TYPES[kind], options.alignment, options.rig, python)
         version = numpy_of(python)
         if values is None:
             print(f"{version:<8}{kind:<12}{'cannot run here':>22}")
@@ -50,8 +59,8 @@ def numpy_of(python: str) -> str:
     return subprocess.run([python, "-c", code], capture_output=True, text=True, check=True).stdout.strip()
 
 
-def animate_by(kind: str, alignment: Path, rig: str, python: str) -> np.ndarray | None:
-    """The curves by the kernel of a processor type, (frames, channels); None where it cannot run."""
+def animate_by(kind: dict[str, str], alignment: Path, rig: str, python: str) -> np.ndarray | None:
+    """The curves by the code for a processor type, (frames, channels); None where it cannot run."""
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "a.npz"
         command = [
@@ -65,7 +74,7 @@ def animate_by(kind: str, alignment: Path, rig: str, python: str) -> np.ndarray 
             "--rig",
             rig,
         ]
-        done = subprocess.run([*command, "-q"], env={**os.environ, "OPENBLAS_CORETYPE": kind}, check=False)
+        done = subprocess.run([*command, "-q"], env={**os.environ, **kind}, check=False)
         if done.returncode:
             return None
         with np.load(output) as archive:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from phonanim.animation.animation import Animation
 from phonanim.animation.style import is_stepped_rig
 from phonanim.core.decode import read_json, read_toml
+from phonanim.core.exact import sparse_product
 from phonanim.core.files import content_hash
 from phonanim.core.lexicon import find_tables
 from phonanim.errors import OptionError
@@ -118,7 +119,7 @@ def _offsets(
         notes.append(
             f"overlay {path}: shows nothing in a line of {times[-1]:.2f} s; give it another span or gain"
         )
-    own = still if base is rig else still @ own_table(rig)
+    own = still if base is rig else sparse_product(still, own_table(rig))
     return weight[:, None] * own, notes
 
 

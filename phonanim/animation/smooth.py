@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.articulation import Articulation
+from phonanim.core.exact import ordered_product
 from phonanim.face.contacts import CONTACTS, lip_functionals
 from phonanim.face.model import INNER_LIP_PAIRS, FaceModel
 from phonanim.speech.inventory import INVENTORY
@@ -79,7 +80,7 @@ def lip_gaps(modes: NDArray[np.floating], face: FaceModel) -> Array:
     """Gaps between the inner lips, (frames, modes) -> (frames, pairs) mm."""
     weights, offset = lip_functionals(face)
     pairs = len(INNER_LIP_PAIRS)
-    return np.asarray(np.asarray(modes) @ weights[:pairs].T + offset[:pairs])
+    return ordered_product(np.asarray(modes, np.float64), weights[:pairs].T) + offset[:pairs]
 
 
 def _cores(track: PhoneTrack, times: Array) -> list[Array]:

@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.exact import ordered_product
 from phonanim.face.model import (
     INNER_LIP_PAIRS,
     LOWER_LIP_INNER,
@@ -114,7 +115,7 @@ def project_within_limits(modes: Array, weights: Array, limits: Array, std: Arra
     multipliers = np.zeros_like(limits)
     for _ in range(SWEEPS):
         for k in range(len(weights)):
-            excess = moved @ weights[k] - limits[:, k]
+            excess = ordered_product(moved, weights[k]) - limits[:, k]
             step = np.maximum(multipliers[:, k] + excess / norms[k], 0) - multipliers[:, k]
             multipliers[:, k] += step
             moved -= step[:, None] * directions[k]

@@ -11,6 +11,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.exact import ordered_product
 from phonanim.errors import ModelError
 
 # Numbers in the MediaPipe face mesh of the landmarks that the package uses by name.
@@ -64,7 +65,7 @@ class FaceModel:
 
     def instance(self, parameters: NDArray[np.floating]) -> Array:
         """Shapes of parameters, (frames, m) -> (frames, landmarks, 3) mm."""
-        flat = np.asarray(parameters, np.float64) @ self._basis
+        flat = ordered_product(np.asarray(parameters, np.float64), self._basis)
         return self.mean + flat.reshape(-1, *self.mean.shape)
 
     def landmark(self, number: int) -> int:

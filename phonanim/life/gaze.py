@@ -13,6 +13,7 @@ Reports 8). One or two microsaccades a second stay below half a degree (Martinez
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -147,7 +148,7 @@ def _targets(
 
 def _on_face(seed: int, numbers: Index, at: tuple[float, float, float]) -> Array:
     """Places on the listener's face, (n, 2) degrees."""
-    distance = float(np.linalg.norm(at))
+    distance = math.hypot(*at)
     left, up = direction(at)
     side = np.where(uniform(seed, "side", numbers) < 0.5, -0.5, 0.5) * EYES_APART
     on_eyes = uniform(seed, "eyes", numbers) < ON_EYES

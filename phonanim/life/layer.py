@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from phonanim.animation.overlay import MOUTH, SHARE, limited, overlay_weight, own_table
 from phonanim.animation.style import is_stepped_rig
+from phonanim.core.exact import sparse_product
 from phonanim.errors import OptionError
 from phonanim.life import blinks, breath, brows, gaze, head
 from phonanim.life.chance import seed_of
@@ -180,7 +181,7 @@ def life_offsets(rig: Rig, life: Life, prosody: Prosody, times: Array, free: Arr
             if name.lower() in columns:
                 offsets[:, columns[name.lower()]] += curve
     offsets[:, [MOUTH.search(name) is not None for name in base.controls]] *= free[:, None]
-    return offsets if rig.through is None else offsets @ own_table(rig)
+    return offsets if rig.through is None else sparse_product(offsets, own_table(rig))
 
 
 @lru_cache(maxsize=32)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.features.inputs import STEP, n_features, window_features
+from phonanim.core.exact import ExactLayer, exact_layer
+from phonanim.features.inputs import CONTEXT, STEP, n_features, window_features
+from phonanim.features.overlaps import ContextLayer, context_layer
 from phonanim.features.windows import predict_at
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples, InputModality, Progress, Tensors
@@ -41,18 +44,30 @@ class Network:
         return predict_at(times, track.duration, STEP, self.config.width, windows, CHUNK)
 
     def _forward(self, track: PhoneTrack, times: Array) -> NDArray[np.float32]:
-        signal = window_features(self.config.features, track, times, self.clusters, self.config.reach)
-        answers = [self._answer(signal, layers) for layers in self.networks]
-        return np.asarray(np.mean(answers, axis=0), np.float32) if len(answers) > 1 else answers[0]
+        """The mean answer of the networks, (times,) seconds -> (times, outputs)."""
+        first, rest = self._exact
+        shared = (
+            first(track, times) if isinstance(first, ContextLayer) else first(self._features(track, times))
+        )
+        answers = []
+        for signal, layers in zip(np.split(shared, len(rest), axis=1), rest, strict=True):
+            for layer in layers:
+                signal = layer(_ACTIVATIONS[self.config.activation](signal.astype(np.float32)))
+            answers.append(signal)
+        return np.mean(answers, axis=0).astype(np.float32)
 
-    def _answer(self, signal: NDArray[np.float32], layers: Layers) -> NDArray[np.float32]:
-        for weights, bias in layers[:-1]:
-            signal = signal @ weights
-            signal += bias
-            signal = _ACTIVATIONS[self.config.activation](signal)
-        weights, bias = layers[-1]
-        output: NDArray[np.float32] = signal @ weights + bias
-        return output
+    def _features(self, track: PhoneTrack, times: Array) -> NDArray[np.float32]:
+        return window_features(self.config.features, track, times, self.clusters, self.config.reach)
+
+    @cached_property
+    def _exact(self) -> tuple[ContextLayer | ExactLayer, list[list[ExactLayer]]]:
+        """The first layers of all networks as one, because they have the same inputs; the others of each."""
+        weights, bias = (
+            np.concatenate(parts, axis=-1) for parts in zip(*(one[0] for one in self.networks), strict=True)
+        )
+        context = self.config.features in CONTEXT
+        first = context_layer(self.config.features, weights, bias) if context else exact_layer(weights, bias)
+        return first, [[exact_layer(*layer) for layer in layers[1:]] for layers in self.networks]
 
     def tensors(self) -> Tensors:
         """weights0, bias0, weights1, ... (0.weights0, ... of several networks), and the clusters of pairs."""

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.exact import inverse, ordered_product
+
 Array = NDArray[np.float64]
 
 HALVINGS = 24  # rounds of the bisection of a sum
@@ -41,9 +43,9 @@ def minimize(
     6.4) with a fixed number of rounds, so that no frame depends on the others.
     """
     firmness = pace.firmness * np.diag(gram)[:, None]
-    inverse = np.linalg.inv(gram + np.diag(firmness[:, 0]))
+    step = inverse(gram + np.diag(firmness[:, 0]))
     shrink = effort[:, None] / 2 / firmness
-    values: Array = np.asarray(np.linalg.solve(gram, pull), np.float64)
+    values = ordered_product(inverse(gram), pull)
     rows = np.flatnonzero(shared)
     _limit_within(values, low, high, rows, firmness)
     owed = np.zeros_like(values)
@@ -52,7 +54,7 @@ def minimize(
         np.subtract(values, owed, out=other)
         other *= firmness
         other += pull
-        np.matmul(inverse, other, out=free)
+        ordered_product(step, other, out=free)
         free *= pace.relaxed
         values *= 1 - pace.relaxed
         free += values

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.articulation import Articulation
+from phonanim.core.exact import ordered_product, sparse_product
 from phonanim.rig.bounded import QUICK, THOROUGH, minimize
 from phonanim.rig.measures import MEASURES, USES, MouthMeasures
 from phonanim.rig.read import load_rig
@@ -70,14 +71,14 @@ def pronounce(
         part = Articulation(articulation.values[block], articulation.channels)
         if mouth.follows:
             part = _asked(part, reference)
-        values[block] = rig.rest + _blended(part, mouth, ceiling[block]) @ mouth.spread
+        values[block] = rig.rest + sparse_product(_blended(part, mouth, ceiling[block]), mouth.spread)
     return values
 
 
 def _asked(articulation: Articulation, reference: _Mouth) -> Articulation:
     """The same, where the lips of the reference go farther than asked, as far as they go."""
     free = np.full((len(articulation.values), len(reference.measures.names)), np.inf)
-    shown = _blended(articulation, reference, free) @ reference.measures.moved
+    shown = ordered_product(_blended(articulation, reference, free), reference.measures.moved)
     values = articulation.values.copy()
     for name in ("width", "protrusion"):
         own = values[:, articulation.channels.index(CHANNEL_OF[name])]
@@ -205,8 +206,8 @@ def _solved(articulation: Articulation, mouth: _Mouth, ceiling: Array, use: str)
     own = DRAWN * (seen**2).sum(axis=1) * drawn.any(axis=1)
     fixed[:, moving] = (
         minimize(
-            seen @ seen.T + np.diag(SHARED + own),
-            seen @ ((wanted - fixed @ measures.moved) * weights).T
+            ordered_product(seen, seen.T) + np.diag(SHARED + own),
+            ordered_product(seen, ((wanted - ordered_product(fixed, measures.moved)) * weights).T)
             + own[:, None] * np.where(drawn, ceiling[:, moving].T, 0),
             measures.effort[moving],
             (low - fixed)[:, moving].T,

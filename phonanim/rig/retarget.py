@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.articulation import Articulation, articulate
+from phonanim.core.exact import sparse_product
 from phonanim.errors import RigError
 from phonanim.face.model import FaceModel
 from phonanim.rig.accents import add_accents, read_accents
@@ -138,7 +139,7 @@ def _mapped(modes: NDArray[np.floating], face: FaceModel, rig: Rig, how: How) ->
 
 def move_through(values: NDArray[np.float32], through: Through) -> NDArray[np.float32]:
     """Convert another rig's controls to this rig's, (frames, other's) -> (frames, own)."""
-    own: NDArray[np.float32] = values @ through.table.astype(np.float32)
+    own = sparse_product(values, through.table)
     for control, part, whole in through.shares:
         own[:, control] = values[:, part] / np.maximum(values[:, whole], LEAST)
     return own

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.exact import ordered_product
 from phonanim.rig.measures import MouthMeasures
 
 Array = NDArray[np.float64]
@@ -44,10 +45,10 @@ class HingeMap:
 
     def __call__(self, standardized: NDArray[np.floating]) -> NDArray[np.float32]:
         """(frames, modes) standard deviations -> (frames, controls), not yet limited."""
-        hinges = standardized @ self.loads.T.astype(np.float32)
+        hinges = ordered_product(standardized.astype(np.float32), self.loads.T.astype(np.float32))
         hinges += self.offsets.astype(np.float32)
         np.maximum(hinges, 0, out=hinges)
-        result: NDArray[np.float32] = hinges @ self.weights.astype(np.float32)
+        result = ordered_product(hinges, self.weights.astype(np.float32))
         result += self.base.astype(np.float32)
         return result
 

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from phonanim.articulation import Articulation
 from phonanim.core.decode import DecodeError
+from phonanim.core.exact import ordered_product
 from phonanim.core.files import write_text
 from phonanim.core.tables import parse_cell, read_records
 from phonanim.errors import RigError
@@ -99,7 +100,7 @@ def place_tongue(
     jaw, free, dental = (tongue.rows(use) for use in USES)
     opened = values[:, tongue.controls[jaw]].astype(np.float64)
     wanted = np.column_stack([articulation.channel(name) for name in CHANNELS])
-    wanted = wanted - (opened - tongue.amounts[jaw]) @ tongue.moved[jaw]
+    wanted = wanted - ordered_product(opened - tongue.amounts[jaw], tongue.moved[jaw])
     between = _between_teeth(articulation) if len(dental) else np.zeros(len(values))
     if len(free):
         solved = _solve(wanted, tongue.moved[free])
@@ -122,8 +123,8 @@ def _solve(wanted: Array, moved: Array) -> Array:
     seen = moved * WEIGHTS
     count = len(moved), len(wanted)
     return minimize(
-        seen @ seen.T + SHARED * np.eye(len(moved)),
-        seen @ (wanted * WEIGHTS).T,
+        ordered_product(seen, seen.T) + SHARED * np.eye(len(moved)),
+        ordered_product(seen, (wanted * WEIGHTS).T),
         np.zeros(len(moved)),
         np.zeros(count),
         np.ones(count),

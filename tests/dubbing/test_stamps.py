@@ -179,7 +179,7 @@ def test_an_audit_by_workers_finds_the_same(lines, out, monkeypatch):
 @pytest.mark.skipif(sys.platform != "linux", reason="kernels are chosen where OpenBLAS is loaded")
 @pytest.mark.slow
 def test_a_machine_of_another_kind_keeps_what_was_made(lines, out, tmp_path):
-    """Its numbers would differ in the last digits, but inputs and options decide."""
+    """Its products are the same, and inputs and options decide."""
     made = {path.name: path.read_bytes() for path in out.glob("*.csv")}
     command = [sys.executable, "-m", "phonanim", "batch", str(tmp_path / "*.TextGrid"), "-o", str(out)]
     command += ["--verify", "--json", "--workers", "1"]
