@@ -275,6 +275,14 @@ def decode_part(value: Any, name: str) -> str:
     return value
 
 
+def decode_path_below(value: Any, name: str) -> str:
+    """The path of a file in the folder of this one or below it, with "/". Raises DecodeError."""
+    parts = value.split("/") if isinstance(value, str) else []
+    if not parts or re.search(r"[\\:\0]", value) or not {"", ".", ".."}.isdisjoint(parts):
+        raise DecodeError(f"{name} is {_quote(value)}; it is the path of a file below this folder")
+    return str(value)
+
+
 def _refuse_constant(name: str) -> float:
     raise ValueError(f"it has {name}, which is not a number")
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from phonanim.core.decode import MAX_TIME, DecodeError, decode_number, read_utf8
@@ -21,7 +21,12 @@ MAX_ROWS = 200_000
 
 def read_rows(path: Path, delimiter: str = ",", most: int = MAX_TABLE) -> list[list[str]]:
     """The rows of a table, the first its header. Raises DecodeError, OSError."""
-    text = read_utf8(path, most).removeprefix("\ufeff")
+    return parse_rows(read_utf8(path, most), delimiter)
+
+
+def parse_rows(text: str, delimiter: str = ",") -> list[list[str]]:
+    """The rows of a table that has been read. Raises DecodeError."""
+    text = text.removeprefix("\ufeff")
     rows: list[list[str]] = []
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
     try:
@@ -35,18 +40,25 @@ def read_rows(path: Path, delimiter: str = ",", most: int = MAX_TABLE) -> list[l
 
 
 def read_records(
-    path: Path, needed: Iterable[str] = (), delimiter: str = ","
+    path: Path, needed: Sequence[str] = (), delimiter: str = ","
 ) -> list[tuple[int, dict[str, str]]]:
     """The number of each row that is not empty (the header is row 1) and its cells by column.
 
     A cell that is missing at the end of a row is empty; cells beyond the header are refused. Raises
     DecodeError, also for a `needed` column that is missing; OSError.
     """
-    rows = read_rows(path, delimiter)
+    return to_records(read_rows(path, delimiter), needed)
+
+
+def to_records(rows: Sequence[Sequence[str]], needed: Sequence[str] = ()) -> list[tuple[int, dict[str, str]]]:
+    """The same of rows, the first their header. Raises DecodeError."""
     header = rows[0] if rows else []
     for name in needed:
         if name not in header:
             raise DecodeError(f"it has no column {name!r}; its first line needs {','.join(needed)}")
+    for name in needed:
+        if header.count(name) > 1:
+            raise DecodeError(f"it has two columns {name!r}; keep one")
     return [(number, _record(number, header, row)) for number, row in enumerate(rows[1:], 2) if any(row)]
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,6 +21,7 @@ from phonanim.core.decode import (
     DecodeError,
     decode_list,
     decode_part,
+    decode_path_below,
     decode_rate,
     decode_table,
     decode_text,
@@ -127,7 +129,10 @@ def has_own_motion(folder: Path) -> bool:
 
 
 def save_motion_corpus(corpus: MotionCorpus, folder: Path) -> None:
-    """Write the index and the templates of a corpus; its motion and sound stay where they are."""
+    """Write the index and the templates of a corpus, and links to its motion and sound from elsewhere.
+
+    The links are hard, and copies where the file system has none. Raises OutputError.
+    """
     from safetensors.numpy import save
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -156,8 +161,8 @@ def _plain(clip: MotionClip, folder: Path) -> dict[str, Any]:
         "emotion": clip.emotion,
         "split": clip.split,
         "frames": clip.frames,
-        "motion": _relative(clip.motion, folder),
-        "audio": _relative(clip.audio, folder) if clip.audio else None,
+        "motion": _place_within(clip.motion, folder, "motion", clip.name),
+        "audio": _place_within(clip.audio, folder, "audio", clip.name) if clip.audio else None,
     }
     if clip.aligned:
         found["words"] = [[word.label, word.start, word.end] for word in clip.words]
@@ -167,8 +172,19 @@ def _plain(clip: MotionClip, folder: Path) -> dict[str, Any]:
     return found
 
 
-def _relative(path: Path, folder: Path) -> str:
-    return Path(os.path.relpath(path, folder)).as_posix()
+def _place_within(path: Path, folder: Path, kind: str, name: str) -> str:
+    """The path of a file from the folder of a corpus, which gets a link to it if it is elsewhere."""
+    source, home = path.resolve(), folder.resolve()
+    if source.is_relative_to(home):
+        return source.relative_to(home).as_posix()
+    target = home / kind / f"{name}{path.suffix}"
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with atomic_path(target) as partial:
+        try:
+            os.link(source, partial)
+        except OSError:  # another file system, or one without links
+            shutil.copyfile(source, partial)
+    return target.relative_to(home).as_posix()
 
 
 def load_motion_corpus(folder: Path) -> MotionCorpus:
@@ -201,15 +217,13 @@ def _decode_clip(clip: Mapping[str, Any], folder: Path, fps: float) -> MotionCli
     frames = decode_whole(clip["frames"], "frames", 1, 1 << 31)
     aligned = "codes" in clip
     audio = clip["audio"]
-    if audio is not None and not isinstance(audio, str):
-        raise DecodeError("its audio is not a path")
     return MotionClip(
         decode_part(clip["clip"], "clip"),
         decode_text(clip["subject"], "subject"),
         decode_text(clip["split"], "split"),
         frames,
-        folder / decode_text(clip["motion"], "motion"),
-        folder / audio if audio else None,
+        folder / decode_path_below(clip["motion"], "motion"),
+        folder / decode_path_below(audio, "audio") if audio is not None else None,
         decode_track(clip) if aligned else silent_track(frames / fps),
         tuple(map(decode_word, decode_list(clip["words"], "words"))) if aligned else (),
         aligned,

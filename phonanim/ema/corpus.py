@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import map_array
 from phonanim.core.files import atomic_path
 from phonanim.corpus.motion import MotionClip, MotionCorpus, save_motion_corpus
 from phonanim.corpus.motion_build import read_imported
@@ -159,7 +160,7 @@ def mean_positions(clips: Sequence[MotionClip]) -> dict[str, Array]:
     """The mean position of the sensors of each subject, (sensors, 3) mm."""
     found: dict[str, Array] = {}
     for subject in sorted({clip.subject for clip in clips}):
-        frames = [np.load(clip.motion) for clip in clips if clip.subject == subject]
+        frames = [map_array(clip.motion) for clip in clips if clip.subject == subject]
         found[subject] = np.concatenate(frames).mean(axis=0, dtype=np.float64)
     return found
 

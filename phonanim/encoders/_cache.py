@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.core.decode import DecodeError, map_array
 from phonanim.core.files import atomic_path, concatenate_pieces
 from phonanim.errors import OutputError
 from phonanim.media.audio import Sound
@@ -48,7 +49,7 @@ def cached_features(
     found = _read(path, shape)
     if found is None:
         _write(path, shape, pieces)
-        found = np.load(path, mmap_mode="r")
+        found = map_array(path)
     return found
 
 
@@ -62,8 +63,8 @@ def fingerprint(identity: str, sound: Sound) -> str:
 def _read(path: Path, shape: tuple[int, int, int]) -> Values | None:
     """The content of a cache file; None when it is missing, damaged, or of another shape."""
     try:
-        found: Values = np.load(path, mmap_mode="r")
-    except (OSError, ValueError, EOFError):
+        found: Values = map_array(path)
+    except (OSError, DecodeError):
         return None
     return found if found.shape == shape and found.dtype == np.float16 else None
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from phonanim.core.decode import read_utf8
+from phonanim.core.decode import DecodeError
 from phonanim.core.files import read_bounded
+from phonanim.core.tables import read_rows
 from phonanim.errors import StudyError
 
-MAX_BYTES = 1 << 26  # of a file
 MAX_FILM = 1 << 28  # bytes of a film, which a page holds as text
 TYPES = {".mp4": "video/mp4", ".webm": "video/webm"}
 TABLES = (".csv", ".tsv")
@@ -107,10 +105,11 @@ def _of_table(path: Path) -> tuple[Line, ...]:
         _line(path, number, dict(zip(header, row, strict=False)), systems)
         for number, row in non_empty_rows(rows)
     ]
-    items = [line.item for line in lines]
-    for item in items:
-        if items.count(item) > 1:
-            raise StudyError(f"{path}: the item {item} is in two rows; name each line once")
+    known: set[str] = set()
+    for line in lines:
+        if line.item in known:
+            raise StudyError(f"{path}: the item {line.item} is in two rows; name each line once")
+        known.add(line.item)
     if not lines:
         raise StudyError(f"{path}: has no line; give it one row per line")
     return tuple(lines)
@@ -123,10 +122,9 @@ def non_empty_rows(rows: Sequence[list[str]]) -> list[tuple[int, list[str]]]:
 
 def _cells(path: Path) -> list[list[str]]:
     try:
-        text = read_utf8(path, MAX_BYTES).removeprefix("\ufeff")
-        reader = csv.reader(io.StringIO(text), delimiter="\t" if path.suffix.lower() == ".tsv" else ",")
-        return [[cell.strip() for cell in row] for row in reader] or [[]]
-    except (OSError, ValueError, csv.Error) as error:
+        rows = read_rows(path, "\t" if path.suffix.lower() == ".tsv" else ",")
+        return [[cell.strip() for cell in row] for row in rows] or [[]]
+    except (OSError, DecodeError) as error:
         raise StudyError(f"{path}: cannot be read as a table: {error}") from error
 
 

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import csv
+import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from phonanim.core.decode import read_utf8
+from phonanim.core.decode import DecodeError, read_utf8
+from phonanim.core.tables import MAX_TABLE, parse_rows, to_records
 from phonanim.errors import StudyError
 from phonanim.study.results import SIDES, Answer, Participant
 
-MAX_BYTES = 1 << 26  # of a file
 COLUMNS = ("group", "ours", "other", "item", "for", "against")
 
 
@@ -73,29 +73,24 @@ def read_counts(path: Path) -> tuple[Tally, ...]:
     Lines that begin with # are comments. Raises StudyError, which names the damaged row.
     """
     try:
-        lines = read_utf8(path, MAX_BYTES).removeprefix("\ufeff").splitlines()
-    except (OSError, ValueError) as error:
+        lines = read_utf8(path, MAX_TABLE).removeprefix("\ufeff").splitlines()
+        kept = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
+        rows = [parse_rows(line)[0] for _, line in kept]
+        numbers = [number for number, _ in kept]
+        records = [(numbers[place - 1], row) for place, row in to_records(rows, COLUMNS)]
+    except (OSError, DecodeError) as error:
         raise StudyError(f"{path}: cannot be read: {error}") from error
-    kept = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
-    reader = csv.DictReader(line for _, line in kept)
-    missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
-    if missing:
-        raise StudyError(f"{path}: has no column {missing[0]!r}; it needs {', '.join(COLUMNS)}")
-    numbers = (number for number, _ in kept[1:])
-    tallies = tuple(_tally(path, number, row) for number, row in zip(numbers, reader, strict=True))
+    tallies = tuple(_tally(path, number, row) for number, row in records)
     if not tallies:
         raise StudyError(f"{path}: has no counts; give it one row per line and pair")
     return tallies
 
 
 def _tally(path: Path, number: int, row: Mapping[str, str]) -> Tally:
-    try:
-        wins, losses = int(row["for"]), int(row["against"])
-    except (TypeError, ValueError):
-        wins = losses = -1
-    if min(wins, losses) < 0:
+    counts = row["for"].strip(), row["against"].strip()
+    if not all(re.fullmatch("[0-9]{1,9}", count) for count in counts):
         raise StudyError(f"{path} row {number}: 'for' and 'against' must be whole numbers from 0")
-    return Tally(row["group"], row["ours"], row["other"], row["item"], wins, losses)
+    return Tally(row["group"], row["ours"], row["other"], row["item"], *map(int, counts))
 
 
 def _systems(pairs: Iterable[tuple[int, str, str, str]]) -> list[str]:

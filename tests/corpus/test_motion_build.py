@@ -110,3 +110,29 @@ def test_a_folder_that_was_not_imported(tmp_path: Path, capsys: pytest.CaptureFi
     (tmp_path / "dataset.json").write_text("{}", "utf-8")
     assert run(["corpus", "build", str(tmp_path), "-o", str(tmp_path / "out")]) == 2
     assert "is not an imported data set" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "place", ["../other/take_0.npy", "/etc/take_0.npy", "motion/../../take_0.npy", "c:a.npy", ""]
+)
+@pytest.mark.parametrize("what", ["motion", "audio"])
+def test_files_elsewhere_are_refused(what: str, place: str, made: Made) -> None:
+    folder, _ = made("facegood")
+    corpus = built(folder, "facegood")
+    document = json.loads((corpus / "corpus.json").read_text("utf-8"))
+    document["clips"][0][what] = place
+    (corpus / "corpus.json").write_text(json.dumps(document), "utf-8")
+    with pytest.raises(CorpusError, match=f"{what} is .*; it is the path of a file below this folder"):
+        load_motion_corpus(corpus)
+
+
+def test_a_corpus_elsewhere_has_its_files_with_it(made: Made, tmp_path: Path) -> None:
+    """So that it may be moved, and names no file outside."""
+    folder, _ = made("facegood")
+    imported = built(folder, "facegood")
+    assert run(["corpus", "build", str(imported), "-o", str(tmp_path / "a"), "--language", "english"]) == 0
+    (tmp_path / "a").rename(tmp_path / "b")
+    corpus, first = load_motion_corpus(tmp_path / "b"), load_motion_corpus(imported)
+    for number, clip in enumerate(corpus.clips):
+        assert clip.motion.is_relative_to(tmp_path / "b")
+        np.testing.assert_array_equal(corpus.frames(number), first.frames(number))

@@ -189,7 +189,10 @@ def test_answers_that_make_no_sense(tmp_path):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("group,ours\n", "has no column 'other'; it needs group, ours, other, item, for, against"),
+        (
+            "group,ours\n",
+            "cannot be read: it has no column 'other'; its first line needs group,ours,other,item",
+        ),
         ("group,ours,other,item,for,against\n", "has no counts; give it one row per line and pair"),
         ("# remark\ngroup,ours,other,item,for,against\n\n,x,y,1,-1,2", "row 4: 'for' and 'against' must be"),
         ("group,ours,other,item,for,against\n,x,y,1,a,2", "row 2: 'for' and 'against' must be whole numbers"),
