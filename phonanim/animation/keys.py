@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from phonanim.animation.animation import Animation
 
 FIRST_LOOK = 16  # frames; doubled until a key is found
+PART = 1024  # frames between keys that are always set in longer takes, so that parts are reduced side by side
+PATIENCE = 32  # frames that are tried after the last one that can be a key
 
 
 @dataclass(frozen=True)
@@ -42,17 +44,31 @@ def reduce_curves(curves: NDArray[np.floating], tolerance: float) -> Keys:
     dense = np.asarray(curves, np.float64)
     if len(dense) == 0:
         raise ValueError("curves of no frames have no keys")
+    if len(dense) > PART:
+        return _keys_at(_side_by_side(dense, len(dense), tolerance), dense)
     places = [0]
     while places[-1] < len(dense) - 1:
         places.append(_farthest(dense, places[-1], tolerance))
-    frames = np.array(places, np.int64)
-    keys = Keys(frames, dense[frames], 0.0)
-    return Keys(frames, keys.values, _largest(keys.sample(np.arange(len(dense), dtype=float)) - dense))
+    return _keys_at(np.array(places, np.int64), dense)
 
 
 def reduce_channels(animation: Animation, tolerance: float) -> dict[str, Keys]:
     """Keys of each channel separately; a constant channel has one key."""
-    return {name: reduce_curve(animation.channel(name), tolerance) for name in animation.channels}
+    if len(animation.values) <= PART:
+        return {name: reduce_curve(animation.channel(name), tolerance) for name in animation.channels}
+    values = np.asarray(animation.values, np.float64)
+    errors, count = np.abs(values - values[0]).max(axis=0), len(values)
+    moving = np.flatnonzero(errors > tolerance)
+    places = _side_by_side(values[:, moving].T.reshape(-1, 1), count, tolerance)
+    frames: dict[int, NDArray[np.int64]] = {
+        column: places[slice(*np.searchsorted(places, [row * count, (row + 1) * count]))] - row * count
+        for row, column in enumerate(moving.tolist())
+    }
+    still = np.zeros(1, np.int64)
+    return {
+        name: _keys_at(frames.get(column, still), values[:, column : column + 1])
+        for column, name in enumerate(animation.channels)
+    }
 
 
 def reduce_curve(curve: NDArray[np.floating], tolerance: float) -> Keys:
@@ -61,9 +77,10 @@ def reduce_curve(curve: NDArray[np.floating], tolerance: float) -> Keys:
     error = _largest(dense - dense[0])
     if error <= tolerance:
         return Keys(np.zeros(1, np.int64), dense[:1], error)
-    frames = _single(dense[:, 0], tolerance)
-    keys = Keys(frames, dense[frames], 0.0)
-    return Keys(frames, keys.values, _largest(keys.sample(np.arange(len(dense), dtype=float)) - dense))
+    long = len(dense) > PART
+    return _keys_at(
+        _side_by_side(dense, len(dense), tolerance) if long else _single(dense[:, 0], tolerance), dense
+    )
 
 
 def describe_keys(keys: dict[str, Keys], animation: Animation) -> str:
@@ -86,6 +103,26 @@ def describe_shared_keys(keys: Keys, animation: Animation) -> str:
 
 def _largest(differences: NDArray[np.float64]) -> float:
     return float(np.abs(differences).max(initial=0.0))
+
+
+def _keys_at(frames: NDArray[np.int64], dense: NDArray[np.float64]) -> Keys:
+    """The keys of curves (n, curves) at frames (k,), with their error."""
+    keys = Keys(frames, dense[frames], 0.0)
+    return Keys(frames, keys.values, _largest(keys.sample(np.arange(len(dense), dtype=float)) - dense))
+
+
+def _side_by_side(dense: NDArray[np.float64], count: int, tolerance: float) -> NDArray[np.int64]:
+    """The rows of keys of curves (n, curves), whose rows are one or several takes of `count` frames.
+
+    Parts of PART frames are searched as `_farthest` does it, a frame of each at a time.
+    """
+    starts = (np.arange(0, len(dense), count)[:, None] + np.arange(0, max(count - 1, 1), PART)).ravel()
+    ends = np.minimum(starts + PART, (starts // count + 1) * count - 1)
+    found = [starts, ends]
+    search = _Search(dense, tolerance, starts, ends)
+    while len(search.first):
+        found.append(search.step())
+    return np.unique(np.concatenate(found))
 
 
 def _farthest(dense: NDArray[np.float64], first: int, tolerance: float) -> int:
@@ -122,7 +159,48 @@ def _single(curve: NDArray[np.float64], tolerance: float) -> NDArray[np.int64]:
             if low <= rise / step <= high:
                 reached = first + step
             low, high = max(low, (rise - tolerance) / step), min(high, (rise + tolerance) / step)
-            if low > high:
+            if low > high or first + step - reached >= PATIENCE:
                 break
         places.append(reached)
     return np.array(places, np.int64)
+
+
+class _Search:
+    """The search for the next key of several parts of curves; `first` (parts,) are their last keys."""
+
+    def __init__(
+        self,
+        dense: NDArray[np.float64],
+        tolerance: float,
+        starts: NDArray[np.int64],
+        ends: NDArray[np.int64],
+    ) -> None:
+        self.dense, self.tolerance = dense, tolerance
+        self.first, self.ends = starts[starts < ends], ends[starts < ends]
+        self.reached, self.place = self.first + 1, self.first + 1
+        self.low = np.full((len(self.first), dense.shape[1]), -np.inf)
+        self.high = np.full_like(self.low, np.inf)
+
+    def step(self) -> NDArray[np.int64]:
+        """Try one frame of every part, and return the keys that are found."""
+        steps = (self.place - self.first)[:, None]
+        rise = self.dense[self.place] - self.dense[self.first]
+        slope = rise / steps
+        fits = ((slope >= self.low) & (slope <= self.high)).all(axis=1)
+        np.copyto(self.reached, self.place, where=fits)
+        np.maximum(self.low, (rise - self.tolerance) / steps, out=self.low)
+        np.minimum(self.high, (rise + self.tolerance) / steps, out=self.high)
+        over = (self.low > self.high).any(axis=1) | (self.place == self.ends)
+        over |= self.place - self.reached >= PATIENCE
+        self.place += 1
+        if not over.any():
+            return self.first[:0]
+        keys = self.reached[over]
+        self.first[over] = keys
+        self.reached[over] = self.place[over] = keys + 1
+        self.low[over], self.high[over] = -np.inf, np.inf
+        left = self.first < self.ends
+        if not left.all():
+            for name in ("first", "ends", "reached", "place", "low", "high"):
+                setattr(self, name, getattr(self, name)[left])
+        return keys

@@ -1,3 +1,4 @@
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -6,7 +7,10 @@ from animations import line, only
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from phonanim.animation.animation import Animation
 from phonanim.animation.keys import (
+    PART,
+    _farthest,
     describe_keys,
     describe_shared_keys,
     reduce_channels,
@@ -106,3 +110,44 @@ def test_one_curve_has_the_keys_that_it_has_among_several(seed, tolerance):
     if len(alone.frames) > 1:
         np.testing.assert_array_equal(alone.frames, among.frames)
         assert alone.error == among.error <= tolerance + 1e-12
+
+
+@pytest.mark.parametrize("curves", [1, 3])
+def test_long_takes_have_the_keys_of_their_parts(curves: int) -> None:
+    """A take of several parts is reduced side by side, as each part is by itself."""
+    rng = np.random.default_rng(curves)
+    dense = np.cumsum(rng.normal(size=(2 * PART + 100, curves)), axis=0) * 0.02
+    found = reduce_curve(dense[:, 0], 0.05) if curves == 1 else reduce_curves(dense, 0.05)
+    wanted = []
+    for start in (0, PART, 2 * PART):
+        part = dense[start : min(start + PART + 1, len(dense))]
+        keys = [0]
+        while keys[-1] < len(part) - 1:
+            keys.append(_farthest(part, keys[-1], 0.05))
+        wanted += [start + key for key in keys]
+    np.testing.assert_array_equal(found.frames, np.unique(wanted))
+    assert found.error <= 0.05
+
+
+def test_channels_of_a_long_take_are_reduced_each_by_itself() -> None:
+    values = np.zeros((PART + 50, 3), np.float32)
+    values[:, 1] = np.sin(np.arange(len(values)) / 9)
+    values[:, 2] = np.random.default_rng(0).normal(size=len(values))
+    animation = Animation(values, ("still", "wave", "noise"), 60.0, "arkit")
+    found = reduce_channels(animation, 0.01)
+    for column, name in enumerate(animation.channels):
+        alone = reduce_curve(values[:, column], 0.01)
+        np.testing.assert_array_equal(found[name].frames, alone.frames)
+        np.testing.assert_array_equal(found[name].values, alone.values)
+        assert found[name].error == alone.error <= 0.01
+
+
+@pytest.mark.parametrize("frames", [PART, 40 * PART])
+def test_a_zigzag_as_high_as_the_error_takes_no_longer(frames: int) -> None:
+    """Its cone of slopes never closes, and no frame is ever within it."""
+    curve = np.tile([0.01, -0.01], frames // 2)
+    curve[0], curve[-1] = 0.0, 1.0
+    started = time.process_time()
+    found = reduce_curve(curve, 0.01)
+    assert found.error <= 0.01
+    assert time.process_time() - started < 5
