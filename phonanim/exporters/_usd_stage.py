@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -124,8 +125,12 @@ TURNS = """        uniform token[] joints = ["{joint}"]
 """
 
 
-def stage_text(animation: Animation, character: Path = SHIPPED) -> str:
-    """The stage as text. The same input gives the same text."""
+HERE = "\0"  # in the place of what is written piece by piece
+PIECE = 4096  # frames
+
+
+def stage_text(animation: Animation, character: Path = SHIPPED) -> Iterator[str]:
+    """The stage as text, piece by piece. The same input gives the same text."""
     head = load_drawable_head(character)
     weights = head.weights(animation.values, animation.channels)
     frames = animation.times * animation.fps
@@ -134,36 +139,42 @@ def stage_text(animation: Animation, character: Path = SHIPPED) -> str:
         x, y, z = head.neck.pivot.tolist()
         binds.append(f"((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), ({x:.7g}, {y:.7g}, {z:.7g}, 1))")
         joints.append(JOINT)
-    return STAGE.format(
+    before, after = STAGE.format(
         fps=animation.fps,
         first=frames[0],
         last=frames[-1],
         about=_about_text(animation),
         names=quoted_names(head.targets),
-        samples=_samples(frames, [f"[{row_text(values)}]" for values in weights.tolist()]),
+        samples=HERE,
         turns=_turns(animation, head, frames),
         extent=extent_text(head.vertices),
         meshes=shipped_meshes() if character == SHIPPED else meshes_text(head),
         root=ROOT,
         binds=", ".join(binds),
         joints=quoted_names(joints),
-    )
+    ).split(HERE)
+    yield before
+    yield from _weight_samples(frames, weights)
+    yield after
 
 
-def curves_text(animation: Animation) -> str:
-    """A stage of the animation alone, as text."""
+def curves_text(animation: Animation) -> Iterator[str]:
+    """A stage of the animation alone, as text, piece by piece."""
     turned = set(map(plain_name, NECK_TURNS))
     shapes = [name for name in animation.channels if plain_name(name) not in turned]
     weights = animation.values[:, [animation.channels.index(name) for name in shapes]]
     frames = animation.times * animation.fps
-    return CURVES.format(
+    before, after = CURVES.format(
         fps=animation.fps,
         first=frames[0],
         last=frames[-1],
         about=_about_text(animation),
         names=quoted_names(shapes),
-        samples=_samples(frames, [f"[{row_text(values)}]" for values in weights.tolist()]),
-    )
+        samples=HERE,
+    ).split(HERE)
+    yield before
+    yield from _weight_samples(frames, weights)
+    yield after
 
 
 def _turns(animation: Animation, head: Head, frames: NDArray[np.float64]) -> str:
@@ -177,6 +188,14 @@ def _turns(animation: Animation, head: Head, frames: NDArray[np.float64]) -> str
         samples=_samples(frames, [f"[({row_text(row)})]" for row in rows]),
         pivot=vectors_text(head.neck.pivot[None]),
     )
+
+
+def _weight_samples(frames: NDArray[np.float64], weights: NDArray[np.floating]) -> Iterator[str]:
+    """The samples of weights (frames, shapes), PIECE at a time."""
+    for start in range(0, len(frames), PIECE):
+        block = slice(start, start + PIECE)
+        rows = [f"[{row_text(values)}]" for values in weights[block].tolist()]
+        yield ("\n" if start else "") + _samples(frames[block], rows)
 
 
 def _samples(frames: NDArray[np.float64], values: list[str]) -> str:

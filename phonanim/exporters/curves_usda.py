@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from phonanim.animation.animation import Animation
-from phonanim.core.files import write_text
+from phonanim.core.files import write_pieces
 from phonanim.exporters._usd import read as read
 from phonanim.exporters._usd_stage import curves_text
 
@@ -18,4 +18,4 @@ def write(animation: Animation, path: Path) -> None:
 
     Turns of the head are not in the file. Raises OutputError when the destination cannot be written.
     """
-    write_text(path, curves_text(animation))
+    write_pieces(path, curves_text(animation))

@@ -96,7 +96,10 @@ def _pictures(animation: Animation, head: Head, rate: Fraction, view: View) -> I
 
 def _between(time: float, animation: Animation, curves: NDArray[np.float64]) -> NDArray[np.float64]:
     """The values of curves at an instant, (frames, n) -> (n,)."""
-    return np.array([np.interp(time, animation.times, curve) for curve in curves.T])
+    place = int(np.clip((time - animation.start) * animation.fps, 0, len(curves) - 1))
+    near = np.arange(max(place - 1, 0), min(place + 3, len(curves)))
+    times = animation.start + near / animation.fps
+    return np.array([np.interp(time, times, curve) for curve in curves[near].T])
 
 
 def _caption(picture: Image, animation: Animation, time: float) -> None:

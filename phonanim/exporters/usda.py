@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from phonanim.animation.animation import Animation
-from phonanim.core.files import write_text
+from phonanim.core.files import write_pieces
 from phonanim.exporters._head import RIG as RIG
 from phonanim.exporters._head import fits as fits
 from phonanim.exporters._usd import read as read
@@ -21,4 +21,4 @@ def write(animation: Animation, path: Path, character: Path = SHIPPED) -> None:
     `character` is a GLB or VRM with named morph targets. Raises RigError when it cannot be used or has
     none of the channels, OutputError when the destination cannot be written.
     """
-    write_text(path, stage_text(animation, character))
+    write_pieces(path, stage_text(animation, character))

@@ -17,4 +17,4 @@ SUMMARY = "USD in binary form (needs the extra usd)"
 
 def write(animation: Animation, path: Path, character: Path = SHIPPED) -> None:
     """Write a stage as `usda.write` does. Raises MissingExtraError without the extra `usd`."""
-    write_binary(stage_text(animation, character), path)
+    write_binary("".join(stage_text(animation, character)), path)

@@ -117,7 +117,7 @@ def test_a_start_offset(tmp_path):
 
 
 def test_the_same_text_twice():
-    assert stage_text(line()) == stage_text(line())
+    assert [*stage_text(line())] == [*stage_text(line())]
 
 
 def test_stages_that_hold_no_animation(tmp_path):
