@@ -56,7 +56,7 @@ def build_motion_corpus(
     language: str = "auto",
     triangles: NDArray[np.int64] | None = None,
 ) -> MotionCorpus:
-    """Write the corpus of a folder that `phonanim corpus import` wrote; motion and sound stay there.
+    """Write the corpus of a folder that `phonanim corpus import` wrote, with links to its motion and sound.
 
     Recordings without a split take no part, unless the data set has no split at all: then every tenth is a
     test. `templates` are faces at rest by subject, in the unit of the vertices, "" of all subjects; without
