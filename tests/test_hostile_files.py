@@ -50,7 +50,14 @@ KIND, CONFIG = CARD["kind"], CARD["config"]
 FACTS = {"frames": 3, "seconds": 0.1, "phones": 2, "flags": [{"check": "a", "text": "b", "severity": 0.5}]}
 OUTCOME = {"id": "a", "place": "b", "origin": {}, "outputs": {"a.csv": "0"}, "facts": FACTS, "error": ""}
 ROW = {"id": "a", "alignment": "a.TextGrid", "fps": "25", "gain": "jawOpen=1", "smooth": "0", "rig": "arkit"}
-RIG = {"name": "mine", "speech": ["a"], "controls": {"a": [0, 0, 1], "b": [0, 0, 1]}, "at_most": {"a": "b"}}
+POSES = ("mean", *(f"mode{number}_{side}" for number in range(1, 5) for side in ("minus", "plus")))
+RIG = {
+    "name": "mine",
+    "speech": ["a"],
+    "controls": {"a": [0, 0, 1], "b": [0, 0, 1]},
+    "at_most": {"a": "b"},
+    "poses": {pose: {"a": number / 10} for number, pose in enumerate(POSES)},
+}
 
 
 def ends_well(call: Any, path: Path) -> Any:
@@ -83,7 +90,7 @@ def test_tracks(tmp_path: Path, tree: Any) -> None:
 
 
 EXPORT = {"exportFps": 30, "facsNames": ["a", "b"], "weightMat": [[0, 1], [1, 0]]}
-GLTF = {**GLB.tree, "buffers": [{"uri": data_uri(GLB.binary)}], "images": [{"uri": "a.json"}]}
+GLTF = {**GLB.tree, "buffers": [{"uri": data_uri(GLB.binary)}], "images": [{"uri": "a.png"}]}
 
 
 @given(damaged(EXPORT))
@@ -107,6 +114,7 @@ def test_motion(tmp_path: Path, place: int, noise: bytes) -> None:
 @given(damaged(GLTF))
 @quickly
 def test_characters_as_text(tmp_path: Path, tree: Any) -> None:
+    (tmp_path / "a.png").write_bytes(b"picture")
     (tmp_path / "a.gltf").write_text(json.dumps(tree))
     ends_well(load_character, tmp_path / "a.gltf")
 

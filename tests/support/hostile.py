@@ -30,11 +30,27 @@ def places(tree: Any, above: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return found
 
 
+def alike(value: Any) -> st.SearchStrategy[Any]:
+    """Values of the same type, which a reader that looks at types alone would take."""
+    if isinstance(value, bool):
+        return st.booleans()
+    if isinstance(value, (int, float)):
+        return st.sampled_from([0, 1, -value, 2 * value, value // 2, 0.1, 1e-300, 1e6]) | NUMBERS
+    if isinstance(value, str):
+        return st.sampled_from([f"{value}x", value.upper(), f" {value}", f"{value}\u0301"]) | TEXTS
+    if isinstance(value, list):
+        return st.sampled_from([value[::-1], value[:-1], value + value[:1], value * 3, []])
+    if isinstance(value, dict):
+        others = {**value, "extra": 1}, dict(reversed(value.items()))
+        return st.sampled_from([*others, dict(list(value.items())[:-1])])
+    return st.none()
+
+
 @st.composite
 def damaged(draw: st.DrawFn, tree: Any, values: st.SearchStrategy[Any] = VALUES) -> Any:
-    """The tree with one to three values replaced or removed."""
+    """The tree with one to three values removed, or replaced: mostly by others of the same type."""
     tree = copy.deepcopy(tree)
-    for _ in range(draw(st.integers(1, 3))):
+    for _ in range(draw(st.sampled_from([1, 1, 2, 3]))):
         known = places(tree)
         if not known:
             return tree
@@ -42,8 +58,9 @@ def damaged(draw: st.DrawFn, tree: Any, values: st.SearchStrategy[Any] = VALUES)
         at = tree
         for key in above:
             at = at[key]
-        if draw(st.booleans()) and isinstance(at, dict):
+        how = draw(st.sampled_from(["alike", "alike", "alike", "other", "gone"]))
+        if how == "gone" and isinstance(at, dict):
             del at[last]
         else:
-            at[last] = draw(values)
+            at[last] = draw(values if how == "other" else alike(at[last]))
     return tree
