@@ -49,6 +49,29 @@ def bomb(samples: Samples, folder: Path) -> Attack:
     return ["convert", "a.npz", "-o", "o.csv"]
 
 
+def lying_archive(samples: Samples, folder: Path) -> Attack:
+    """An archive of some MB that unpacks to 1.6 GB, and says that it has 1000 bytes."""
+    path, size = folder / "a.npz", 1600 << 20
+    with (
+        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open("values.npy", "w") as member,
+    ):
+        for _ in range(size >> 22):
+            member.write(bytes(1 << 22))
+    real, told = size.to_bytes(4, "little"), (1000).to_bytes(4, "little")
+    path.write_bytes(path.read_bytes().replace(real, told))
+    return ["convert", "a.npz", "-o", "o.csv"]
+
+
+def hard_links(samples: Samples, folder: Path) -> Attack:
+    """Files in the folder of a batch that have another name elsewhere."""
+    (folder / "out").mkdir()
+    for name in ("ledger.jsonl", "run.json", "report.json", "report.html", "summary.txt"):
+        (folder / "out" / name).hardlink_to(folder / "victim")
+    (folder / "t.csv").write_text("id,alignment\na,missing.TextGrid\n")
+    return ["batch", "t.csv", "-o", "out", "--workers", "1"]
+
+
 def linked_output(samples: Samples, folder: Path) -> Attack:
     """A planted link at the output."""
     (folder / "o.csv").symlink_to("victim")
@@ -128,6 +151,7 @@ CRAFTED: dict[str, Callable[[Samples, Path], Attack]] = {
     "take: depth": _written("a.json", "[" * 10**6, "convert", "a.json", "-o", "o.csv"),
     "take: unpacks to 400 MB": bomb,
     "take: onto a link": linked_output,
+    "ledger: onto hard links": hard_links,
     "rig: depth": _written("a.toml", "a = " + "[" * 10**5, "animate", str(LINE), "--rig", "a.toml"),
     "rig: through itself": through,
     "rig: endless": lambda samples, folder: ["animate", str(LINE), "-o", "o.json", "--rig", "/dev/zero"],

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.crafted import lying_archive
 from benchmarks.hostile import LINE, Attack, Samples
 from phonanim.media.glb import glb_bytes
 
@@ -218,6 +219,7 @@ def nested_usd() -> str:
 
 WORDS = '{"words": [%s]}'
 GROWING: dict[str, Craft] = {
+    "take: an archive that lies about its size": lying_archive,
     "alignment: 60,000 unknown labels": _animate(
         "a.TextGrid",
         lambda: _textgrid(_distinct(60_000), 0.05),
