@@ -24,7 +24,7 @@ SMALL = {"width": 360, "height": 270, "deviceScaleFactor": 1, "mobile": False}  
 MOVED = 0.05  # of full weight
 # Once the sound has played a second, note what the face does, interrupt it, and note when it is at rest.
 WATCH = """globalThis.seen = { most: 0 };
-const weights = () => [...face.shown].filter(([name]) => !name.startsWith("head")).map(([, weight]) => weight);
+const weights = () => [...face.shown].filter(([name]) => !name.startsWith("head")).map(([, value]) => value);
 const most = () => Math.max(0, ...weights());
 (function watch() {
   seen.most = Math.max(seen.most, most());
