@@ -35,6 +35,7 @@ PRESSED = 0.25  # value of the controls that press lips together, where they pre
 PRESSING = 0.8  # mm of lip gap below contact
 # Share of the middle's gap at the four gaps: when the jaw parts the lips, and in a round mouth.
 PROFILE, ROUND = np.array([1.0, 0.87, 0.67, 0.43]), np.array([1.0, 0.85, 0.4, 0.0])
+USUAL = 0.05  # share by which the profiles of heads such as the shipped one differ
 NARROW, FORWARD = -6.0, 4.0  # mm of width and of protrusion, from rest, at which a mouth is round
 SPREADING = 5.0  # mm of width at full weight of a control that a round mouth does not use
 ROUNDING = 0.5  # of roundness, the last part of it, in which it goes
@@ -248,11 +249,26 @@ def _wanted(articulation: Articulation, measures: MouthMeasures, use: str) -> Ar
     gap = np.maximum(articulation.channel("lip_gap"), 0) if use == "free" else 0 * articulation.channel("jaw")
     narrow = _roundness(articulation)[:, None]
     columns = [MEASURES.index(name) for name in GAPS]
-    wanted[:, columns] = gap[:, None] * (PROFILE + narrow * (ROUND - PROFILE))
+    profile, rounded = _profiles(measures)
+    wanted[:, columns] = gap[:, None] * (profile + narrow * (rounded - profile))
     for name, channel in CHANNEL_OF.items():
         wanted[:, MEASURES.index(name)] = articulation.channel(channel)
     wanted[:, MEASURES.index("lower_lip_up")], wanted[:, MEASURES.index("lower_lip_forward")] = LIP_ON_TEETH
     return wanted - measures.rest
+
+
+def _profiles(measures: MouthMeasures) -> tuple[Array, Array]:
+    """Shares of the middle's gap at the four gaps, in a mouth that opens and in a round one, (4,) each.
+
+    A drawn mouth may open at its corners as far as in the middle: the profile is that of the shape that opens
+    this head's lips farthest.
+    """
+    gaps = measures.moved[:, [MEASURES.index(name) for name in GAPS]]
+    opener = gaps[gaps[:, 0].argmax()]
+    own = np.clip(opener / max(float(opener[0]), LEAST), 0, 1)
+    if np.abs(own - PROFILE).max() < USUAL:
+        return PROFILE, ROUND
+    return own, np.clip(ROUND + own - PROFILE, 0, 1)
 
 
 def _roundness(articulation: Articulation) -> Array:

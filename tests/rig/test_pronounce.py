@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -231,3 +232,16 @@ def test_a_round_mouth_is_not_spread() -> None:
     at = {name: values[0, controls.index(name)] for name in controls}
     assert at["mouthStretchLeft"] == at["mouthSmileLeft"] == 0
     assert at["mouthFunnel"] > 0.2
+
+
+def test_a_mouth_that_opens_at_its_corners_opens_as_far() -> None:
+    rig, gaps = load_rig("vrm"), [MEASURES.index(f"gap_{name}") for name in ("inner", "outer", "corner")]
+    assert rig.mouth is not None
+    moved = rig.mouth.moved.copy()
+    moved[:, gaps] = 0.95 * moved[:, [MEASURES.index("gap")]]
+    drawn = replace(rig.mouth, moved=moved)
+    wanted = articulate(track_of(LINE), np.arange(0, 1.4, 1 / 60))
+    shown = [
+        pronounce(wanted, rig, mouth) @ mouth.moved[:, MEASURES.index("gap")] for mouth in (rig.mouth, drawn)
+    ]
+    assert shown[1].max() >= 0.95 * shown[0].max()
