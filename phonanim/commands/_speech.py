@@ -62,6 +62,19 @@ def align_subtitles(path: Path, audio: Path, options: Options, console: Console)
     return target, replace(options, language=language)
 
 
+def why_no_words(voice: str | None) -> str:
+    """Why the words of a recording cannot be recognized, and how to have better ones; "" where they can."""
+    from importlib.util import find_spec
+
+    from phonanim.aligners.whisper import can_recognize
+
+    if voice is not None and not voice.startswith("en"):
+        return "words are recognized in English alone, and giving them with --text is better"
+    extras = {"recognize": can_recognize(), "align": find_spec("pocketsphinx") is not None}
+    absent = ",".join(extra for extra, there in extras.items() if not there)
+    return f"recognizing words, which is better, needs pip install 'phonanim[{absent}]'" if absent else ""
+
+
 def understand(recording: Path, voice: str | None, console: Console) -> str:
     """The words of an English recording, by Whisper; they are printed.
 

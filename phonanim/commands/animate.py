@@ -163,7 +163,11 @@ def find_source(
     console: Console,
 ) -> tuple[Path, Options, Path | None]:
     """What to animate, which may have to be made first; how to read it; and the recording."""
-    if alignment is None or text is not None or needs_words(alignment, options):
+    words = text is not None
+    if alignment is not None and not words and needs_words(alignment, options):
+        options = with_phones_recognized(alignment, voice, options, console)
+        words = needs_words(alignment, options)
+    if alignment is None or words:
         made, options, recording = make_alignment(alignment, text, voice, beside, options, console)
         return made, options, audio or recording
     return with_lines_aligned(alignment, audio, options, console)
@@ -191,6 +195,32 @@ def needs_words(path: Path, options: Options) -> bool:
     from phonanim.pipeline import load_model
 
     return is_recording(path) and load_model(options.model).input_modality not in ("audio", "recognized")
+
+
+def with_phones_recognized(recording: Path, voice: str | None, options: Options, console: Console) -> Options:
+    """The options with the model that recognizes phones, where words cannot be recognized; a line says why.
+
+    Only where no model was chosen: words need the extras `recognize` and `align`, and are English alone.
+    """
+    from phonanim.commands._speech import why_no_words
+    from phonanim.core.catalog import RECOGNITION_MODEL
+
+    if click.get_current_context().get_parameter_source("model") is not ParameterSource.DEFAULT:
+        return options
+    why = why_no_words(voice_of(voice, options))
+    if not why:
+        return options
+    console.print(f"{recording}: {why}; so --model {RECOGNITION_MODEL} recognizes phones, many of them wrong")
+    return replace(options, model=RECOGNITION_MODEL)
+
+
+def voice_of(voice: str | None, options: Options) -> str | None:
+    """The voice that is named, or that of the language; None for English."""
+    from phonanim.speech.labels import load_language
+    from phonanim.speech.language_names import is_auto
+
+    code = None if is_auto(options.language) else load_language(options.language).code
+    return voice or (None if code is None or code.startswith("en") else code)
 
 
 def with_own_rig(options: Options, character: Any, console: Console) -> Options:
@@ -240,11 +270,8 @@ def make_alignment(
     """
     from phonanim.aligners.espeak import VOICE, reading_language
     from phonanim.commands._speech import align_recording, speak_text
-    from phonanim.speech.labels import load_language
-    from phonanim.speech.language_names import is_auto
 
-    code = None if is_auto(options.language) else load_language(options.language).code
-    named = voice or (None if code is None or code.startswith("en") else code)
+    named = voice_of(voice, options)
     if recording is not None:
         path, language = align_recording(recording, text, named, console)
         return path, replace(options, language=language), recording

@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from phonanim.aligners import whisper
 from phonanim.commands.animate import command
-from phonanim.errors import OptionError
+from phonanim.errors import MissingExtraError, OptionError
 from phonanim.inputs.alignment import read_alignment
 
 pytest.importorskip("espeakng_loader", reason="needs the extra espeak")
@@ -73,6 +74,29 @@ def test_a_recording_alone_is_understood_and_aligned(
     done = CliRunner().invoke(command, ["b.wav", "-o", "b.csv"], catch_exceptions=False)
     assert "sure): They bought their offices from one another" in done.output
     assert '"bought"' in Path("b.TextGrid").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        ((), "recognizing words, which is better, needs pip install 'phonanim[recognize]'"),
+        (("--voice", "de"), "words are recognized in English alone, and giving them with --text is better"),
+    ],
+)
+def test_phones_are_recognized_where_words_cannot_be(
+    arguments: tuple[str, ...], why: str, root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("pocketsphinx")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(whisper, "can_recognize", lambda: False)
+    whisper._model.cache_clear()
+    Path("a.wav").write_bytes((root / "examples" / "line.wav").read_bytes())
+    done = CliRunner().invoke(command, ["a.wav", "-o", "a.csv", *arguments], catch_exceptions=False)
+    assert f"a.wav: {why}; so --model audio recognizes phones, many of them wrong" in done.output
+    assert done.exit_code == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.csv", "a.wav"]
+    with pytest.raises(OptionError if arguments else MissingExtraError, match=r"--text"):
+        run("a.wav", "-o", "b.csv", "--model", "default", *arguments)
 
 
 def test_words_that_are_not_clear_are_refused(
