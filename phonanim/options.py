@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from difflib import get_close_matches
 from pathlib import PurePath
 from typing import Any, Literal
@@ -129,7 +128,16 @@ class Options:
         values = {name: named.get(name, getattr(self, name)) for name in _NAMES}
         rare = (*SAMPLED, "features")  # outputs name them only where they are given
         values = {name: value for name, value in values.items() if value is not None or name not in rare}
-        return dict(json.loads(json.dumps(values, default=asdict)))
+        return {name: _plain(value) for name, value in values.items()}
+
+
+def _plain(value: Any) -> Any:
+    """A value as JSON gives it back."""
+    if is_dataclass(value) and not isinstance(value, type):
+        value = asdict(value)
+    if isinstance(value, Mapping):
+        return {str(name): _plain(one) for name, one in value.items()}
+    return [_plain(one) for one in value] if isinstance(value, (tuple, list)) else value
 
 
 SAMPLED = ("seed", "steps", "guidance", "model_style")

@@ -29,22 +29,26 @@ def find_tables(kind: str) -> dict[str, Path]:
     """
     found: dict[str, Path] = {}
     for folder in (LEXICON, *search_path()):
-        for path in _tables(folder / kind):
-            found.setdefault(path.stem, path)
+        tables = _tables(folder / kind)
+        found |= {name: path for name, path in tables.items() if name not in found}
     return found
 
 
-def _tables(folder: Path) -> tuple[Path, ...]:
-    """The TOML files of a folder, sorted; listed again only when the folder has changed."""
+def _tables(folder: Path) -> dict[str, Path]:
+    """The TOML files of a folder by name, sorted; listed again only when the folder has changed."""
     try:
         changed = folder.stat().st_mtime_ns
     except OSError:
-        return ()
+        return {}
     if time.time_ns() - changed < SETTLED:  # a further change may get the same time
-        return tuple(sorted(folder.glob("*.toml")))
+        return _by_stem(folder)
     return _listed(folder, changed)
 
 
 @lru_cache(maxsize=64)
-def _listed(folder: Path, changed: int) -> tuple[Path, ...]:
-    return tuple(sorted(folder.glob("*.toml")))
+def _listed(folder: Path, changed: int) -> dict[str, Path]:
+    return _by_stem(folder)
+
+
+def _by_stem(folder: Path) -> dict[str, Path]:
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}

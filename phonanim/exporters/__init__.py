@@ -6,6 +6,7 @@ Each module is an `Exporter`. A name that begins with `_` is a helper.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from inspect import signature
 from pathlib import Path
 from typing import Any, Protocol, cast
@@ -58,7 +59,12 @@ def find_exporter(path: Path) -> Exporter:
 
 def option_names(path: Path) -> tuple[str, ...]:
     """The names of the options of a path's format, such as `keys` or `character`."""
-    return tuple(signature(find_exporter(path).write).parameters)[2:]
+    return _option_names(find_exporter(path).write)
+
+
+@cache
+def _option_names(write: Callable[..., None]) -> tuple[str, ...]:
+    return tuple(signature(write).parameters)[2:]
 
 
 def needed_rig(path: Path, channels: Sequence[str], has_character: bool = False) -> str:

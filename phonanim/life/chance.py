@@ -14,8 +14,8 @@ Index = NDArray[np.int64]
 
 BLOCK = 32.0  # seconds after which a sequence of events restarts
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
-FACTORS = np.array([0xBF58476D1CE4E5B9, 0x94D049BB133111EB], np.uint64)
-SHIFTS = np.array([30, 27, 31, 11], np.uint64)
+FACTORS = tuple(map(np.uint64, (0xBF58476D1CE4E5B9, 0x94D049BB133111EB)))
+SHIFTS = tuple(map(np.uint64, (30, 27, 31, 11)))
 
 
 def seed_of(line: str) -> int:
@@ -25,12 +25,14 @@ def seed_of(line: str) -> int:
 
 def uniform(seed: int, name: str, index: Index) -> Array:
     """A fixed random number between 0 and 1 for each index (SplitMix64, Steele et al. 2014)."""
-    x = np.asarray(index, np.int64).astype(np.uint64) * GOLDEN  # overflow wraps around, as intended
+    x = np.asarray(index, np.int64).view(np.uint64) * GOLDEN  # overflow wraps around, as intended
     x += _key(seed, name)
-    x = (x ^ (x >> SHIFTS[0])) * FACTORS[0]
-    x = (x ^ (x >> SHIFTS[1])) * FACTORS[1]
+    for shift, factor in zip(SHIFTS, FACTORS, strict=False):
+        x ^= x >> shift
+        x *= factor
     x ^= x >> SHIFTS[2]
-    return ((x >> SHIFTS[3]) + 0.5) / 2**53
+    x >>= SHIFTS[3]
+    return (x + 0.5) / 2**53
 
 
 @lru_cache(maxsize=4096)

@@ -55,6 +55,8 @@ def _read_tier(tokens: _Tokens, number: int) -> Tier | None:
     kind, name = tokens.string(), tokens.string()
     tokens.number(), tokens.number()
     count = tokens.count()
+    if kind == "IntervalTier" and (whole := tokens.intervals(count)):
+        return Tier(name, whole, number)
     shown = quote_label(name)
     intervals = []
     for entry in range(1, count + 1):
@@ -93,11 +95,23 @@ class _Tokens:
     def __init__(self, source: AlignmentFile) -> None:
         self.source = source
         self.place = "header"
-        self._tokens = _scan(source.text)
-        self._next = next(self._tokens, None)
+        self._tokens = list(_scan(source.text))
+        self._next = 0
 
     def more(self) -> bool:
-        return self._next is not None
+        return self._next < len(self._tokens)
+
+    def intervals(self, count: int) -> tuple[Interval, ...]:
+        """So many intervals at once; none where what comes next is anything else."""
+        last = self._next + 3 * count
+        starts, ends, texts = (self._tokens[self._next + part : last : 3] for part in range(3))
+        if len(texts) != count or {*map(type, starts), *map(type, ends)} != {float}:
+            return ()  # damaged, or empty: read one by one, which names the place
+        if set(map(type, texts)) != {str}:
+            return ()
+        self._next = last
+        entries = zip(texts, starts, ends, strict=True)
+        return tuple(Interval(str(text).strip(), float(start), float(end)) for text, start, end in entries)
 
     def string(self) -> str:
         return str(self._take(str, "a text in quotes"))
@@ -117,12 +131,12 @@ class _Tokens:
         return self.count() if flag == "exists" else 0
 
     def _take(self, kind: type, expected: str) -> str | float:
-        token = self._next
-        if token is None:
+        if not self.more():
             raise self._damaged(f"the file ends where {expected} is expected")
+        token = self._tokens[self._next]
         if type(token) is not kind:
             raise self._damaged(f'"{quote_label(str(token))}" is found where {expected} is expected')
-        self._next = next(self._tokens, None)
+        self._next += 1
         return token
 
     def _damaged(self, what: str) -> Exception:

@@ -40,6 +40,9 @@ UNITED = 0.2
 SILENCES = {True: 0.5, False: 0.05}
 """Probability of a label of silence that a notation uses, and of another."""
 
+MOST_PAIRS = 10_000
+"""Pairs of labels that a notation remembers."""
+
 Pairs = Mapping[tuple[str, str], int]
 
 
@@ -62,17 +65,24 @@ class Notation:
 
     def log_likelihood(self, pairs: Pairs) -> float:
         """The logarithm of the probability of labels, each with the label before it and its count."""
-        after = _follower_rows(self.language) if self.name else {}
-        total = 0.0
-        for (before, label), count in pairs.items():
-            known, log_share = self._known(label)
-            row = _parse_row(after.get((self.name, self._known(before)[0]), ""))
-            if not row:
-                total += count * log_share
-            else:
-                share = FOLLOWED * row.get(known, 0.0) * math.exp(log_share - self._listed(known))
-                total += count * math.log(share + (1 - FOLLOWED) * math.exp(log_share))
+        total, followed = 0.0, self._followed
+        for pair, count in pairs.items():
+            if pair not in followed:
+                if len(followed) >= MOST_PAIRS:
+                    followed.clear()
+                followed[pair] = self._log_follower(*pair)
+            total += count * followed[pair]
         return total
+
+    def _log_follower(self, before: str, label: str) -> float:
+        """The logarithm of the probability of a label after another."""
+        known, log_share = self._known(label)
+        after = _follower_rows(self.language) if self.name else {}
+        row = _parse_row(after.get((self.name, self._known(before)[0]), ""))
+        if not row:
+            return log_share
+        share = FOLLOWED * row.get(known, 0.0) * math.exp(log_share - self._listed(known))
+        return math.log(share + (1 - FOLLOWED) * math.exp(log_share))
 
     def log_silences(self, labels: frozenset[str]) -> float:
         """The logarithm of the probability of labels of silence."""
@@ -95,6 +105,10 @@ class Notation:
                     break
         self._found[label] = found
         return found
+
+    @cached_property
+    def _followed(self) -> dict[tuple[str, str], float]:
+        return {}
 
     @cached_property
     def _found(self) -> dict[str, tuple[str, float]]:
