@@ -17,13 +17,17 @@ from phonanim.aligners.espeak import can_speak, pronounce
 from phonanim.core.stderr import silent_stderr
 from phonanim.errors import AlignmentError, MissingExtraError, OptionError
 from phonanim.media.audio import Sound, read_sound, resample
-from phonanim.speech.alignment import Interval
+from phonanim.recognition.scores import phone_misfits
+from phonanim.speech.alignment import Alignment, Interval
+from phonanim.speech.language import to_phones
 
 RATE = 16000  # hertz of the acoustic model's training data
 FRAME = 0.01  # seconds, the step of the acoustic model
 FILLERS = ("<", "[", "+", "SIL")  # first characters of entries that are not words: <sil>, [NOISE], [SPEECH]
 WIDE = {"beam": 1e-80, "pbeam": 1e-80, "wbeam": 1e-60}  # how much less likely a path may be that is kept
 MOST_SHOWN = 10  # words of a note
+WORST = 5.0  # nats from which a phone does not fit at all
+DOUBTFUL = 2.6  # nats on average, from which a text is doubted: right ones have 0.4 to 2.1
 DITHER = 1e-4  # of full scale: digital silence has no spectrum to recognize
 
 
@@ -54,8 +58,22 @@ def align_sound(sound: Sound, text: str | None, name: str) -> SpeechAlignment:
         with suppress(RuntimeError):  # raised by pocketsphinx
             decoder, notes = _decoder(text, bestpath)
             found = _two_passes(decoder, samples, sound.duration)
-            return SpeechAlignment(*_tiers(found), sound.duration, notes)
+            words, phones = _tiers(found)
+            return SpeechAlignment(words, phones, sound.duration, (*notes, *_doubts(samples, phones)))
     raise AlignmentError(f"{name}: the text cannot be found in the audio; check that they match")
+
+
+def _doubts(samples: bytes, phones: tuple[Interval, ...]) -> tuple[str, ...]:
+    """A note where the phones that were found hardly fit the sound."""
+    duration = len(samples) / 2 / RATE
+    track, _ = to_phones(Alignment(phones, duration, "", ""), "english", unknown="nearest")
+    sound = np.asarray(np.frombuffer(samples, "<i2") / 32768, np.float32)
+    misfits = np.minimum(phone_misfits(sound), WORST)
+    codes = track.sample(np.arange(len(misfits), dtype=np.float64) * FRAME)
+    misfit = misfits[np.arange(len(misfits)), codes][codes > 0]
+    if not len(misfit) or misfit.mean() <= DOUBTFUL:
+        return ()
+    return ("the recording hardly matches the text: its phones do not fit the sound; check the text",)
 
 
 FORGIVEN = (RuntimeError, AlignmentError, OptionError)

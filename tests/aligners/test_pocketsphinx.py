@@ -83,6 +83,14 @@ def test_no_words(line, pocketsphinx):
         align(line, "...")
 
 
+def test_a_text_that_is_not_said_is_doubted(shared_data, pocketsphinx):
+    recording = shared_data / "textgrids" / "002_en_LJ006-0114.wav"
+    other = align(recording, "seven green bottles hang on the old garden wall tonight")
+    assert other.notes == (
+        "the recording hardly matches the text: its phones do not fit the sound; check the text",
+    )
+
+
 def test_another_text(line, pocketsphinx):
     with pytest.raises(AlignmentError, match=r"line.wav: the text cannot be found in the audio"):
         align(line, "yes " * 400)
