@@ -1,4 +1,4 @@
-"""Match the words of a text with those that were heard: anchors first, then what lies between them."""
+"""Match the words of a text with those that were recognized: anchors first, then what lies between them."""
 
 from __future__ import annotations
 
@@ -12,32 +12,32 @@ RUN = 3  # words in a row that make an anchor, if they occur once in both
 LARGEST = 1_000_000  # cells of the table of what lies between two anchors; more stays unmatched
 
 Pairs = list[tuple[int, int]]
-"""Places in the text and among the heard words that are the same word, both rising."""
+"""Places in the text and among the recognized words that are the same word, both rising."""
 
 
-def match_words(text: Sequence[str], heard: Sequence[str]) -> Pairs:
-    """The words of a text that were heard, in order.
+def match_words(text: Sequence[str], recognized: Sequence[str]) -> Pairs:
+    """The words of a text that were recognized, in order.
 
     Runs of words that occur once in both are anchors (the longest series in which both rise); between two
     anchors, the longest common subsequence. Time and memory grow with the length, not with its square.
     """
     found: Pairs = []
     before = (0, 0)
-    for anchor in [*_anchors(text, heard), (len(text), len(heard))]:
+    for anchor in [*_anchors(text, recognized), (len(text), len(recognized))]:
         (a, b), (c, d) = before, anchor
         if c > a and d > b:
-            found += [(a + i, b + j) for i, j in _common(text[a:c], heard[b:d])]
-        if anchor[0] < len(text) and anchor[1] < len(heard):
+            found += [(a + i, b + j) for i, j in _common(text[a:c], recognized[b:d])]
+        if anchor[0] < len(text) and anchor[1] < len(recognized):
             found.append(anchor)
         before = (c + 1, d + 1)
     return found
 
 
-def _anchors(text: Sequence[str], heard: Sequence[str]) -> Pairs:
+def _anchors(text: Sequence[str], recognized: Sequence[str]) -> Pairs:
     """The places of the first words of runs that occur once in both, as far as both rise."""
-    places = _once(text), _once(heard)
+    places = _once(text), _once(recognized)
     pairs = sorted((place, places[1][run]) for run, place in places[0].items() if run in places[1])
-    tails: list[int] = []  # of the series of each length, the last place among the heard words
+    tails: list[int] = []  # of the series of each length, the last place among the recognized words
     last: list[int] = []
     before: list[int] = []
     for number, (_, place) in enumerate(pairs):

@@ -1,6 +1,6 @@
-"""What each stretch of a recording may say: words of the text, words that were heard, or either.
+"""What each stretch of a recording may say: words of the text, words that were recognized, or either.
 
-Words that were heard are matched with the text. Between two matched words either the text is right or the
+Recognized words are matched with the text. Between two matched words either the text is right or the
 recognizer is: both become alternatives, and the sound decides. Passages that only one of the two has are left
 out.
 """
@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from phonanim.aligners._matching import match_words
 from phonanim.aligners._network import Slot
 
-DOUBTED = 3  # words of the text where nothing was heard that may be said nevertheless
+DOUBTED = 3  # words of the text where nothing was recognized that may be said nevertheless
 ASIDE = 8  # words in a row that the text lacks, from which they are left out
 FASTEST = 6.0  # words a second
 PAUSE = 2.0  # seconds without words from which stretches are aligned apart
@@ -22,7 +22,7 @@ EDGE = 0.6  # seconds around the words of a stretch
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """A word that was heard, in lower case: its window, begin and end in seconds, and its probability."""
+    """A recognized word, in lower case: its window, begin and end in seconds, and its probability."""
 
     word: str
     window: int
@@ -33,10 +33,10 @@ class Said:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Places of words in the text and among those heard: one or the other is said, or both where `sure`."""
+    """Places of words in the text and among those recognized: either is said, or both where `sure`."""
 
     text: tuple[int, ...]
-    heard: tuple[int, ...]
+    recognized: tuple[int, ...]
     sure: bool = False
 
 
@@ -61,13 +61,13 @@ class Plan:
 
 
 def plan_stretches(text: Sequence[str], said: Sequence[Said]) -> Plan:
-    """Where the words of a text may be, by the words that were heard. `share` is that of the text heard."""
+    """Where the words of a text may be, by the recognized words. `share` is that of the text recognized."""
     pairs = match_words(text, [one.word for one in said])
     plan = Plan(share=len(pairs) / max(len(text), 1))
     before = (-1, -1)
     for i, j in [*pairs, (len(text), len(said))]:
-        words, heard = range(before[0] + 1, i), range(before[1] + 1, j)
-        for choice in _between(words, heard, said):
+        words, recognized = range(before[0] + 1, i), range(before[1] + 1, j)
+        for choice in _between(words, recognized, said):
             _add(plan, choice, said)
         if i < len(text):
             _add(plan, Choice((i,), (j,), sure=True), said)
@@ -81,14 +81,14 @@ def slot_of(choice: Choice, text: Sequence[str], said: Sequence[Said]) -> Slot:
     if choice.sure:
         return (tuple(text[i] for i in choice.text),)
     return tuple(
-        dict.fromkeys((tuple(text[i] for i in choice.text), tuple(said[j].word for j in choice.heard)))
+        dict.fromkeys((tuple(text[i] for i in choice.text), tuple(said[j].word for j in choice.recognized)))
     )
 
 
-def _between(words: range, heard: range, said: Sequence[Said]) -> Iterator[Choice]:
-    """The choices between two words that match; those of words heard apart from each other are apart."""
+def _between(words: range, recognized: range, said: Sequence[Said]) -> Iterator[Choice]:
+    """The choices between two words that match; those of words recognized apart from each other are apart."""
     groups: list[list[int]] = []
-    for j in heard:
+    for j in recognized:
         if groups and not _apart(said[j - 1], said[j]):
             groups[-1].append(j)
         else:
@@ -98,7 +98,11 @@ def _between(words: range, heard: range, said: Sequence[Said]) -> Iterator[Choic
         return
     done = 0
     for number, group in enumerate(groups, 1):
-        last = len(words) if number == len(groups) else len(words) * (group[-1] + 1 - heard[0]) // len(heard)
+        last = (
+            len(words)
+            if number == len(groups)
+            else len(words) * (group[-1] + 1 - recognized[0]) // len(recognized)
+        )
         yield Choice(tuple(words[done:last]), tuple(group))
         done = last
 
@@ -109,29 +113,29 @@ def _apart(one: Said, two: Said) -> bool:
 
 def _add(plan: Plan, choice: Choice, said: Sequence[Said]) -> None:
     """Put a choice into the last stretch, or a new one; or leave it out."""
-    text, heard = choice.text, choice.heard
-    if not heard:
+    text, recognized = choice.text, choice.recognized
+    if not recognized:
         if len(text) > DOUBTED or not plan.stretches:
             plan.lost += text
         else:
             plan.stretches[-1].choices.append(choice)
         return
-    first, last = said[heard[0]], said[heard[-1]]
-    if len(heard) >= ASIDE and 2 * len(text) < len(heard):
-        plan.asides.append(heard)
+    first, last = said[recognized[0]], said[recognized[-1]]
+    if len(recognized) >= ASIDE and 2 * len(text) < len(recognized):
+        plan.asides.append(recognized)
         plan.lost += text
         return
     if len(text) > DOUBTED and len(text) > FASTEST * (last.end - first.start + EDGE):
         plan.lost += text
-        choice = Choice((), heard)
+        choice = Choice((), recognized)
     open_one = plan.stretches[-1] if plan.stretches else None
-    before = said[heard[0] - 1] if heard[0] else None
-    aside = bool(plan.asides) and plan.asides[-1][-1] == heard[0] - 1
+    before = said[recognized[0] - 1] if recognized[0] else None
+    aside = bool(plan.asides) and plan.asides[-1][-1] == recognized[0] - 1
     if open_one is None or before is None or aside or _apart(before, first):
         start = max(first.start - EDGE, before.end if before and before.window == first.window else 0.0)
         open_one = Stretch(first.window, start, last.end)
         plan.stretches.append(open_one)
     open_one.choices.append(choice)
-    after = said[heard[-1] + 1] if heard[-1] + 1 < len(said) else None
+    after = said[recognized[-1] + 1] if recognized[-1] + 1 < len(said) else None
     follows = after is not None and after.window == last.window
     open_one.end = min(last.end + EDGE, after.start if follows and after else last.end + EDGE)

@@ -25,15 +25,15 @@ from phonanim.aligners.pocketsphinx import (
     split_words,
 )
 from phonanim.aligners.warping import phones_along, warp, words_along
-from phonanim.aligners.whisper import RATE, HeardWord, hear
+from phonanim.aligners.whisper import RATE, RecognizedWord, recognize_words
 from phonanim.core.threads import count_cores
 from phonanim.errors import AlignmentError, PhonanimError
 from phonanim.media.audio import Sound, audio_duration, resample
 from phonanim.speech.alignment import Interval
 from phonanim.speech.spoken_words import split_word
 
-LEAST = 0.3  # share of a text that must be heard
-CLEAR = 0.6  # share of the words of a passage that were heard, below which it is doubtful
+LEAST = 0.3  # share of a text that must be recognized
+CLEAR = 0.6  # share of the words of a passage that were recognized, below which it is doubtful
 PASSAGE = 5  # words of a passage
 SILENT = 10.0  # seconds without words that are reported
 MOST_SHOWN = 5
@@ -41,12 +41,12 @@ MOST_SHOWN = 5
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """A word in the recording, its phones, and how it was found: of the text, heard, or both."""
+    """A word in the recording, its phones, and how it was found: of the text, recognized, or both."""
 
     word: Interval
     phones: tuple[Interval, ...]
     owner: int | None
-    heard: bool
+    recognized: bool
     probability: float
 
 
@@ -63,14 +63,14 @@ def align_by_anchors(audio: Path, text: str) -> SpeechAlignment:
     """Find the words and phones of an English text in a recording of any length; either may lack some.
 
     Notes tell what was left out or added, and what is doubtful. Raises AlignmentError when less than a third
-    of the text is heard, MissingExtraError without the extras `recognize` and `align`.
+    of the text is recognized, MissingExtraError without the extras `recognize` and `align`.
     """
     written = _read_text(text)
-    said = _hear(audio)
+    said = _recognize_words(audio)
     plan = plan_stretches(written.parts, said)
     if plan.share < LEAST:
         raise AlignmentError(
-            f"{audio}: only {plan.share:.0%} of the text is heard in it; check that they match"
+            f"{audio}: only {plan.share:.0%} of the text is recognized in it; check that they match"
         )
     aligner = PieceAligner()
     words, missed = _find(audio, aligner, plan, written, said)
@@ -94,10 +94,10 @@ def _read_text(text: str) -> Text:
     return written
 
 
-def _hear(audio: Path) -> list[Said]:
+def _recognize_words(audio: Path) -> list[Said]:
     """The words of a recording; windows are recognized in as many threads as there are cores."""
     said: list[Said] = []
-    for number, (begin, words) in enumerate(_heard_windows(audio)):
+    for number, (begin, words) in enumerate(_recognized_windows(audio)):
         for word in words:
             for label in split_words(word.text):
                 for part in split_word(label):
@@ -105,13 +105,13 @@ def _hear(audio: Path) -> list[Said]:
     return said
 
 
-def _heard_windows(audio: Path) -> Iterator[tuple[float, list[HeardWord]]]:
+def _recognized_windows(audio: Path) -> Iterator[tuple[float, list[RecognizedWord]]]:
     """The begin in seconds of each window, and its words. Few windows are in memory at once."""
     cores = count_cores()
-    waiting: deque[tuple[float, Future[list[HeardWord]]]] = deque()
+    waiting: deque[tuple[float, Future[list[RecognizedWord]]]] = deque()
     with ThreadPoolExecutor(cores) as threads:
         for begin, sound in quiet_windows(audio):
-            waiting.append((begin, threads.submit(_heard_in, sound)))
+            waiting.append((begin, threads.submit(_recognize_in, sound)))
             while len(waiting) > cores:
                 first, words = waiting.popleft()
                 yield first, words.result()
@@ -119,8 +119,8 @@ def _heard_windows(audio: Path) -> Iterator[tuple[float, list[HeardWord]]]:
             yield first, words.result()
 
 
-def _heard_in(sound: Sound) -> list[HeardWord]:
-    return hear(resample(sound.samples, sound.rate, RATE))
+def _recognize_in(sound: Sound) -> list[RecognizedWord]:
+    return recognize_words(resample(sound.samples, sound.rate, RATE))
 
 
 def _find(
@@ -160,7 +160,7 @@ def _told(
     last: Word | None = None
     for choice, (run, found) in zip(stretch.choices, runs, strict=True):
         of_text = run == tuple(text.parts[i] for i in choice.text)
-        sure = min((said[j].probability for j in choice.heard), default=0.0)
+        sure = min((said[j].probability for j in choice.recognized), default=0.0)
         for number, one in enumerate(found):
             owner = text.owners[choice.text[number]] if of_text else None
             label = one.word.label if owner is None else text.labels[owner]
@@ -186,7 +186,7 @@ def _joined(one: Word, two: Word) -> Word:
         one,
         word=replace(one.word, end=two.word.end),
         phones=one.phones + two.phones,
-        heard=one.heard and two.heard,
+        recognized=one.recognized and two.recognized,
         probability=min(one.probability, two.probability),
     )
 
@@ -232,7 +232,7 @@ def _notes(
     if gaps:
         yield f"without words of the text: {_some([f'{a:.1f} to {b:.1f} s' for a, b in gaps])}"
     doubtful = [
-        f"{a:.1f} to {b:.1f} s ({share:.0%} of its words were heard)" for a, b, share in _doubts(words)
+        f"{a:.1f} to {b:.1f} s ({share:.0%} of its words were recognized)" for a, b, share in _doubts(words)
     ]
     if doubtful:
         yield f"doubtful: {_some(doubtful)}"
@@ -244,11 +244,11 @@ def _aside(run: Sequence[int], said: Sequence[Said]) -> str:
 
 
 def _doubts(words: Sequence[Word]) -> Iterator[tuple[float, float, float]]:
-    """Begin, end and share of words heard of passages that are doubtful."""
+    """Begin, end and share of words recognized of passages that are doubtful."""
     doubtful = [False] * len(words)
     for first in range(max(len(words) - PASSAGE, 0) + 1):
         part = words[first : first + PASSAGE]
-        if sum(word.heard for word in part) < CLEAR * len(part):
+        if sum(word.recognized for word in part) < CLEAR * len(part):
             doubtful[first : first + len(part)] = [True] * len(part)
     begin = 0
     while begin < len(words):
@@ -257,7 +257,7 @@ def _doubts(words: Sequence[Word]) -> Iterator[tuple[float, float, float]]:
             after += 1
         if after > begin:
             part = words[begin:after]
-            share = sum(word.heard for word in part) / len(part)
+            share = sum(word.recognized for word in part) / len(part)
             yield part[0].word.start, part[-1].word.end, share
         begin = after + 1
 

@@ -137,7 +137,7 @@ def _shared(labels: list[str], start: float, end: float) -> list[Interval]:
 def _words(
     events: list[tuple[int, int, int, int, str]], text: str, phones: list[Interval], rate: int
 ) -> tuple[Interval, ...]:
-    """The words that are heard. Words that are spoken as one stay together, and so does a number."""
+    """The words that are spoken. Words that are spoken as one stay together, and so does a number."""
     begins: list[tuple[float, int, int]] = []  # seconds, first and last + 1 character
     for _, sample, at, length, _ in events:
         if not begins or at > begins[-1][2]:

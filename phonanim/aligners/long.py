@@ -21,7 +21,7 @@ def align_recording(audio: Path, text: str, voice: str | None) -> tuple[SpeechAl
     """Find the words and phones of a text in a recording: the alignment, and the language of its labels.
 
     English (`voice` None) is aligned by pocketsphinx; where that does not find the text, by the words that
-    are heard (extra `recognize`), or by speech that eSpeak NG makes. Other languages are aligned by made
+    are recognized (extra `recognize`), or by speech that eSpeak NG makes. Other languages are aligned by made
     speech. Recordings that are long are aligned in parts. Raises AlignmentError, AudioError, OptionError and
     MissingExtraError, as the aligners do.
     """
@@ -46,7 +46,7 @@ def _align_otherwise(audio: Path, text: str) -> tuple[SpeechAlignment, str]:
     """The alignment of a short English recording without pocketsphinx alone, and how it was made."""
     if can_recognize():
         try:
-            return align_long(audio, text, None), "by the words heard in it"
+            return align_long(audio, text, None), "by the words recognized in it"
         except AlignmentError:
             if not can_speak():
                 raise
@@ -56,7 +56,7 @@ def _align_otherwise(audio: Path, text: str) -> tuple[SpeechAlignment, str]:
 def align_long(audio: Path, text: str, voice: str | None) -> SpeechAlignment:
     """Find the words and phones of a text in a recording of any length, also where some words are wrong.
 
-    English (`voice` None) goes by the words that Whisper hears where the extra `recognize` is there, else, as
+    English (`voice` None) goes by the words that Whisper recognizes with the extra `recognize`, else, as
     any other language, by speech that eSpeak NG makes. Raises AlignmentError, AudioError, MissingExtraError.
     """
     if voice is None and can_recognize():
@@ -65,7 +65,7 @@ def align_long(audio: Path, text: str, voice: str | None) -> SpeechAlignment:
         return align_by_anchors(audio, text)
     if not can_speak():
         raise AlignmentError(
-            f"{audio}: long recordings are aligned by the words heard in them (pip install "
+            f"{audio}: long recordings are aligned by the words recognized in them (pip install "
             "'phonanim[recognize]'), or by speech made from the text (pip install 'phonanim[espeak]')"
         )
     from phonanim.aligners.coarse import align_in_parts

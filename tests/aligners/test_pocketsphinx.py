@@ -53,12 +53,12 @@ def test_the_laws_of_an_alignment(line, pocketsphinx):
 
 def test_without_text_the_words_are_recognized(line, pocketsphinx):
     found = align(line)
-    heard = {word.label for word in found.words}
-    assert {"my", "father"} <= heard  # a synthetic voice is hard to recognize
+    recognized = {word.label for word in found.words}
+    assert {"my", "father"} <= recognized  # a synthetic voice is hard to recognize
 
 
 def test_noises_are_no_words(shared_data, pocketsphinx):
-    """In this recording the recognizer hears speech that is no word, which is not a phone either."""
+    """In this recording the recognizer finds speech that is no word, which is not a phone either."""
     found = align(shared_data / "textgrids/061_en_damon_set_test.wav")
     assert [word.label for word in found.words] == ["damon", "said"]
     assert not [phone.label for phone in found.phones if not phone.label.isalpha()]

@@ -8,7 +8,7 @@ import pytest
 from phonanim.aligners import whisper
 from phonanim.aligners._windows import cut
 from phonanim.aligners.pocketsphinx import split_words
-from phonanim.aligners.whisper import can_recognize, hear, recognize
+from phonanim.aligners.whisper import can_recognize, recognize, recognize_words
 from phonanim.errors import AudioError, MissingExtraError
 from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import Sound, read_sound, resample
@@ -22,12 +22,12 @@ def extra() -> None:
 
 def test_words_of_a_reader(shared_data: Path) -> None:
     path = shared_data / "textgrids" / "002_en_LJ006-0114.wav"
-    heard = recognize(read_sound(path), str(path))
-    assert heard.text == (
+    recognized = recognize(read_sound(path), str(path))
+    assert recognized.text == (
         "They bought their offices from one another and were thus considered "
         "to have a vested interest in them."
     )
-    assert heard.confidence > 0.9
+    assert recognized.confidence > 0.9
 
 
 def test_a_long_recording_is_cut_where_it_is_quiet() -> None:
@@ -43,17 +43,17 @@ def test_a_long_recording_is_cut_where_it_is_quiet() -> None:
     assert b == one.duration
 
 
-def test_words_are_heard_with_their_times(shared_data: Path) -> None:
+def test_words_are_recognized_with_their_times(shared_data: Path) -> None:
     path = shared_data / "textgrids" / "002_en_LJ006-0114.wav"
     sound = read_sound(path)
-    words = hear(resample(sound.samples, sound.rate, 16000))
+    words = recognize_words(resample(sound.samples, sound.rate, 16000))
     grid = read_alignment(path.with_suffix(".TextGrid"))
     labels = [word for word in grid.words if word.label]
     assert [split_words(word.text)[0] for word in words] == [word.label.lower() for word in labels]
     errors = np.subtract([word.start for word in words], [word.start for word in labels])
     assert np.abs(errors).max() < 0.3
     assert all(0.2 < word.probability <= 1 for word in words)
-    assert hear(np.zeros(16000, np.float32)) == []
+    assert recognize_words(np.zeros(16000, np.float32)) == []
 
 
 def test_silence_has_no_words() -> None:
