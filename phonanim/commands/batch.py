@@ -168,7 +168,8 @@ def plan_lines(
 
 def fit_character(options: Options, exports: dict[str, object], console: Console) -> Options:
     """The options with the rig of the character of all lines; says once what it leaves unmoved."""
-    from phonanim.commands.animate import shown_character, with_own_rig
+    from phonanim.commands._chosen_rig import with_own_rig
+    from phonanim.commands._outputs import shown_character
     from phonanim.pipeline import load_cached_rig
     from phonanim.rig.coverage import coverage_notes
 

@@ -12,8 +12,8 @@ from phonanim.commands import Console, console_options
 from phonanim.commands._between_rigs import for_formats, on_rig
 from phonanim.commands._export import FILE, NAMES, export_options, output_notes, save_outputs
 from phonanim.commands._numbers import Number
+from phonanim.commands._outputs import OUTPUT, check_outputs, format_size, shown_character
 from phonanim.commands._renamed import renamed_option
-from phonanim.commands.animate import OUTPUT, check_outputs, format_size, shown_character
 
 if TYPE_CHECKING:
     from phonanim.animation.animation import Animation

@@ -43,7 +43,7 @@ def join(files: tuple[Path, ...], output: Path, console: Console) -> None:
       phonanim edit join blender.edits.json maya.edits.json -o line.edits.json
     """
     from phonanim.animation.edit_file import read_edits, write_edits
-    from phonanim.commands.animate import check_outputs
+    from phonanim.commands._outputs import check_outputs
     from phonanim.correcting import join_edits
 
     check_outputs([output], files)
@@ -98,7 +98,7 @@ def diff(
     """
     from phonanim.animation.edit_file import write_edits
     from phonanim.animation.edits import diff_animations as find
-    from phonanim.commands.animate import check_outputs
+    from phonanim.commands._outputs import check_outputs
     from phonanim.exporters import load
     from phonanim.inputs.alignment import read_alignment
 

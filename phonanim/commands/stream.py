@@ -12,10 +12,10 @@ import click
 from click.core import ParameterSource
 
 from phonanim.commands import Console, console_options
+from phonanim.commands._chosen_rig import with_own_rig
 from phonanim.commands._live_page import shown_places, sound_in_step, wait_for_page
 from phonanim.commands._numbers import Number
 from phonanim.commands._options import animation_options
-from phonanim.commands.animate import with_own_rig
 
 if TYPE_CHECKING:
     from phonanim.options import Options
