@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -36,16 +37,18 @@ class Found:
     """Entries of one place: label, start and end as numbers, NaN where one is missing, and speaker.
 
     `kind` is one of KINDS, `unit` the seconds of a number, None where the names do not tell, `names` how the
-    file calls the label and the times.
+    file calls the label and the times. `untimed` are labels of the same place that have no times.
     """
 
     kind: str
     unit: float | None
     names: str
     entries: list[tuple[str, float, float, str]] = field(default_factory=list)
+    untimed: list[str] = field(default_factory=list)
 
 
 Groups = dict[tuple[object, ...], Found]
+UNTIMED = object()  # the first part of the key of labels without times
 
 
 def find_lists(content: list[Any]) -> list[Found]:
@@ -53,7 +56,14 @@ def find_lists(content: list[Any]) -> list[Found]:
     groups: Groups = {}
     for line in content:
         _walk(line, (), {}, groups)
-    return list(groups.values())
+    untimed = {key[1:]: found for key, found in groups.items() if key[0] is UNTIMED}
+    timed = {key: found for key, found in groups.items() if key[0] is not UNTIMED}
+    for path, lost in untimed.items():
+        for found in (found for key, found in timed.items() if key[: len(path)] == path):
+            if lost.names:
+                raise ValueError(lost.names)
+            found.untimed += [label for label, *_ in lost.entries]
+    return list(timed.values())
 
 
 def _walk(value: Any, path: tuple[str, ...], around: dict[str, Any], groups: Groups) -> None:
@@ -102,6 +112,8 @@ def _add_table(table: dict[str, Any], path: tuple[str, ...], around: dict[str, A
     name, kind = _label(flat, path)
     times = find_times(key for key, value in flat.items() if _is_time(value))
     if not name or times is None or not _is_timed(flat, times):
+        if name:
+            _add_untimed(flat, name, path, groups)
         return
     if kind in ("words", "labels"):
         kind = _kind_of(str(around.get("tier", ""))) or _kind_of(_key(path)) or kind
@@ -116,6 +128,18 @@ def _add_table(table: dict[str, Any], path: tuple[str, ...], around: dict[str, A
     key = (*path, kind, times, around.get("tier", ""))
     found = groups.setdefault(key, Found(kind, unit, f'"{name}" with {shown}'))
     found.entries.append((str(label), *values_at(flat, times), str(around.get("speaker", ""))))
+
+
+def _add_untimed(flat: dict[str, Any], name: str, path: tuple[str, ...], groups: Groups) -> None:
+    """A table with a label and no times, which counts where others of its place have times."""
+    label = _text(flat[name])
+    if not any(c.isalnum() for c in label):
+        return
+    found = groups.setdefault((UNTIMED, *path), Found("labels", None, ""))
+    found.entries.append((label, math.nan, math.nan, ""))
+    damaged = next((key for key, value in flat.items() if find_times([key]) and not _is_time(value)), None)
+    if damaged is not None and not found.names:
+        found.names = f'{label!r} has the time {str(flat[damaged])[:20]!r} in "{damaged}"'
 
 
 def _last_word(text: str) -> str:

@@ -18,6 +18,7 @@ GUESSES = True
 """Whether this reader is tried after all that know their format."""
 
 LAST_SHAPE = 0.1  # seconds of the last label where no end is given
+SHOWN = 5  # labels that a note names
 OCULUS = 14  # the largest number of a viseme of Oculus; those of Azure go to 21
 
 
@@ -40,6 +41,9 @@ def read(source: AlignmentFile) -> Recording:
         for found in used:
             unit = _unit(found)
             notes.append(f"read by its names, check the times: {found.names}, in {_shown(unit)}")
+            if found.untimed:
+                some = ", ".join(found.untimed[:SHOWN])
+                notes.append(f"{len(found.untimed)} labels without times are left out: {some}")
             if found.kind == "words":
                 words += _words(found, unit)
             else:
@@ -134,9 +138,9 @@ def _intervals(found: Found, unit: float) -> list[Interval]:
     for n, (_, start, end, _) in enumerate(found.entries):
         if math.isnan(start):
             start, end = time, time + end
-        following = next((one[1] for one in found.entries[n + 1 :] if one[1] > start), math.nan)
         if math.isnan(end):
-            end = following if math.isfinite(following) else start + LAST_SHAPE / unit
+            later = (found.entries[m][1] for m in range(n + 1, len(found.entries)))
+            end = next((other for other in later if other > start), start + LAST_SHAPE / unit)
         intervals.append(Interval(shapes[n].strip(), start * unit, end * unit))
         time = end
     return intervals

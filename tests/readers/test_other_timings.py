@@ -93,3 +93,13 @@ def test_json_without_times_is_no_alignment() -> None:
 def test_a_clock_time_beside_a_text_is_no_subtitle() -> None:
     recording = read("Start,End,Text\n00:00:00.200,00:00:00.600,me\n")
     assert spans(recording) == [("me", 0.2, 0.6)]
+
+
+def test_labels_without_times_are_counted_and_damaged_times_are_refused() -> None:
+    sounds = [{"phoneme": "m", "start": 0, "end": 0.1}, {"phoneme": "i"}, {"phoneme": "b", "start": None}]
+    recording = read({"data": sounds})
+    assert spans(recording) == [("m", 0.0, 0.1)]
+    assert recording.notes[1] == "2 labels without times are left out: i, b"
+    sounds[1]["start"] = "x1"
+    with pytest.raises(AlignmentError, match=r"has damaged times \('i' has the time 'x1' in \"start\"\)"):
+        read({"data": sounds})
