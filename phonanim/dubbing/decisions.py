@@ -94,11 +94,14 @@ class Decisions:
         for name in FILES:
             _check_plain(folder / name)
         with self._open() as database:
-            found = _tables(database)
-            if found and found != _own_tables():
-                raise DecodeError("its tables are not those of a review")
-            database.execute("PRAGMA journal_mode = WAL")
-            database.executescript(SCHEMA)
+            if _tables(database) == _own_tables():
+                return
+            with _transaction(database):  # of those that begin at once, one makes the tables
+                found = _tables(database)
+                if found and found != _own_tables():
+                    raise DecodeError("its tables are not those of a review")
+                for statement in () if found else SCHEMA.split(";"):
+                    database.execute(statement)
 
     @contextmanager
     def _open(self) -> Iterator[sqlite3.Connection]:

@@ -80,5 +80,6 @@ def _columns(curves: dict[str, Any], path: Path) -> NDArray[np.float32]:
         numbers = np.asarray(curve, np.float64)
         if numbers.shape != (frames,):
             raise DecodeError(f"{name} is not a list of numbers")
-        values[:, column] = numbers
+        with np.errstate(over="ignore"):  # beyond float32 is infinite, which is refused later
+            values[:, column] = numbers
     return values

@@ -52,8 +52,10 @@ def build_take(
     for name in channels:
         decode_text(name, "the name of a channel")
     audio = about.get("audio")
+    with np.errstate(over="ignore"):  # beyond float32 is infinite, which the animation refuses
+        values = np.asarray(values, np.float32)
     return Animation(
-        values=np.asarray(values, np.float32),
+        values=values,
         channels=tuple(channels),
         fps=decode_rate(fps),
         rig=decode_text(about.get("rig", rig), "rig"),

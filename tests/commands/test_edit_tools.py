@@ -130,8 +130,9 @@ def test_edits_go_to_a_rig_of_mouth_shapes_by_what_they_do_to_the_mouth(line, ri
         (moved.channel(name) - plain.channel(name)) * millimetres
         for name, millimetres in zip(names, jaw, strict=True)
     )
-    wanted = 0.2 * arkit_jaw()
-    assert opened[117:123].mean() == pytest.approx(wanted, rel=0.35)  # some shapes are at their limits
+    # The weights may add up to 1 at most, so all shapes give way, and the edit moves the jaw less.
+    assert 0.3 * 0.2 * arkit_jaw() < opened[117:123].mean() < 0.2 * arkit_jaw()
+    assert sum(moved.channel(name) for name in names).max() <= 1 + 1e-6
     assert np.abs(opened[:100]).max() < 1e-6
 
 
