@@ -59,11 +59,16 @@ def find_lists(content: list[Any]) -> list[Found]:
     untimed = {key[1:]: found for key, found in groups.items() if key[0] is UNTIMED}
     timed = {key: found for key, found in groups.items() if key[0] is not UNTIMED}
     for path, lost in untimed.items():
-        for found in (found for key, found in timed.items() if key[: len(path)] == path):
+        for found in (found for key, found in timed.items() if _is_table_of(path, key)):
             if lost.names:
                 raise ValueError(lost.names)
             found.untimed += [label for label, *_ in lost.entries]
     return list(timed.values())
+
+
+def _is_table_of(path: tuple[object, ...], key: tuple[object, ...]) -> bool:
+    """Whether a key of groups is that of tables, each a label with its times, at a path."""
+    return len(key) == len(path) + 3 and key[: len(path)] == path and isinstance(key[-2], Times)
 
 
 def _walk(value: Any, path: tuple[str, ...], around: dict[str, Any], groups: Groups) -> None:
@@ -137,7 +142,8 @@ def _add_untimed(flat: dict[str, Any], name: str, path: tuple[str, ...], groups:
         return
     found = groups.setdefault((UNTIMED, *path), Found("labels", None, ""))
     found.entries.append((label, math.nan, math.nan, ""))
-    damaged = next((key for key, value in flat.items() if find_times([key]) and not _is_time(value)), None)
+    texts = (key for key, value in flat.items() if isinstance(value, (str, bool)) and not _is_time(value))
+    damaged = next((key for key in texts if find_times([key])), None)
     if damaged is not None and not found.names:
         found.names = f'{label!r} has the time {str(flat[damaged])[:20]!r} in "{damaged}"'
 

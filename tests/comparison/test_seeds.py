@@ -151,4 +151,3 @@ def test_the_plan_of_fresh_folds_was_drawn(root: Path) -> None:
     fresh, old = (read_toml(root / f"benchmarks/{name}.toml") for name in ("fresh", "compare"))
     used = {word for fold in old["words"] for word in fold} | set(old["phones"])
     assert not used & ({word for fold in fresh["words"] for word in fold} | set(fresh["phones"]))
-    assert len(fresh["seeds"]) > 1
