@@ -12,14 +12,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import shutil
 import sys
-import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
-from check_study import Browser
+from browser import Browser, open_browser
 
 from phonanim.rig.character import load_character
 from phonanim.rig.face_points import face_points
@@ -82,29 +80,22 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, required=True)
     parser.add_argument("--within", type=float, default=WITHIN)
     options = parser.parse_args()
-    chromium = shutil.which("chromium") or shutil.which("google-chrome")
-    if chromium is None:
-        parser.error("needs chromium or google-chrome")
     options.output.mkdir(parents=True, exist_ok=True)
     page = options.output / f"{options.head.stem}.html"
     write_marking_page(options.head, page)
     spots, points = read_landmarks(options.landmarks), load_character(options.head).vertices
-    with tempfile.TemporaryDirectory() as profile:
-        browser = Browser(chromium, profile, options.output)
-        try:
+    try:
+        with open_browser(options.output) as browser:
             for width in (1280, 390):
                 saved = read_landmarks(try_page(browser, page, width, spots, options.output))
                 apart = saved.of(points) - spots.take(saved.numbers).of(points)
                 apart = np.linalg.norm(apart[:, :2], axis=1)
                 print(f"{width} pixels: {len(apart)} points, at most {apart.max():.4f} from where they were")
                 if apart.max() > options.within:
-                    print(f"point {saved.numbers[apart.argmax()]} is too far", file=sys.stderr)
-                    return 1
-        except RuntimeError as error:
-            print(error, file=sys.stderr)
-            return 1
-        finally:
-            browser.close()
+                    raise RuntimeError(f"point {saved.numbers[apart.argmax()]} is too far")
+    except RuntimeError as error:
+        print(error, file=sys.stderr)
+        return 1
     return 0
 
 

@@ -20,7 +20,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from check_study import Browser
+from browser import Browser
 
 from phonanim.inputs.alignment import read_alignment
 

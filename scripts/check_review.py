@@ -21,7 +21,7 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from check_study import Browser
+from browser import Browser
 
 from phonanim.__main__ import run
 from phonanim.commands.review import lines_of_run

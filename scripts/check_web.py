@@ -12,13 +12,11 @@ from __future__ import annotations
 import argparse
 import functools
 import http.server
-import shutil
 import sys
-import tempfile
 import threading
 from pathlib import Path
 
-from check_study import Browser
+from browser import Browser, open_browser
 
 SMALL = {"width": 360, "height": 270, "deviceScaleFactor": 1, "mobile": False}  # software draws it in time
 MOVED = 0.05  # of full weight
@@ -70,24 +68,15 @@ def main() -> int:
     parser.add_argument("folder", type=Path)
     parser.add_argument("-o", "--output", type=Path, required=True)
     options = parser.parse_args()
-    program = shutil.which("chromium") or shutil.which("google-chrome")
-    if program is None:
-        print("needs chromium or google-chrome", file=sys.stderr)
-        return 1
-    options.output.mkdir(parents=True, exist_ok=True)
     handler = functools.partial(Quiet, directory=options.folder)
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
     threading.Thread(target=server.serve_forever, daemon=True).start()
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        browser = Browser(program, profile, options.output)
-        try:
+    try:
+        with open_browser(options.output) as browser:
             watch(browser, f"http://127.0.0.1:{server.server_address[1]}/", options.output / "web.png")
-        except RuntimeError as error:
-            browser.picture(options.output / "failed.png")
-            print(error, file=sys.stderr)
-            return 1
-        finally:
-            browser.close()
+    except RuntimeError as error:
+        print(error, file=sys.stderr)
+        return 1
     return 0
 
 

@@ -107,11 +107,6 @@ def read_time(value: object) -> float:
     return float(text.rstrip("s").replace(",", "."))
 
 
-def is_clock(value: object) -> bool:
-    """Whether a value is a clock time, whose unit is known."""
-    return isinstance(value, str) and bool(_CLOCK.fullmatch(value.strip()))
-
-
 def guess_unit(lengths: Iterable[float], labels: int, words: bool) -> float:
     """The seconds of one number, by how long each of `labels` would last: words, or sounds.
 

@@ -56,7 +56,7 @@ def test_the_same_sound_gives_the_same_bytes(encoder: Encoder) -> None:
     assert first.tobytes() == second.tobytes()
 
 
-def test_a_sound_that_comes_later_is_heard_later(encoder: Encoder) -> None:
+def test_a_sound_that_comes_later_is_encoded_later(encoder: Encoder) -> None:
     if encoder.identity.startswith("phones"):
         pytest.skip("noise is no phone")
     quiet = np.zeros(RATE, np.float32)

@@ -144,7 +144,7 @@ def test_band_energies_hold_the_power_of_a_sine():
     assert energies[3] == pytest.approx(8, rel=0.01)  # 4 to 8 Hz
 
 
-def test_log_spectral_distance_hears_size_and_not_timing():
+def test_log_spectral_distance_measures_size_and_not_timing():
     rng = np.random.default_rng(0)
     curve = rng.normal(size=500)
     assert metrics.log_spectral_distance(curve, curve, FPS) == 0

@@ -86,7 +86,7 @@ def untrained(kind: str, **more: Any) -> Streamed:
     return found(config, empty, empty, np.zeros(1, np.float32), {}, "")
 
 
-def test_an_encoder_that_hears_everything_cannot_be_streamed(
+def test_an_encoder_of_whole_recordings_cannot_be_streamed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from encoder_samples import put_whisper

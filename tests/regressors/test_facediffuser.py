@@ -123,7 +123,7 @@ def test_what_is_found_is_diffused_to_the_next_time() -> None:
     np.testing.assert_allclose(sampled, found, atol=1e-5)
 
 
-def test_guidance_weighs_what_is_heard() -> None:
+def test_guidance_weighs_the_audio() -> None:
     config = make_config("facediffuser", SMALL | {"guidance": 1.5}, "test")
     weights, rng = random_weights(config, 5, 2), np.random.default_rng(0)
     audio, no_audio, noisy = (rng.normal(size=(1, 6, size)).astype(np.float32) for size in (8, 8, 2))
@@ -213,7 +213,7 @@ def test_without_diffusion_there_is_one_take(data: Examples) -> None:
 
 
 @pytest.mark.parametrize("more", [{"diffusion": False}, {"normalize": "modes"}])
-def test_it_learns_what_it_hears(more: dict[str, Any]) -> None:
+def test_it_learns_from_sound(more: dict[str, Any]) -> None:
     data = made_up_examples(np.random.default_rng(5), clips=10)
     model = trained(data, hidden=24, epochs=25, batch=3, bidirectional=True, masking="none", **more)
     mean = np.concatenate(data.targets).mean(axis=0)
@@ -256,7 +256,7 @@ def test_the_last_step_is_as_if_the_sound_went_on(model: FaceDiffuser, data: Exa
     np.testing.assert_allclose(found, expected[: len(grid)], atol=0.01 * np.ptp(expected))
 
 
-def test_the_sound_is_heard_once(
+def test_the_sound_is_embedded_once(
     model: FaceDiffuser, data: Examples, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     times: list[int] = []

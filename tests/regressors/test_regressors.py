@@ -260,7 +260,7 @@ def test_several_networks_are_the_mean_of_each() -> None:
     assert np.array_equal(again.predict(track, times), together.predict(track, times))
 
 
-def test_a_model_that_hears_needs_a_recording() -> None:
+def test_an_audio_driven_model_needs_a_recording() -> None:
     model = Model(AudioInput(), made_up_face(np.random.default_rng(0)), {})  # type: ignore[arg-type]
     sound = Sound(np.full(800, 0.5, np.float32), 8000)
     assert np.array_equal(model.predict(None, 50, 5, sound=sound), np.full((5, 1), 0.5))

@@ -62,7 +62,7 @@ def test_the_level_is_near_that_of_the_whole_line(reference: float | None) -> No
     assert np.abs(streamed).max() <= 12
 
 
-def test_nothing_is_heard_in_noise() -> None:
+def test_noise_has_no_loudness() -> None:
     noise = np.random.default_rng(0).normal(0, 0.1, len(TIMES)).astype(np.float32)
     found = StreamedLoudness().until(TRACK.duration, analyze_voice(noise, RATE), TRACK, 0.0)
     assert np.abs(found.decibels).max() < 0.5

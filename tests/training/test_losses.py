@@ -73,7 +73,7 @@ def test_the_command_draws_what_was_trained(tmp_path: Path, monkeypatch: pytest.
 
 
 @pytest.mark.parametrize("kind", ["two_stage", "phisanet", "cnn", "tcn"])
-def test_what_hears_keeps_its_losses(kind: str, tmp_path: Path) -> None:
+def test_audio_driven_models_keep_their_losses(kind: str, tmp_path: Path) -> None:
     pytest.importorskip("torch", reason="needs the extra train")
     data = made_up_examples(np.random.default_rng(5), clips=2)
     settings = make_config(kind, {"encoder": "mfcc", "hidden": 8, "depth": 1, "epochs": 2}, "test")
