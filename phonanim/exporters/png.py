@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -29,6 +30,8 @@ MARK_ROOM = 60  # pixels
 LOWEST_SCALE = 0.1
 STILL = 1e-3  # a curve with less motion is not shown
 TURN = 20.0  # degrees of the head that count as much as full weight of a control
+SIDE = re.compile(r"Left|Right|left|right|(?<=[a-z_.])[LR](?=$|[_.])|(?<=[_.])[lr](?=$|[_.])")
+SAME = 0.02  # a left and a right curve with less between them share a lane
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,8 @@ class Axis:
 
 def write(animation: Animation, path: Path, lanes: int = 12) -> None:
     """Draw the `lanes` channels that move most: controls on one scale, turns of the head on another.
+
+    The two sides of a face are one lane where they move alike.
 
     Raises AudioError or MissingExtraError when there is a recording that cannot be read, OutputError when
     the destination cannot be written.
@@ -81,11 +86,34 @@ def _scale(animation: Animation, names: list[str]) -> tuple[float, float]:
 
 
 def most_moving_channels(animation: Animation, count: int) -> list[str]:
-    """The channels with the widest range, the widest first; equal ones in the rig's order."""
+    """The channels with the widest range, the widest first; equal ones in the rig's order.
+
+    Of a left and a right channel that move alike, the first is returned.
+    """
     ranges = np.ptp(animation.values, axis=0)
     ranges = ranges / np.array([TURN if is_turn(name) else 1.0 for name in animation.channels])
-    order = np.argsort(-ranges, kind="stable")[:count]
-    return [animation.channels[i] for i in order if ranges[i] > STILL]
+    found: list[str] = []
+    for i in np.argsort(-ranges, kind="stable"):
+        name = animation.channels[i]
+        if len(found) == count or ranges[i] <= STILL:
+            break
+        if not any(move_alike(animation, name, other) for other in found):
+            found.append(name)
+    return found
+
+
+def move_alike(animation: Animation, name: str, other: str) -> bool:
+    """Whether two channels are the left and the right of one control, and follow the same curve."""
+    if name == other or SIDE.sub("", name) != SIDE.sub("", other):
+        return False
+    apart = np.abs(animation.channel(name) - animation.channel(other)).max()
+    return bool(apart < SAME)
+
+
+def lane_name(animation: Animation, name: str) -> str:
+    """The name of a channel; without its side if the lane stands for both sides."""
+    both = any(move_alike(animation, name, other) for other in animation.channels)
+    return f"{SIDE.sub('', name)} L R" if both else name
 
 
 def _axis(animation: Animation) -> Axis:
@@ -157,7 +185,7 @@ def draw_lane(
     *rows, zero = top + 6 + (LANE - 12) * (high - curve) / (high - low)
     blend_curve(image[:, axis.left : axis.left + axis.width], np.array(rows), float(zero), color)
     fill(image, axis.left, zero, axis.width, 1, GRID)
-    draw_text(image, shortened(name, GUTTER - 12), MARGIN, top + 8, color)
+    draw_text(image, shortened(lane_name(animation, name), GUTTER - 12), MARGIN, top + 8, color)
     unit = "°" if is_turn(name) else ""
     draw_text(image, f"{values.min():.2f} to {values.max():.2f}{unit}", MARGIN, top + 26, FAINT)
 

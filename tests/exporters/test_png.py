@@ -6,7 +6,7 @@ from animations import line, only
 
 from phonanim.errors import AudioError
 from phonanim.exporters import save
-from phonanim.exporters.png import LANE, _scale, blend_curve, most_moving_channels
+from phonanim.exporters.png import LANE, SIDE, _scale, blend_curve, lane_name, most_moving_channels
 
 
 def test_the_liveliest_channels_come_first():
@@ -16,6 +16,35 @@ def test_the_liveliest_channels_come_first():
         values[place, animation.channels.index(name)] = reach
     assert most_moving_channels(animation.with_values(values), 12) == ["mouthFunnel", "jawOpen"]
     assert most_moving_channels(animation.with_values(values), 1) == ["mouthFunnel"]
+
+
+def test_the_sides_of_a_face_share_a_lane_while_they_move_alike():
+    animation = line()
+    left, right = (animation.channels.index(f"mouthSmile{side}") for side in ("Left", "Right"))
+    values = np.zeros_like(animation.values)
+    values[0, left] = values[0, right] = 0.5
+    alike = animation.with_values(values)
+    assert most_moving_channels(alike, 12) == ["mouthSmileLeft"]
+    assert lane_name(alike, "mouthSmileLeft") == "mouthSmile L R"
+    values[0, right] = 0.4
+    apart = animation.with_values(values)
+    assert most_moving_channels(apart, 12) == ["mouthSmileLeft", "mouthSmileRight"]
+    assert lane_name(apart, "mouthSmileLeft") == "mouthSmileLeft"
+
+
+@pytest.mark.parametrize(
+    ("name", "plain"),
+    [
+        ("CTRL_expressions_mouthStretchL", "CTRL_expressions_mouthStretch"),
+        ("mouth_smile.R", "mouth_smile."),
+        ("brow_l", "brow_"),
+        ("jawOpen", "jawOpen"),
+        ("mouthRollUpper", "mouthRollUpper"),
+        ("mouthL_upper", "mouth_upper"),
+    ],
+)
+def test_a_side_is_read_from_a_name(name, plain):
+    assert SIDE.sub("", name) == plain
 
 
 def test_degrees_of_the_head_do_not_flatten_the_mouth(tmp_path):
