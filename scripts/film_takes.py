@@ -5,7 +5,8 @@
     python scripts/film_takes.py docs/images/sentences.webp \\
         --take landmarks direct/*.glb --take articulation full/*.glb
 
-The lines of that picture are LJ001-0013, LJ001-0061 and LJ002-0044 of LJSpeech. Each take is a label and the GLB files of its lines, which carry their own head; needs Pillow.
+The lines of that picture are LJ001-0013, LJ001-0061 and LJ002-0044 of LJSpeech. Each take is a label and the
+GLB files of its lines, which carry their own head; needs Pillow.
 """
 
 from __future__ import annotations
