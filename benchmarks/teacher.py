@@ -1,9 +1,10 @@
 """What the teacher's members and their mixtures reach where they have not been (docs/decisions/0009).
 
-    python benchmarks/teacher.py benchmarks/compare.toml [--fold words2]
+    python benchmarks/teacher.py benchmarks/compare.toml [--fold words2] [--member hmm]
 
 Every member is trained on nine tenths of the training clips, without the second fold of words, and without
-the withheld phones of the plan, and measured on what was left out. Nothing looks at the test clips.
+the withheld phones of the plan, and measured on what was left out. Nothing looks at the test clips. The
+published network is no member of a mixture: it is there for comparison, as its copy of 3 x 256 units.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ MEMBERS = {
     "lstm, gestures": ("lstm", RECURRENT),
     "lstm, all": ("lstm", {**RECURRENT, "features": "all"}),
     "procedural": ("procedural", {}),
+    "published network, 3 x 256": ("published_copy", {}),
 }
 MIXTURES = {
     "the teacher before": {
@@ -74,17 +76,18 @@ def settings_of_folds(plan: Plan, corpus: Corpus) -> Iterator[Fold]:
     yield from (fold for fold in make_folds(plan, corpus) if fold.name in ("words2", "phones"))
 
 
-def predictions(plan: Plan, corpus: Corpus, fold: Fold) -> dict[str, Modes]:
+def predictions(plan: Plan, corpus: Corpus, fold: Fold, members: tuple[str, ...]) -> dict[str, Modes]:
     """Modes of all clips that a fold measures, end to end, by member."""
     from phonanim.regressors import make_config, regressor_class
 
-    face, found = reference_face(plan.corpus), {}
+    face, found = reference_face(plan.corpus, fold.face_clips), {}
     shuffled = np.random.default_rng(1).permutation(fold.train)
     count = round(HELD_OUT * len(shuffled))
     held_out, rest = (
         make_examples(corpus, face, np.sort(part)) for part in (shuffled[:count], shuffled[count:])
     )
-    for name, (recipe, changes) in MEMBERS.items():
+    for name in members:
+        recipe, changes = MEMBERS[name]
         read = read_recipe(CONFIGS / f"{recipe}.toml")
         config = make_config(read.kind, {**(read.settings or {}), **changes}, recipe)
         regressor = regressor_class(read.kind).fit(
@@ -97,7 +100,7 @@ def predictions(plan: Plan, corpus: Corpus, fold: Fold) -> dict[str, Modes]:
 
 def report(plan: Plan, corpus: Corpus, fold: Fold, name: str, modes: Modes) -> None:
     """Print the shape MSE, aperture r and width r of some modes."""
-    face, ends = reference_face(plan.corpus), np.cumsum(corpus.frames[fold.test])[:-1]
+    face, ends = reference_face(plan.corpus, fold.face_clips), np.cumsum(corpus.frames[fold.test])[:-1]
     for where, frames in fold.where.items():
         rows = [
             clip_scores(
@@ -121,18 +124,29 @@ def report(plan: Plan, corpus: Corpus, fold: Fold, name: str, modes: Modes) -> N
 @click.command(help=__doc__)
 @click.argument("plan", type=click.Path(exists=True, path_type=Path))
 @click.option("--fold", "only", help="This one alone: validation, words2 or phones.")
-def main(plan: Path, only: str | None) -> None:
+@click.option(
+    "--member",
+    "members",
+    multiple=True,
+    type=click.Choice(tuple(MEMBERS)),
+    help="This one alone; may be repeated.",
+)
+def main(plan: Path, only: str | None, members: tuple[str, ...]) -> None:
     use_one_thread()
     read = read_plan(plan)
     corpus = load_cached_corpus(read.corpus)
     for fold in settings_of_folds(read, corpus):
         if only not in (None, fold.name):
             continue
-        found = predictions(read, corpus, fold)
-        mixed = {n: sum(share * found[m] for m, share in parts.items()) for n, parts in MIXTURES.items()}
+        found = predictions(read, corpus, fold, members or tuple(MEMBERS))
+        mixed = {
+            name: sum(share * found[m] for m, share in parts.items())
+            for name, parts in MIXTURES.items()
+            if set(parts) <= set(found)
+        }
         for name, modes in {**found, **mixed}.items():
             report(read, corpus, fold, name, modes)
-        if fold.name == "validation":
+        if fold.name == "validation" and not members:
             report(read, corpus, fold, "least squares", least_squares(corpus, fold, read, found))
             fitted = found["lstm, triphones"]
             report(read, corpus, fold, "lstm, clips' offsets", without_offsets(corpus, fold, read, fitted))
@@ -142,7 +156,7 @@ def least_squares(corpus: Corpus, fold: Fold, plan: Plan, found: dict[str, Modes
     """The mixture that does best on these very clips: a bound, not a result."""
     from scipy.optimize import nnls
 
-    captured = reference_face(plan.corpus).project(corpus.landmarks[corpus.rows(fold.test)])
+    captured = reference_face(plan.corpus, fold.face_clips).project(corpus.landmarks[corpus.rows(fold.test)])
     parts = list(found.values())
     shares = nnls(np.stack([part.ravel() for part in parts], axis=1), captured.ravel())[0]
     return np.asarray(sum(share * part for share, part in zip(shares, parts, strict=True)))
@@ -150,7 +164,7 @@ def least_squares(corpus: Corpus, fold: Fold, plan: Plan, found: dict[str, Modes
 
 def without_offsets(corpus: Corpus, fold: Fold, plan: Plan, modes: Modes) -> Modes:
     """Modes with the mean error of every clip taken away: what no phone tells."""
-    captured = reference_face(plan.corpus).project(corpus.landmarks[corpus.rows(fold.test)])
+    captured = reference_face(plan.corpus, fold.face_clips).project(corpus.landmarks[corpus.rows(fold.test)])
     lengths = corpus.frames[fold.test]
     starts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
     offsets = np.add.reduceat(modes - captured, starts, axis=0) / lengths[:, None]
