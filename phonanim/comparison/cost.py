@@ -96,8 +96,7 @@ def _windows_ahead(regressor: regressors.Regressor) -> str:
     beyond = config.width // 2 * STEP
     if config.features in CONTEXT:
         return f"{_ms(beyond + float(EDGES[-1]))} and 3 phones"
-    reach = getattr(config, "reach", WIDTH) if config.features == "raw" else WIDTH
-    return _ms(beyond + reach // 2 * STEP)
+    return _ms(beyond + getattr(config, "reach", WIDTH) // 2 * STEP)
 
 
 def _steps_ahead(regressor: Any) -> str:

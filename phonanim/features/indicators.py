@@ -1,6 +1,7 @@
 """The 2379 linguistic indicator features of Taylor 2017, supplement section 1.
 
-Columns, in this order, for an input window of 11 frames with the centre frame c = 5:
+Columns, in this order, for the published input window of 11 frames (Kx) with the centre frame c = 5; other
+windows have the same groups of other sizes:
 
 | group     | columns | set where                                                        |
 |-----------|---------|------------------------------------------------------------------|
@@ -17,6 +18,8 @@ Columns, in this order, for an input window of 11 frames with the centre frame c
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,22 +28,10 @@ from phonanim.speech.inventory import INVENTORY, N_ATTRIBUTES, N_PHONES
 
 WIDTH = 11  # Kx
 SPANS = 4
+NEAREST, FARTHEST = 2, 5  # frames from the centre, where a consonant is looked for
 CV_CLUSTERS, VC_CLUSTERS, CC_CLUSTERS = 2, 3, 3
 STARTS = tuple(f"Vowel starting with /{letter}/" for letter in "aeiou")
 ENDS = tuple(f"Vowel ending with /{letter}/" for letter in "hwy")
-
-GROUPS = {
-    "span": N_PHONES * sum(WIDTH - k for k in range(SPANS)),
-    "attribute": N_ATTRIBUTES * WIDTH,
-    "consonant": 1,
-    "cv": (WIDTH - 1) * CV_CLUSTERS,
-    "vc": (WIDTH - 1) * VC_CLUSTERS,
-    "cc": (WIDTH - 1) * CC_CLUSTERS,
-    "starts": (WIDTH - 1) * len(STARTS),
-    "ends": (WIDTH - 1) * len(ENDS),
-}
-N_FEATURES = sum(GROUPS.values())
-OFFSETS = dict(zip(GROUPS, np.cumsum([0, *GROUPS.values()])[:-1].tolist(), strict=True))
 
 VOWEL = INVENTORY.where(kind="vowel")
 CONSONANT = INVENTORY.where(kind="consonant")
@@ -64,11 +55,27 @@ class SparseRows:
         return full
 
 
-def windows_of_codes(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Check windows of phone codes, (frames, 11), and return them. Raises ValueError for another width."""
-    if codes.ndim != 2 or codes.shape[1] != WIDTH:
-        raise ValueError(f"expected windows (frames, {WIDTH}) of phone codes, got {codes.shape}")
-    return codes
+@cache
+def groups(width: int = WIDTH) -> dict[str, range]:
+    """The columns of each group for windows of `width` frames (Kx)."""
+    pairs = width - 1
+    sizes = {
+        "span": N_PHONES * sum(max(width - k, 0) for k in range(SPANS)),
+        "attribute": N_ATTRIBUTES * width,
+        "consonant": 1,
+        "cv": pairs * CV_CLUSTERS,
+        "vc": pairs * VC_CLUSTERS,
+        "cc": pairs * CC_CLUSTERS,
+        "starts": pairs * len(STARTS),
+        "ends": pairs * len(ENDS),
+    }
+    ends = np.cumsum([0, *sizes.values()]).tolist()
+    return {name: range(*between) for name, between in zip(sizes, pairwise(ends), strict=True)}
+
+
+def n_indicators(width: int = WIDTH) -> int:
+    """The number of columns of `indicators` for windows of `width` frames (Kx): 2379 for 11."""
+    return sum(len(columns) for columns in groups(width).values())
 
 
 def raw_indicators(codes: NDArray[np.uint8]) -> SparseRows:
@@ -79,13 +86,16 @@ def raw_indicators(codes: NDArray[np.uint8]) -> SparseRows:
 
 
 def indicators(codes: NDArray[np.uint8], clusters: NDArray[np.int8]) -> SparseRows:
-    """All 2379 indicators of windows of phone codes, (frames, 11) -> 2379 columns.
+    """All indicators of windows of phone codes, (frames, Kx) -> 2379 columns for a Kx of 11.
 
     `clusters` (41, 41) int8 is the data-driven cluster of each pair of phones, -1 for a pair that is not in
-    the training data (see `phonanim.transitions`). The phones give the kind of the pair (cv, vc or cc).
+    the training data. The phones give the kind of the pair (cv, vc or cc). Raises ValueError for codes that
+    are not windows.
     """
+    if codes.ndim != 2 or not codes.shape[1]:
+        raise ValueError(f"expected windows (frames, Kx) of phone codes, got {codes.shape}")
     found = [
-        _spans(windows_of_codes(codes)),
+        _spans(codes),
         _attributes(codes),
         _consonants(codes),
         _pairs(codes, clusters),
@@ -94,17 +104,18 @@ def indicators(codes: NDArray[np.uint8], clusters: NDArray[np.int8]) -> SparseRo
     columns = np.concatenate([columns for _, columns in found])
     order = np.lexsort((columns, rows))
     starts = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=len(codes)))])
-    return SparseRows(columns[order].astype(np.int32), starts, N_FEATURES)
+    return SparseRows(columns[order].astype(np.int32), starts, n_indicators(codes.shape[1]))
 
 
 Found = tuple[NDArray[np.int64], NDArray[np.int64]]
 
 
 def _spans(codes: NDArray[np.uint8]) -> Found:
-    rows, columns, base = [], [], OFFSETS["span"]
+    width = codes.shape[1]
+    rows, columns, base = [], [], groups(width)["span"].start
     same = np.ones_like(codes, dtype=bool)
-    for k in range(SPANS):
-        places = WIDTH - k
+    for k in range(min(SPANS, width)):
+        places = width - k
         if k:
             same = same[:, :places] & (codes[:, :places] == codes[:, k:])
         row, place = np.nonzero(same[:, :places])
@@ -116,13 +127,14 @@ def _spans(codes: NDArray[np.uint8]) -> Found:
 
 def _attributes(codes: NDArray[np.uint8]) -> Found:
     row, place, kind = np.nonzero(INVENTORY.attributes[codes])
-    return row, OFFSETS["attribute"] + place * N_ATTRIBUTES + kind
+    return row, groups(codes.shape[1])["attribute"].start + place * N_ATTRIBUTES + kind
 
 
 def _consonants(codes: NDArray[np.uint8]) -> Found:
     is_consonant = CONSONANT[codes]
-    row = np.flatnonzero(is_consonant[:, :4].any(axis=1) | is_consonant[:, 7:].any(axis=1))
-    return row, np.full(len(row), OFFSETS["consonant"])
+    apart = np.abs(np.arange(codes.shape[1]) - codes.shape[1] // 2)  # frames from the centre
+    row = np.flatnonzero(is_consonant[:, (apart >= NEAREST) & (apart <= FARTHEST)].any(axis=1))
+    return row, np.full(len(row), groups(codes.shape[1])["consonant"].start)
 
 
 def _pairs(codes: NDArray[np.uint8], clusters: NDArray[np.int8]) -> Found:
@@ -133,12 +145,12 @@ def _pairs(codes: NDArray[np.uint8], clusters: NDArray[np.int8]) -> Found:
         ("vc", VOWEL, CONSONANT, VC_CLUSTERS),
         ("cc", CONSONANT, CONSONANT, CC_CLUSTERS),
     )
-    found = []
+    found, columns = [], groups(codes.shape[1])
     for name, before, after, size in kinds:
         row, place = np.nonzero(before[first] & after[second] & (cluster >= 0))
-        found.append((row, OFFSETS[name] + place * size + cluster[row, place]))
+        found.append((row, columns[name].start + place * size + cluster[row, place]))
     for name, classes in (("starts", STARTS), ("ends", ENDS)):
         members = np.stack([INVENTORY.attribute(kind) for kind in classes], axis=1)
         row, place, kind = np.nonzero(CONSONANT[first][:, :, None] & members[second])
-        found.append((row, OFFSETS[name] + place * len(classes) + kind))
+        found.append((row, columns[name].start + place * len(classes) + kind))
     return np.concatenate([row for row, _ in found]), np.concatenate([column for _, column in found])

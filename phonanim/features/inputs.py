@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.features.context import N_BOXES, N_TIMING, context_features, part_table
-from phonanim.features.indicators import N_FEATURES, WIDTH, indicators, raw_indicators
+from phonanim.features.indicators import WIDTH, indicators, n_indicators, raw_indicators
 from phonanim.features.windows import TICK
 from phonanim.speech.inventory import N_PHONES
 from phonanim.speech.phones import PhoneTrack
@@ -28,14 +28,14 @@ def window_features(
 ) -> NDArray[np.float32]:
     """Features around instants, (times,) seconds -> (times, features).
 
-    "indicators" and "raw" are those of Taylor 2017 (supplement 1; section 5.2) over 11 frames of the
-    model's grid, or `reach` frames (Kx) for the raw ones; "all", "gestures" and "classes" are the context
-    features. Raises ValueError for another kind.
+    "indicators" and "raw" are those of Taylor 2017 (supplement 1; section 5.2) over `reach` frames (Kx) of
+    the model's grid; "all", "gestures" and "classes" are the context features. Raises ValueError for another
+    kind.
     """
     if kind in CONTEXT:
         return context_features(track, times, kind)
     if kind == "indicators":
-        return indicators(frame_codes(track, times), clusters).dense()
+        return indicators(frame_codes(track, times, reach), clusters).dense()
     if kind == "raw":
         return raw_indicators(frame_codes(track, times, reach)).dense()
     raise ValueError(f"there are no features {kind!r}; use one of {', '.join(FEATURES)}")
@@ -45,7 +45,7 @@ def n_features(kind: str, reach: int = WIDTH) -> int:
     """Number of columns of `window_features`."""
     if kind in CONTEXT:
         return N_BOXES * int(part_table(kind).shape[1]) + N_TIMING
-    return {"indicators": N_FEATURES, "raw": N_PHONES * reach}[kind]
+    return {"indicators": n_indicators(reach), "raw": N_PHONES * reach}[kind]
 
 
 def frame_codes(track: PhoneTrack, times: Array, width: int = WIDTH) -> NDArray[np.uint8]:

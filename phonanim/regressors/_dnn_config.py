@@ -12,8 +12,8 @@ from phonanim.features.indicators import WIDTH
 class Config:
     """The defaults are ours; `taylor2017` in benchmarks/configs has the published values.
 
-    `features` is one of phonanim.features.inputs.FEATURES, `reach` the input window (Kx) in frames for "raw"
-    features, `width` the output window (Ky) in frames, `hidden` the units of each hidden layer. `networks` is
+    `features` is one of phonanim.features.inputs.FEATURES, `reach` the input window (Kx) in frames of "raw"
+    and "indicators", `width` the output window (Ky), `hidden` the units of each hidden layer. `networks` is
     the number of networks, each trained from another start; their mean is the prediction. `schedule` is how
     the rate goes over all `epochs`: "constant", "cosine" down to 0, or "cycle", up within a tenth and down;
     "" is "cycle" for adamw and "constant" for sgd.

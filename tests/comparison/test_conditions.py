@@ -135,6 +135,7 @@ def network(features: str, width: int, reach: int = WIDTH) -> dnn.Network:
     [
         (network("raw", 1), 200),
         (network("raw", 3, reach=5), 120),
+        (network("indicators", 3, reach=5), 120),
         (network("indicators", 5), 280),
         (PhoneMean(MeanConfig(0.12), np.arange(123, dtype=np.float32).reshape(41, 3)), 60),
     ],

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from speech import random_track, track_of
 
-from phonanim.features.indicators import GROUPS, N_FEATURES, OFFSETS, indicators, raw_indicators
-from phonanim.features.inputs import NO_CLUSTERS, frame_codes
+from phonanim.features.indicators import groups, indicators, n_indicators, raw_indicators
+from phonanim.features.inputs import NO_CLUSTERS, frame_codes, n_features, window_features
 from phonanim.speech.inventory import INVENTORY
 
 NONE = np.full((41, 41), -1, np.int8)
@@ -18,12 +18,13 @@ def window(text: str) -> np.ndarray:
 
 
 def group(row: np.ndarray, name: str) -> np.ndarray:
-    return row[OFFSETS[name] : OFFSETS[name] + GROUPS[name]]
+    return row[groups()[name]]
 
 
 def test_counts_of_each_group() -> None:
-    assert tuple(GROUPS.values()) == (1558, 660, 1, 20, 30, 30, 50, 30)
-    assert N_FEATURES == 2379
+    assert tuple(map(len, groups().values())) == (1558, 660, 1, 20, 30, 30, 50, 30)
+    assert n_indicators() == 2379
+    assert n_indicators(1) == 41 + 60 + 1  # one frame has neither spans of several nor pairs
 
 
 def test_spans_by_hand() -> None:
@@ -101,9 +102,34 @@ def test_raw_indicators() -> None:
     assert raw_indicators(window("sil m aa")).dense().shape == (1, 41 * 3)
 
 
-def test_windows_of_another_width_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"expected windows \(frames, 11\) of phone codes, got \(1, 3\)"):
-        indicators(window("sil sil m"), NO_CLUSTERS)
+@pytest.mark.parametrize("width", [1, 3, 5, 7, 21])
+def test_other_windows_ask_the_same_of_the_same_frames(width: int) -> None:
+    """What lies in two windows has one answer; a consonant is looked for up to five frames away."""
+    rng = np.random.default_rng(5)
+    track, times = random_track(rng), np.arange(40) / 25
+    clusters = rng.integers(-1, 2, (41, 41)).astype(np.int8)
+    narrow, wide = sorted((width, 11))
+    inner, outer = (window_features("indicators", track, times, clusters, w) for w in (narrow, wide))
+    assert (inner.shape[1], outer.shape[1]) == (
+        n_features("indicators", narrow),
+        n_features("indicators", wide),
+    )
+    first = wide // 2 - narrow // 2
+    each = {"span": 41, "attribute": 60, "cv": 2, "vc": 3, "cc": 3, "starts": 5, "ends": 3}
+    for name, size in each.items():
+        count = 41 * narrow if name == "span" else len(groups(narrow)[name])  # spans of one frame
+        shared = outer[:, groups(wide)[name]][:, first * size :][:, :count]
+        np.testing.assert_array_equal(inner[:, groups(narrow)[name]][:, :count], shared)
+    seen, seen_wide = inner[:, groups(narrow)["consonant"]], outer[:, groups(wide)["consonant"]]
+    if width > 11:
+        np.testing.assert_array_equal(seen, seen_wide)
+    assert seen.any() == (width > 3)
+    assert (seen <= seen_wide).all()
+
+
+def test_codes_that_are_no_windows_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"expected windows \(frames, Kx\) of phone codes, got \(3,\)"):
+        indicators(window("sil sil m")[0], NO_CLUSTERS)
 
 
 def test_the_frames_around_an_instant_are_centred_on_it() -> None:
