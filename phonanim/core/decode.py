@@ -96,7 +96,12 @@ def parse_json(text: str | bytes, numbers_only: bool = True) -> Any:
         tree = _tree(text, _refuse_constant if numbers_only else None)
     except (ValueError, RecursionError) as error:
         raise DecodeError(f"it is not JSON: {fault_reason(error)}") from error
-    written = text.decode("utf-8", "replace") if isinstance(text, bytes) else text
+    check_nesting(tree, text.decode("utf-8", "replace") if isinstance(text, bytes) else text)
+    return tree
+
+
+def check_nesting(tree: Any, written: str) -> None:
+    """Raise DecodeError for parsed JSON that is nested too deep, or has half a character in a text."""
     if written.count("[") + written.count("{") > MAX_DEPTH:  # else it cannot be deeper
         check_depth(tree)
     if SURROGATE.search(written):
@@ -104,7 +109,6 @@ def parse_json(text: str | bytes, numbers_only: bool = True) -> Any:
             json.dumps(tree, ensure_ascii=False).encode()
         except UnicodeEncodeError as error:
             raise DecodeError(f"it holds half a character, \\u{ord(error.object[error.start]):x}") from error
-    return tree
 
 
 def check_depth(tree: Any) -> None:

@@ -11,13 +11,15 @@ from typing import NamedTuple
 from phonanim.readers._times import clock_seconds
 
 STARTS = (
-    *("start", "starttime", "begin", "begintime", "timebegin", "timestart", "from", "onset", "tstart"),
+    *("starttime", "start", "begintime", "begin", "timebegin", "timestart", "from", "onset", "tstart"),
     *("tmin", "xmin", "startts", "starttimestamp", "startoffset", "begpos", "audiooffset", "in", "starts"),
-    *("begins", "onsets", "startframe", "ts", "frame", "time", "timestamp", "t", "offset", "timeoffset"),
+    *("audiostart", "begins", "onsets", "startframe", "ts", "frame", "time", "timestamp", "t", "offset"),
+    "timeoffset",
 )
 ENDS = (
-    *("end", "endtime", "timeend", "stop", "stoptime", "to", "until", "tend", "tmax", "xmax", "endts"),
-    *("endtimestamp", "endoffset", "endpos", "out", "ends", "stops", "offsets", "endframe", "offset"),
+    *("endtime", "end", "timeend", "audioend", "stop", "stoptime", "to", "until", "tend", "tmax", "xmax"),
+    *("endts", "endtimestamp", "endoffset", "endpos", "out", "ends", "stops", "offsets", "endframe"),
+    "offset",
 )
 LENGTHS = ("duration", "dur", "length", "durations", "timeduration", "audioduration", "len", "lengths")
 _TIMES = frozenset((*STARTS, *ENDS, *LENGTHS))
@@ -64,8 +66,11 @@ class Times(NamedTuple):
 
 @lru_cache(maxsize=4096)  # the names of a file repeat from row to row
 def plain_name(name: str) -> str:
-    """A name in small letters and digits alone: "Start Time (ms)" is starttimems."""
-    return re.sub(r"[^a-z0-9]", "", name.lower())
+    """A name in small letters and digits alone: "Start Time (ms)" is starttimems.
+
+    The prefix that Azure's SDK for JavaScript gives to its fields is left out.
+    """
+    return re.sub(r"[^a-z0-9]", "", name.lower()).removeprefix("priv")
 
 
 def find_column(names: Iterable[str], wanted: Iterable[str]) -> str:
@@ -110,20 +115,23 @@ def read_time(value: object) -> float:
 def guess_unit(lengths: Iterable[float], labels: int, words: bool) -> float:
     """The seconds of one number, by how long each of `labels` would last: words, or sounds.
 
-    A mean of 40 is no number of seconds. For words it is frames of 10 ms, for sounds it is milliseconds.
+    A mean of 40 is no number of seconds. For words it may be frames, for sounds it is milliseconds. NaN for
+    frames, whose length differs from program to program.
     """
     finite = [length for length in lengths if math.isfinite(length)]
     mean = sum(finite) / max(labels, 1)
     whole = all(float(length).is_integer() for length in finite)
-    frames, most = (8, 100) if words else (3, 30)
+    frames, most = (4, 100) if words else (1, 30)
     if mean >= 40_000:
         return 1e-7
-    return 1e-3 if mean >= most else 1e-2 if whole and mean >= frames else 1.0
+    return 1e-3 if mean >= most else math.nan if whole and mean >= frames else 1.0
 
 
 def values_at(row: Mapping[str, object], times: Times) -> tuple[float, float]:
-    """Start and end of a row as numbers, NaN for what it lacks."""
-    start = read_time(row.get(times.start)) if times.start else math.nan
+    """Start and end of a row as numbers, NaN for what it lacks; without a start, NaN and the length."""
+    if not times.start:
+        return math.nan, read_time(row.get(times.length))
+    start = read_time(row.get(times.start))
     if times.end and row.get(times.end) not in (None, ""):
         return start, read_time(row.get(times.end))
     return start, start + read_time(row.get(times.length)) if times.length else math.nan

@@ -23,6 +23,7 @@ from phonanim.readers._columns import (
 )
 
 MOST_NESTED = 16
+ROUNDING = 1e-3
 KINDS = {"phones": PHONES, "visemes": VISEMES, "words": WORDS, "labels": LABELS}
 TYPES = {"phone": "phones", "phoneme": "phones", "viseme": "visemes", "word": "words"}
 """What the field `type` of an entry makes of it; other entries that have types are of no kind."""
@@ -30,6 +31,8 @@ TYPES = {"phone": "phones", "phoneme": "phones", "viseme": "visemes", "word": "w
 PAIRS = ("timestamp", "timestamps", "extent", "interval", "span", "time", "bounds")
 SPEAKERS = ("speaker", "speakerid", "speakerlabel", "speakername")
 RATES = ("fps", "framerate")
+RANKED = ("alternatives", "nbest", "hypotheses")
+"""Lists of which the first entry is the most probable, and the others say the same otherwise."""
 
 
 @dataclass
@@ -81,6 +84,8 @@ def _walk(value: Any, path: tuple[str, ...], around: dict[str, Any], groups: Gro
         if rows := _rows(value):
             _add_rows(rows, path, groups)
             return
+        if plain_name(_key(path)) in RANKED or _are_candidates(value, path):
+            value = value[:1]
         for item in value:
             _walk(item, (*path, "*"), around, groups)
     elif isinstance(value, dict):
@@ -92,6 +97,12 @@ def _walk(value: Any, path: tuple[str, ...], around: dict[str, Any], groups: Gro
         for name, inner in value.items():
             if isinstance(inner, (dict, list, str)):
                 _walk(inner, (*path, name), around, groups)
+
+
+def _are_candidates(value: list[Any], path: tuple[str, ...]) -> bool:
+    """Whether a list of transcripts has several of one recording, by its confidences."""
+    ranked = plain_name(_key(path)) == "transcripts"
+    return ranked and all(isinstance(one, dict) and "confidence" in one for one in value)
 
 
 def _parsed(text: str) -> Any:
@@ -305,5 +316,8 @@ def _rows(value: list[Any]) -> list[tuple[str, float, float]]:
 
 def _add_rows(rows: list[tuple[str, float, float]], path: tuple[str, ...], groups: Groups) -> None:
     kind = _kind_of(_key(path)) or "labels"
-    found = groups.setdefault((*path, "rows"), Found(kind, None, "lists of a label and two times"))
+    number = 0  # lists that begin again are of another kind, such as words after phones
+    while (last := groups.get((*path, "rows", number))) and last.entries[-1][2] > rows[0][1] + ROUNDING:
+        number += 1
+    found = groups.setdefault((*path, "rows", number), Found(kind, None, "lists of a label and two times"))
     found.entries += [(label, start, end, "") for label, start, end in rows]

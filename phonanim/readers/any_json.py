@@ -38,9 +38,13 @@ def read(source: AlignmentFile) -> Recording:
         tiers: list[Tier] = []
         words: list[TimedWord] = []
         notes = []
+        likely = ""
         for found in used:
             unit = _unit(found)
-            notes.append(f"read by its names, check the times: {found.names}, in {_shown(unit)}")
+            if math.isnan(unit):
+                unit, likely = 1.0, likely or _likely(found)
+            shown = "frames" if likely else _shown(unit)
+            notes.append(f"read by its names, check the times: {found.names}, in {shown}")
             if found.untimed:
                 some = ", ".join(found.untimed[:SHOWN])
                 notes.append(f"{len(found.untimed)} labels without times are left out: {some}")
@@ -54,11 +58,10 @@ def read(source: AlignmentFile) -> Recording:
     spread = any(_is_line(label) for found in used if found.kind == "words" for label, *_ in found.entries)
     notes += [SPREAD] * spread + [NOTE] * shapes
     end = max((one.end for tier in tiers for one in tier.intervals), default=0.0)
-    whole = word_recording(words, end, (), _unit(used[0]))
+    whole = word_recording(words, end, (), unit)
     told = tuple(dict.fromkeys(notes))
-    return Recording(
-        (*whole.tiers, *tiers), 0.0, whole.end, told, "english" if shapes else "", unit=whole.unit
-    )
+    language = "english" if shapes else ""
+    return Recording((*whole.tiers, *tiers), 0.0, whole.end, told, language, whole.unit, likely=likely)
 
 
 def _used(lists: Sequence[Found]) -> list[Found]:
@@ -87,9 +90,17 @@ def _unit(found: Found) -> float:
         starts = sorted(start for _, start, _, _ in found.entries if math.isfinite(start))
         lengths = [b - a for a, b in pairwise(starts)]
     labels = sum(max(len(label.split()), 1) for label, *_ in found.entries)
-    unit = guess_unit(lengths, labels, found.kind == "words")
-    # Offsets count frames of a network, whose length differs: the check of times asks for it.
-    return 1.0 if unit == 1e-2 and "offset" in found.names.lower() else unit
+    return guess_unit(lengths, labels, found.kind == "words")
+
+
+def _likely(found: Found) -> str:
+    """The probable length of a frame: 20 ms in networks such as wav2vec 2.0, else 10 ms."""
+    lengths = [end - start for _, start, end, _ in found.entries if math.isfinite(end)]
+    mean = sum(lengths) / max(len(lengths), 1)
+    letters = sum(len(label) for label, *_ in found.entries)
+    words = found.kind == "words" or letters >= 3 * len(found.entries)
+    of_network = "offset" in found.names.lower() or "token" in found.names.lower()
+    return "samples@50" if of_network or mean < (28 if words else 8) else "samples@100"
 
 
 def _shown(unit: float) -> str:
@@ -106,6 +117,8 @@ def _words(found: Found, unit: float) -> list[TimedWord]:
     words: list[TimedWord] = []
     labels = [label for label, *_ in found.entries]
     pieces = any(map(_opens, labels[1:])) and not all(map(_opens, labels[1:]))
+    if len(labels) > SHOWN and all(map(_is_letter, labels)):
+        raise ValueError("its labels are letters, not words or sounds")
     for n, (label, start, end, speaker) in enumerate(found.entries):
         text = label.replace("▁", " ")
         start, end = start * unit, end * unit
@@ -119,6 +132,11 @@ def _words(found: Found, unit: float) -> list[TimedWord]:
         elif any(c.isalnum() for c in text):
             words.append(TimedWord(text, start, end, speaker))
     return words
+
+
+def _is_letter(label: str) -> bool:
+    """Whether a label is one letter, or nothing: in English, where a letter is no word."""
+    return label.isascii() and len(label.strip()) <= 1
 
 
 def _is_line(label: str) -> bool:

@@ -12,6 +12,9 @@ from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 
 FORMAT = "Azure speech results (JSON)"
 TICK = 1e-7  # seconds: the service counts 100 ns
+ASSESSED = "privPronJson"
+"""Where the SDK for JavaScript keeps the words of an assessment."""
+
 REST = 0.0101  # seconds by which its durations fall short of the next start
 
 
@@ -39,7 +42,7 @@ def read(source: AlignmentFile) -> Recording:
 
 def _words(lines: list[Any]) -> Iterator[dict[str, Any]]:
     for table in tables(lines):
-        best = table.get("NBest") or table.get("nBest")
+        best = table.get("NBest") or table.get("nBest") or [table.get(ASSESSED)]
         first = best[0] if isinstance(best, list) and best else None
         words = first.get("Words") if isinstance(first, dict) else None
         for word in words if isinstance(words, list) else ():

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from phonanim.readers._times import close_gaps
-from phonanim.readers._words import first_value
+from phonanim.readers._words import first_value, tables
 from phonanim.speech.alignment import Interval, Recording, Tier
 from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 
@@ -18,7 +18,7 @@ GAP = 0.15
 
 def recognizes(source: AlignmentFile) -> bool:
     """Whether it is JSON with segments that have phoneme times."""
-    return next(_segments(source.json), None) is not None
+    return next(_segments(source.json_lines), None) is not None
 
 
 def read(source: AlignmentFile) -> Recording:
@@ -26,15 +26,15 @@ def read(source: AlignmentFile) -> Recording:
     try:
         phones = [
             _interval(item, ("ipa_label", "phoneme_label"))
-            for segment in _segments(source.json)
+            for segment in _segments(source.json_lines)
             for item in segment["phoneme_ts"]
         ]
         words = [
             _interval(item, ("word",))
-            for segment in _segments(source.json)
+            for segment in _segments(source.json_lines)
             for item in segment.get("words_ts") or ()
         ]
-        ends = [float(segment.get("end") or 0.0) for segment in _segments(source.json)]
+        ends = [float(segment.get("end") or 0.0) for segment in _segments(source.json_lines)]
     except DAMAGE as error:
         raise source.error(f"has a damaged phoneme ({error!r}); align again") from error
     tiers = (Tier("phones", close_gaps(phones, GAP), 1), Tier("words", close_gaps(words, GAP), 2))
@@ -42,10 +42,9 @@ def read(source: AlignmentFile) -> Recording:
     return Recording(tuple(tier for tier in tiers if tier.intervals), 0.0, end, unit=MILLISECOND)
 
 
-def _segments(content: Any) -> Iterator[dict[str, Any]]:
-    parts = content.get("segments") if isinstance(content, dict) else None
-    for part in parts if isinstance(parts, list) else ():
-        if isinstance(part, dict) and isinstance(part.get("phoneme_ts"), list) and part["phoneme_ts"]:
+def _segments(content: list[Any]) -> Iterator[dict[str, Any]]:
+    for part in tables(content):
+        if isinstance(part.get("phoneme_ts"), list) and part["phoneme_ts"]:
             yield part
 
 

@@ -31,6 +31,8 @@ LAYOUTS = (
     Layout("characters", "characterStartTimeSeconds", "characterEndTimeSeconds", False, 1.0),
     Layout("characters", "characterStartTimesSeconds", "characterEndTimesSeconds", False, 1.0),
     Layout("chars", "charStartTimesMs", "charDurationsMs", True, 1e-3),
+    Layout("chars", "charStartTimesMs", "charsDurationsMs", True, 1e-3),
+    Layout("chars", "charsStartTimesMs", "charsDurationsMs", True, 1e-3),
     Layout("chars", "char_start_times_ms", "char_durations_ms", True, 1e-3),
     Layout("words", "wordStartTimeSeconds", "wordEndTimeSeconds", False, 1.0),
 )
@@ -75,6 +77,7 @@ def _alignments(lines: list[Any]) -> Iterator[tuple[dict[str, Any], Layout]]:
                 for table in tables(outer)
                 for layout in LAYOUTS
                 if isinstance(table.get(layout.starts), list)
+                and layout.lasts in table
                 and isinstance(table.get(layout.characters), list)
             ]
             yield from found[:1]

@@ -37,11 +37,11 @@ def read(source: AlignmentFile) -> Recording:
 
 
 def _words(source: AlignmentFile) -> Iterator[dict[str, Any]]:
-    results = [table for table in tables(source.json) if isinstance(table.get("alternatives"), list)]
+    results = [table for table in tables(source.json_lines) if isinstance(table.get("alternatives"), list)]
     firsts = [table["alternatives"][0] for table in results if table["alternatives"]]
     # With diarization, the last result repeats every word with its speaker.
     tagged = [one for one in firsts if any(_is_tagged(word) for word in _listed(one))]
-    for part in tagged[-1:] or firsts or [source.json]:
+    for part in tagged[-1:] or firsts or source.json_lines:
         yield from (word for word in _listed(part) if _is_word(word))
 
 
@@ -70,5 +70,5 @@ def _seconds(time: Any) -> float:
 
 
 def _language(source: AlignmentFile) -> str:
-    codes = (first_value(table, ("languageCode", "language_code")) for table in tables(source.json))
+    codes = (first_value(table, ("languageCode", "language_code")) for table in tables(source.json_lines))
     return next((code for code in codes if isinstance(code, str)), "")

@@ -40,7 +40,7 @@ def read(source: AlignmentFile) -> Recording:
 
 
 def _speech(source: AlignmentFile) -> dict[str, Any] | None:
-    for table in tables(source.json):
+    for table in tables(source.json_lines):
         if any(isinstance(table.get(name), list) and table[name] for name in ("vtimes", "wtimes")):
             return table
     return None

@@ -25,8 +25,7 @@ def read(source: AlignmentFile) -> Recording:
     """The words of each speaker; those between two points share the time by their letters."""
     try:
         # The name of its grammar, which every file has, declares nothing.
-        plain = AlignmentFile(source.name, source.stem, _DOCTYPE.sub("", source.text, 1).encode())
-        root = parse_xml(plain)
+        root = parse_xml(source, _DOCTYPE.sub("", source.text, 1))
         names = {speaker.get("id", ""): speaker.get("name", "") for speaker in root.iter("Speaker")}
         cues = [cue for turn in root.iter("Turn") for cue in _cues(turn, names)]
     except XML_DAMAGE as error:

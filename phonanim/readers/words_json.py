@@ -92,7 +92,10 @@ def _word(item: dict[str, Any]) -> TimedWord:
 def _items(lines: list[Any]) -> Iterator[dict[str, Any]]:
     """Every word, and every line of text that has no words, in the order of the file."""
     for content in lines:
-        yield from _words(content, 0)
+        if isinstance(content, dict) and _is_word(content) and not _holds_words(content):
+            yield content  # a stream of words
+        else:
+            yield from _words(content, 0)
 
 
 def _words(content: Any, depth: int) -> Iterator[dict[str, Any]]:
@@ -113,9 +116,11 @@ def _words(content: Any, depth: int) -> Iterator[dict[str, Any]]:
         lists = [content[name] for name in LISTS if isinstance(content.get(name), list) and content[name]]
         found = list(_words(lists[0], depth + 1)) if lists else found
     yield from found
-    if not found:
-        for name in ("results", "channels", "alternatives", "transcription"):
-            yield from _words(content.get(name), depth + 1)
+    for name in ("results", "channels", "channel", "alternatives", "transcription") if not found else ():
+        inner = content.get(name)
+        # Of alternatives, the others say the same otherwise.
+        first = name == "alternatives" and isinstance(inner, list)
+        yield from _words(inner[:1] if first else inner, depth + 1)
 
 
 def _holds_words(item: dict[str, Any]) -> bool:

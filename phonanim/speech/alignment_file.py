@@ -7,9 +7,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from phonanim.core.decode import DecodeError, parse_json
 from phonanim.core.files import read_bounded
 from phonanim.errors import AlignmentError
+from phonanim.speech.json_values import parse_stream, parse_value, without_partial
+from phonanim.speech.text_encoding import decode_text
 
 MAX_BYTES = 64 << 20
 """Largest file that is read: two hours of speech are about 10 MB, so a larger file is of another kind."""
@@ -32,34 +33,22 @@ class AlignmentFile:
     @cached_property
     def text(self) -> str:
         """The content as text with Unix line ends; empty when it is binary."""
-        text = _decode(self.data)
+        text = decode_text(self.data)
         return "" if "\0" in text else text.replace("\r\n", "\n").replace("\r", "\n")
 
     @cached_property
     def json(self) -> Any:
-        """The content as parsed JSON; None when it is not JSON."""
-        if self.text.lstrip()[:1] not in ("{", "["):
-            return None
-        try:
-            return parse_json(self.text, numbers_only=False)
-        except DecodeError:
-            return None
+        """The content as parsed JSON; None when it is not one JSON value."""
+        return parse_value(self.text)
 
     @cached_property
     def json_lines(self) -> list[Any]:
-        """The JSON values of the file, one on each line; a file of one value is a list of one.
+        """The JSON values of the file, without results that were not final; a file of one is a list of one.
 
-        Empty when any line is not JSON.
+        Empty when anything else is between them.
         """
-        if self.json is not None:
-            return [self.json]
-        lines = [line for line in self.text.splitlines() if line.strip()]
-        if not lines or not lines[0].lstrip().startswith("{"):
-            return []
-        try:
-            return [parse_json(line, numbers_only=False) for line in lines]
-        except DecodeError:
-            return []
+        values = [self.json] if self.json is not None else parse_stream(self.text)
+        return without_partial(values)
 
     def error(self, what: str) -> AlignmentError:
         """An error that names this file, in one line whatever the file contains."""
@@ -88,13 +77,3 @@ def open_alignment_file(path: Path) -> AlignmentFile:
     if not data.strip():
         raise AlignmentError(f"{path}: is empty; align the recording again")
     return AlignmentFile(str(path), path.stem, data)
-
-
-def _decode(data: bytes) -> str:
-    """Text in the encodings that Praat writes: UTF-16 with a byte-order mark, UTF-8, or (old) Latin-1."""
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return data.decode("utf-16", errors="replace")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")

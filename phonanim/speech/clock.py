@@ -34,7 +34,7 @@ NEAR = 0.03  # share of a recording's length by which an alignment of the right 
 
 _SAMPLES = re.compile(r"(?:samples|frames)@(\d+(?:\.\d+)?)")
 _NAMED = {"s": 1.0, "ms": 1e-3, "100ns": 1e-7}
-RATES = (48_000, 44_100, 22_050, 16_000, 100)
+RATES = (48_000, 44_100, 22_050, 16_000, 100, 50)
 TIMIT = "samples@16000"  # of every file of that corpus
 CANDIDATES = {**_NAMED, **{f"samples@{rate}": 1 / rate for rate in RATES}}
 
@@ -87,7 +87,7 @@ def settle_unit(
     mean = _mean([one for one in phones.intervals if not is_silent(one.label)])
     if mean is None:
         return 1.0, _guessed_rate(recording, clock, source)
-    sensible = _is_sensible(phones.intervals)
+    sensible = _is_sensible(phones.intervals) and not recording.likely
     end = phones.intervals[-1].end
     length = clock.audio
     if length is not None and (not sensible or abs(end - length) > max(APART, 0.1 * length)):
@@ -102,7 +102,7 @@ def settle_unit(
             told = f"it lasts {length:.2f} s, and the alignment then {end * factor:.2f} s"
             return factor, (f"times were read as {name}, to match the recording: {told}",)
     if not sensible:
-        raise source.error(_refusal(mean, recording.unit, source.name))
+        raise source.error(_refusal(mean, recording, source.name))
     return 1.0, _guessed_rate(recording, clock, source)
 
 
@@ -190,21 +190,21 @@ def _is_sensible(intervals: Iterable[Interval]) -> bool:
     return mean >= SHORTEST and not too_long
 
 
-def _refusal(mean: float, unit: float, name: str) -> str:
+def _refusal(mean: float, recording: Recording, name: str) -> str:
     """One line that says how long a phone would last, and the unit that the times are likely in."""
     shown = f"{mean * 1000:.2g} ms" if mean < 1 else f"{mean:.3g} s"
     told = f"a phone lasts {shown} on average, which speech does not"
+    unit = recording.unit
     lengths = {known: mean * seconds / unit for known, seconds in CANDIDATES.items()}
     others = {
         known: one for known, one in lengths.items() if abs(one / mean - 1) > NEAR and LEAST <= one <= MOST
     }
     if not others:
         return f"{told}; give --unit s, ms, 100ns or samples@RATE, even if its unit is correct"
-    likely = min(others, key=lambda known: abs(math.log(others[known] / USUAL)))
+    likely = recording.likely or min(others, key=lambda known: abs(math.log(others[known] / USUAL)))
     likely = TIMIT if name.lower().endswith((".phn", ".wrd")) and likely.startswith("samples") else likely
-    rate = (
-        " (with the recording's rate)" if likely.startswith("samples") and not likely.endswith("@100") else ""
-    )
+    counted = likely.startswith("samples") and not likely.endswith(("@100", "@50"))
+    rate = " (with the recording's rate)" if counted else ""
     return (
         f"{told}; its times are likely {likely}: give --unit {likely}{rate}, or s, ms, 100ns or samples@RATE"
     )

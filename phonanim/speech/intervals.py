@@ -43,7 +43,8 @@ class Recording:
 
     `notes` report the assumptions of the reader; `language` is that of the labels if the format fixes it.
     `unit` is the time, in seconds, that the reader took a number of the file for. A word without a time has
-    NaN in its tier; `spoken` is the language of the words as the file names it, if it does.
+    NaN in its tier; `spoken` is the language of the words as the file names it, if it does. `likely` is the
+    unit that the times are probably in, where the file does not tell ("" where it does).
     """
 
     tiers: tuple[Tier, ...]
@@ -53,6 +54,7 @@ class Recording:
     language: str = ""
     unit: float = 1.0
     spoken: str = ""
+    likely: str = ""
 
 
 def pack_intervals(intervals: tuple[Interval, ...]) -> list[list[Any]]:

@@ -52,7 +52,6 @@ def test_damage_is_told(text: str, message: str) -> None:
 @pytest.mark.parametrize(
     ("content", "start", "end"),
     [
-        ([{"word": "me", "begin": 20, "finish": 0, "to": 60}], 0.2, 0.6),  # frames of 10 ms
         ([{"word": "me", "from": 200, "to": 600}], 0.2, 0.6),
         ([{"word": "me", "startOffset": 2_000_000, "length": 4_000_000}], 0.2, 0.6),
         ([{"word": "me", "onset": 0.2, "offset": 0.6}], 0.2, 0.6),
