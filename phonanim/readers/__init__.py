@@ -4,6 +4,7 @@ and `read(file)`, which returns every tier of the file.
 
 from __future__ import annotations
 
+import re
 from itertools import chain
 from typing import Protocol, cast
 
@@ -13,8 +14,19 @@ from phonanim.speech.alignment import Recording
 from phonanim.speech.alignment_file import AlignmentFile
 
 READERS = Registry("phonanim.readers", needs=("FORMAT", "recognizes", "read"))
-LINES = (".srt", ".vtt", ".sbv", ".ass", ".ssa", ".lrc", ".ttml", ".dfxp", ".xml", ".json", ".tsv", ".csv")
+LINES = (
+    *(".srt", ".vtt", ".smi", ".sub", ".sbv", ".ass", ".ssa", ".lrc", ".ttml", ".dfxp", ".xml", ".json"),
+    *(".tsv", ".csv"),
+)
 """Suffixes of files that may give times to lines of text alone."""
+
+EDITS = "which places clips, not words or sounds; export subtitles, or align the recording"
+NOT_READ = (
+    (re.compile(r"<(?:fcpxml|xmeml)\b"), f"is a timeline in XML, {EDITS}"),
+    (re.compile(r"\ATITLE:.*\n(?:\s*FCM:|\d{3})"), f"is an edit list (EDL), {EDITS}"),
+    (re.compile(r"\ASESSION NAME:"), f"is a session of Pro Tools, {EDITS}"),
+)
+"""Files that have no speech with times: what they begin with, and what a message says."""
 
 COMMONEST = "textgrid"  # is tried first, so that the other readers are usually not imported
 
@@ -55,6 +67,9 @@ def find_reader(source: AlignmentFile) -> Reader:
     for reader in last:
         if reader.recognizes(source):
             return reader
+    refused = next((told for pattern, told in NOT_READ if pattern.search(source.text[:4000])), "")
+    if refused:
+        raise source.error(refused)
     kind = "not an alignment in a known format" if source.text else "a binary file of an unknown format"
     known = f"{load_reader(COMMONEST).FORMAT} and {len(reader_names()) - 1} others, listed by `phonanim info`"
     raise source.error(f"is {kind}; readable formats: {known}; `phonanim align` makes one")

@@ -34,7 +34,7 @@ WORDS = (
     *("word", "words", "punctuatedword", "text", "texts", "content", "token", "tokens", "body", "sentence"),
     *("transcript", "lyric", "lyrics", "utf8", "caption", "surface"),
 )
-LABELS = ("label", "value", "name", "mark", "markname", "markername", "clipname", "labels")
+LABELS = ("label", "annotation", "value", "name", "mark", "markname", "markername", "clipname", "labels")
 TIERS = ("tier", "type", "level")
 
 _UNITS = {
@@ -43,6 +43,7 @@ _UNITS = {
     **dict.fromkeys(("ticks", "100ns"), 1e-7),
 }
 _UNIT = re.compile(f"(.+?)({'|'.join(_UNITS)})")
+_WRITTEN = re.compile(r"(\w+?)(?:hhmmssms|hhmmssmsec|ssmsec)")
 _CLOCK = re.compile(r"\d{1,4}:\d{1,2}(?::\d{1,2})?(?:[.,]\d{1,9})?")
 _NUMBER = re.compile(r"[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?s?")
 
@@ -139,6 +140,8 @@ def values_at(row: Mapping[str, object], times: Times) -> tuple[float, float]:
 
 def _column(name: str) -> Column:
     bare = plain_name(name)
+    if written := _WRITTEN.fullmatch(bare):  # ELAN says how a time is written, such as "ss.msec"
+        return Column(name, _known(written[1]), 1.0)
     found = _UNIT.fullmatch(bare)
     if found and (known := _known(found[1])):
         return Column(name, known, _UNITS[found[2]])

@@ -12,6 +12,7 @@ from phonanim.speech.alignment import Interval, Recording, Tier
 
 UNTIMED = math.nan
 UNNAMED = "unnamed"  # the speaker of words that name none, in a file where others do
+_SPEAKER = re.compile(r"\s*(?:\[([A-Z]{1,20}[_ ]?\d{1,3})\]:?|([A-Z][A-Z0-9 .'_-]{1,30}):)\s+(?=\S)")
 _WORD = re.compile(r"[\[(][^\])]*[\])]|\S+")
 SPREAD = "the words of a line of text share its time by their letters"
 
@@ -61,6 +62,27 @@ def spread_text(text: str, start: float, end: float, speaker: str = "") -> list[
         spread.append(TimedWord(word, time, last, speaker))
         time = last
     return spread
+
+
+def split_speaker(text: str) -> tuple[str, str]:
+    """The speaker that a line names in capitals or in brackets before a colon, "" for none, and the rest."""
+    found = _SPEAKER.match(text)
+    return (found[1] or found[2], text[found.end() :]) if found else ("", text)
+
+
+def spread_lines(lines: Iterable[Interval]) -> list[TimedWord]:
+    """The words of labelled lines of text, each with the speaker that its line names."""
+    words: list[TimedWord] = []
+    for line in lines:
+        speaker, text = split_speaker(line.label)
+        words += spread_text(text, line.start, line.end, speaker)
+    return words
+
+
+def are_lines(labels: Iterable[str]) -> bool:
+    """Whether most labels are lines of text: of several words."""
+    spoken = [label for label in labels if label.strip()]
+    return 2 * sum(" " in label.strip() for label in spoken) > len(spoken)
 
 
 def first_value(item: Mapping[str, Any], names: Iterable[str]) -> Any:

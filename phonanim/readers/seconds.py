@@ -6,6 +6,7 @@ import re
 from typing import NamedTuple
 
 from phonanim.readers._rows import all_match, from_ends, from_starts, lines, match_row, split
+from phonanim.readers._words import SPREAD, are_lines, spread_lines, word_recording
 from phonanim.speech.alignment import Interval, Recording, Tier
 from phonanim.speech.alignment_file import AlignmentFile
 from phonanim.speech.labels import is_silent
@@ -21,7 +22,7 @@ LENGTHS = "the second time of a row was read as a length, because rows would ove
 # Audacity writes the decimal sign of its language, so that commas may stand in numbers but not between them.
 _POINT = r"-?\d+(?:\.\d*)?"
 _COMMA = r"-?\d+,\d+"
-_START = re.compile(r"-?\d+[.,]?\d*[\s,;]|\S{1,16}[\s,;]+-?\d")
+_START = re.compile(r"-?\d+[.,]?\d*[\s,;]|(?:\"[^\"\n]{1,1000}\"|\S{1,16})[\s,;]+-?\d")
 _CUES = frozenset("ABCDEFGHX")  # of Rhubarb
 
 
@@ -37,7 +38,7 @@ class _Layout(NamedTuple):
 _LAYOUTS = (
     _Layout(re.compile(rf"({_COMMA})[\t ;]+({_COMMA})[\t ;]*(.*)"), 3, 1, 2),
     _Layout(re.compile(rf"({_POINT})[\s,;]+({_POINT})(?:[\s,;]+(.*)|)"), 3, 1, 2),
-    _Layout(re.compile(rf"(\S{{1,60}}?)[\s,;]+({_POINT})[\s,;]+({_POINT})"), 1, 2, 3),
+    _Layout(re.compile(rf"(\"[^\"]{{1,1000}}\"|\S{{1,60}}?)[\s,;]+({_POINT})[\s,;]+({_POINT})"), 1, 2, 3),
     _Layout(re.compile(rf"({_POINT})[\s,;]+(?!{_POINT}(?:\s|$))(\S.*)"), 2, 1, 0),
 )
 """The better one first: two times and a label, a label and two times, a time and a label."""
@@ -77,6 +78,8 @@ def read(source: AlignmentFile) -> Recording:
             notes, ends = (LENGTHS,), [start + length for start, length in zip(starts, ends, strict=True)]
         intervals = tuple(map(Interval, labels, starts, ends))
     end = max(interval.end for interval in intervals)
+    if are_lines(labels):
+        return word_recording(spread_lines(intervals), end, (*notes, SPREAD))
     return Recording((Tier("labels", intervals),), 0.0, end, notes)
 
 

@@ -37,10 +37,9 @@ def _tier(element: ElementTree.Element, number: int) -> Tier:
 
 def _interval(annotation: ElementTree.Element) -> Interval | None:
     """An annotation, None for one at a point."""
-    places = annotation.find(".//Interval")
-    if places is None:
+    begin, end = annotation.find(".//Begin"), annotation.find(".//End")
+    if begin is None and end is None:
         return None
-    begin, end = places.find("Begin"), places.find("End")
     if begin is None or end is None:
         raise ValueError("an interval has no begin or no end")
     texts = [_best(label) for label in annotation.iter("Label")]

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from typing import NamedTuple
 
-from phonanim.readers._cues import Cue, cue_recording
+from phonanim.readers._cues import Cue, cue_recording, plain_cue
+from phonanim.readers._highlights import StyledCue, spoken_words
 from phonanim.readers._times import clock_seconds
 from phonanim.speech.alignment import Recording
 from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
@@ -19,6 +21,15 @@ _SYLLABLE = re.compile(r"\\(?:k|K|kf|ko)(\d+)")
 _DRAWING = re.compile(r"\\p[1-9]")
 
 
+class Event(NamedTuple):
+    """A line of dialogue, with its marks, from `start` to `end` seconds."""
+
+    start: float
+    end: float
+    text: str
+    name: str
+
+
 def recognizes(source: AlignmentFile) -> bool:
     """Whether there is a section of events with lines of dialogue."""
     return bool(re.search(r"^\[Events\]\s*$", source.text, re.MULTILINE)) and "\nDialogue:" in source.text
@@ -27,12 +38,12 @@ def recognizes(source: AlignmentFile) -> bool:
 def read(source: AlignmentFile) -> Recording:
     """The words of each speaker; those of a line share its time, but where karaoke marks time them."""
     try:
-        return cue_recording(_cues(source))
+        return cue_recording(_without_marked(list(_events(source))))
     except DAMAGE as error:
         raise source.error(f"has a damaged line of dialogue ({error}); save it again") from error
 
 
-def _cues(source: AlignmentFile) -> Iterator[Cue]:
+def _events(source: AlignmentFile) -> Iterator[Event]:
     fields = USUAL
     for line in source.text.partition("[Events]")[2].splitlines():
         kind, _, rest = line.partition(":")
@@ -43,12 +54,30 @@ def _cues(source: AlignmentFile) -> Iterator[Cue]:
             if not _DRAWING.search(values["text"]):
                 start, end = clock_seconds(values["start"]), clock_seconds(values["end"])
                 name = values.get("name", values.get("actor", "")).strip()
-                yield Cue(start, end, tuple(_pieces(values["text"], start)), name)
+                yield Event(start, end, re.sub(r"\\[Nnh]", " ", values["text"]), name)
+
+
+def _without_marked(events: list[Event]) -> list[Cue]:
+    """The events; where a line is shown once for each word with that word marked, the marked words."""
+    cues = [Cue(one.start, one.end, tuple(_pieces(one.text, one.start)), one.name) for one in events]
+    if any(map(_SYLLABLE.search, (one.text for one in events))):
+        return cues
+    styled = [StyledCue(one.start, one.end, _runs(one.text)) for one in events]
+    found = spoken_words(styled)
+    if found == styled:
+        return cues
+    return [plain_cue(one.start, one.end, "".join(text for _, text in one.runs)) for one in found]
+
+
+def _runs(text: str) -> tuple[tuple[str, str], ...]:
+    """The text of an event by its marks; \\r goes back to the style of the line."""
+    parts = _MARKS.split(text)
+    styles = ["", *("" if mark.startswith("\\r") else mark for mark in parts[1::2])]
+    return tuple((style, part) for style, part in zip(styles, parts[::2], strict=True) if part)
 
 
 def _pieces(text: str, start: float) -> Iterator[tuple[float, str]]:
     """The text of each syllable with its start; without karaoke marks the whole text."""
-    text = re.sub(r"\\[Nnh]", " ", text)
     parts = _MARKS.split(text)
     spoken, time, following = parts[0], start, start
     for marks, after in zip(parts[1::2], parts[2::2], strict=True):

@@ -16,6 +16,7 @@ FORMAT = "Praat TextGrid"
 _TOKEN = re.compile(r'"([^"]*(?:""[^"]*)*)"|!.*|<(\w+)>|([^\s"=]+)')
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf(?:inity)?)", re.IGNORECASE)
 _BEGINNINGS = frozenset("+-.0123456789nNiI")  # of numbers; most words of the long form are comments
+_CLASS = re.compile(r"TextGrid(?: \d+)?")
 _CHRONOLOGICAL = "Praat chronological TextGrid text file"
 
 
@@ -41,13 +42,30 @@ def _read(source: AlignmentFile) -> Recording:
     tokens = _Tokens(source)
     if (kind := tokens.string()) == _CHRONOLOGICAL:
         return _read_chronological(tokens)
-    if not kind.startswith("ooTextFile") or (kind := tokens.string()) != "TextGrid":
+    kind = tokens.string() if kind.startswith("ooTextFile") else ""
+    if kind == "Collection":
+        tokens.find_textgrid()
+    elif kind == "IntervalTier":
+        return _read_lone_tier(tokens)
+    elif kind != "TextGrid":
         raise source.error(
             f'contains a Praat object of class "{quote_label(kind)}", not a TextGrid; save the TextGrid alone'
         )
     start, end = tokens.number(), tokens.number()
     tiers = [_read_tier(tokens, number) for number in range(1, tokens.tier_count() + 1)]
     return Recording(tuple(tier for tier in tiers if tier), start, end)
+
+
+def _read_lone_tier(tokens: _Tokens) -> Recording:
+    """An interval tier that was saved alone, without a name."""
+    start, end = tokens.number(), tokens.number()
+    intervals = [
+        Interval(text.strip(), first, last)
+        for first, last, text in (
+            (tokens.number(), tokens.number(), tokens.string()) for _ in range(tokens.count())
+        )
+    ]
+    return Recording((Tier("labels", tuple(intervals)),), start, end)
 
 
 def _read_tier(tokens: _Tokens, number: int) -> Tier | None:
@@ -100,6 +118,16 @@ class _Tokens:
 
     def more(self) -> bool:
         return self._next < len(self._tokens)
+
+    def find_textgrid(self) -> None:
+        """Go to the content of the one TextGrid of a collection, behind its class and its name."""
+        places = [
+            n for n, token in enumerate(self._tokens) if isinstance(token, str) and _CLASS.fullmatch(token)
+        ]
+        if len(places) != 1:
+            told = f"is a collection of Praat with {len(places)} TextGrids"
+            raise self.source.error(f"{told}; save the TextGrid of the line alone")
+        self._next = places[0] + 2
 
     def intervals(self, count: int) -> tuple[Interval, ...]:
         """So many intervals at once; none where what comes next is anything else."""

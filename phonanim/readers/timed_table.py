@@ -29,6 +29,7 @@ SPEAKERS = ("speaker", "speakername", "speakerid", "character")
 MFA = ["begin", "end", "label", "type", "speaker"]
 """The columns of the Montreal Forced Aligner, which has a reader of its own."""
 
+_COMMENTS = re.compile(r"\A(?:\s*(?:#(?![,;\t])|//|sep=).*\n)+")
 _TIME_CODE = re.compile(r"\s*\d{1,2}:\d\d:\d\d[:;]\d\d\s*")
 
 
@@ -143,11 +144,12 @@ def _names_tiers(source: AlignmentFile, name: str) -> str:
     from phonanim.speech.tiers import PHONE_NAMES, WORD_NAMES
 
     found = {cells[name].strip().lower() for cells in _rows(source)} if name else set()
-    return name if found & {*PHONE_NAMES, *WORD_NAMES} else ""
+    named = name.strip().lower() == "tier" and len(found) > 1
+    return name if named or found & {*PHONE_NAMES, *WORD_NAMES} else ""
 
 
 def _header(source: AlignmentFile) -> list[str]:
-    line = source.text.partition("\n")[0]
+    line = _table(source).partition("\n")[0]
     if len(line) > LONGEST_ROW:
         return []
     return next(csv.reader([line], delimiter=_separator(source)), [])
@@ -157,11 +159,17 @@ def _rows(source: AlignmentFile) -> Iterator[dict[str, str]]:
     """The rows below the header by the names of its columns. Raises AlignmentError for a damaged one."""
     names = _header(source)
     try:
-        for row in csv.reader(source.text.splitlines()[1:], delimiter=_separator(source)):
+        for row in csv.reader(_table(source).splitlines()[1:], delimiter=_separator(source)):
             yield dict(zip(names, [*row, *[""] * len(names)], strict=False))
     except csv.Error as error:
         raise source.error(f"has a damaged row ({error}); export it again") from error
 
 
 def _separator(source: AlignmentFile) -> str:
-    return max("\t;,", key=source.text.partition("\n")[0].count)
+    return max("\t;,", key=_table(source).partition("\n")[0].count)
+
+
+def _table(source: AlignmentFile) -> str:
+    """The text from the header on, without comments before it."""
+    found = _COMMENTS.match(source.text)
+    return source.text[found.end() :] if found else source.text

@@ -15,17 +15,19 @@ from phonanim.speech.alignment_file import AlignmentFile
 
 FORMAT = "timed text (TTML, DFXP)"
 LANGUAGE = "{http://www.w3.org/XML/1998/namespace}lang"
-UNITS = {"h": 3600.0, "m": 60.0, "s": 1.0, "ms": 1e-3}
+APPLE = "{http://music.apple.com/"
+UNITS = {"h": 3600.0, "m": 60.0, "s": 1.0, "ms": 1e-3, "": 1.0}
 
-_CLOCK = re.compile(r"(\d+):(\d{1,2}):(\d{1,2})(?:([.:])(\d+))?")
-_OFFSET = re.compile(r"(\d+(?:\.\d+)?)(h|ms|m|s|f|t)")
+_CLOCK = re.compile(r"(?:(\d+):)?(\d{1,2}):(\d{1,2})(?:([.:])(\d+))?")
+_OFFSET = re.compile(r"(\d+(?:\.\d+)?)(h|ms|m|s|f|t|)")  # Apple writes seconds without a unit
 
 
 class _Rates(NamedTuple):
-    """Frames and ticks in a second."""
+    """Frames and ticks in a second, and whether times within an element count from the start of the file."""
 
     frames: float
     ticks: float
+    absolute: bool = False
 
 
 def recognizes(source: AlignmentFile) -> bool:
@@ -39,6 +41,7 @@ def read(source: AlignmentFile) -> Recording:
         root = parse_xml(source)
         frames = float(_attribute(root, "frameRate", "30"))
         rates = _Rates(frames, float(_attribute(root, "tickRate", str(frames))))
+        rates = rates._replace(absolute=_is_absolute(root, rates))
         cues = list(_cues(root, 0.0, math.inf, rates))
     except XML_DAMAGE as error:
         raise source.error(f"is damaged timed text ({error}); save it again") from error
@@ -52,15 +55,30 @@ def _cues(element: Element, start: float, end: float, rates: _Rates) -> Iterator
         spans = [child for child in element if _name(child) == "span" and child.get("begin")]
         if spans:
             pieces = [(start, element.text or "")]
-            for span in spans:
-                pieces.append((_times(span, start, end, rates)[0], _text(span)))
-                pieces.append((_times(span, start, end, rates)[1], span.tail or ""))
+            times = [_times(span, start, end, rates) for span in spans]
+            following = [*(begin for begin, _ in times[1:]), math.inf]
+            for span, (begin, last), after in zip(spans, times, following, strict=True):
+                pieces.append((begin, _text(span)))
+                pieces.append((min(last, max(after, begin)), span.tail or ""))
             yield _bounded(Cue(start, end, tuple(pieces)))
         else:
             yield _bounded(Cue(start, end, ((start, _text(element)),)))
         return
     for child in element:
         yield from _cues(child, start, end, rates)
+
+
+def _is_absolute(root: Element, rates: _Rates) -> bool:
+    """Whether times do not count from the element around them, as Apple writes: else they are outside it."""
+    if any(key.startswith(APPLE) for key in root.attrib):
+        return True
+    for element in root.iter():
+        start = _seconds(element.get("begin"), rates, 0.0)
+        end = _seconds(element.get("end"), rates, math.inf)
+        inner = [_seconds(child.get("begin"), rates, 0.0) for child in element if child.get("begin")]
+        if start > 0 and any(start <= begin <= end < start + begin for begin in inner):
+            return True
+    return False
 
 
 def _bounded(cue: Cue) -> Cue:
@@ -74,8 +92,9 @@ def _bounded(cue: Cue) -> Cue:
 
 
 def _times(element: Element, start: float, end: float, rates: _Rates) -> tuple[float, float]:
-    begin = start + _seconds(element.get("begin"), rates, 0.0)
-    last = start + _seconds(element.get("end"), rates, math.inf)
+    origin = 0.0 if rates.absolute else start
+    begin = origin + _seconds(element.get("begin"), rates, start - origin)
+    last = origin + _seconds(element.get("end"), rates, math.inf)
     return begin, min(last, begin + _seconds(element.get("dur"), rates, math.inf), end)
 
 
@@ -83,7 +102,7 @@ def _seconds(text: str | None, rates: _Rates, default: float) -> float:
     if text is None:
         return default
     if found := _CLOCK.fullmatch(text.strip()):
-        whole = int(found[1]) * 3600 + int(found[2]) * 60 + int(found[3])
+        whole = int(found[1] or 0) * 3600 + int(found[2]) * 60 + int(found[3])
         if found[4] == ":":
             return whole + int(found[5]) / rates.frames
         return whole + float(f"0.{found[5] or 0}")

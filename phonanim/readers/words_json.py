@@ -119,8 +119,9 @@ def _words(content: Any, depth: int) -> Iterator[dict[str, Any]]:
     for name in ("results", "channels", "channel", "alternatives", "transcription") if not found else ():
         inner = content.get(name)
         # Of alternatives, the others say the same otherwise.
-        first = name == "alternatives" and isinstance(inner, list)
-        yield from _words(inner[:1] if first else inner, depth + 1)
+        if name == "alternatives" and isinstance(inner, list):
+            inner = inner[:1]
+        yield from _words(inner, depth + 1)
 
 
 def _holds_words(item: dict[str, Any]) -> bool:

@@ -131,7 +131,30 @@ INWORLD_PHONES = {
 }
 END: Spans = (("sil", 0.6, 0.7),)
 
+FESTIVAL = """EST_File utterance
+DataType ascii
+version 2
+EST_Header_End
+Features max_id 4 ; type Text ;
+Stream_Items
+1 id _1 ; name pau ; dur_factor 1 ; end 0.2 ;
+2 id _2 ; name b ; end 0.3 ;
+3 id _3 ; name iy ; end 0.5 ;
+4 id _4 ; name m ; end 0.6 ;
+End_of_Stream_Items
+Relations
+Relation Segment ; ()
+1 1 0 0 2 0
+2 2 0 0 3 1
+3 3 0 0 4 2
+4 4 0 0 0 3
+End_of_Relation
+End_of_Relations
+End_of_Utterance
+"""
+
 PHONED: dict[str, list[Sample]] = {
+    "festival": [text(FESTIVAL, (("pau", 0.0, 0.2), ("b", 0.2, 0.3), ("iy", 0.3, 0.5), ("m", 0.5, 0.6)))],
     "annosoft": [text(ANNO, labelled("", "b", "IY", "m", "")[:4], WORD)],
     "pamela": [text(PAM, (*labelled("", "B", "IY1", "M", "")[:4], ("", 0.6, 0.6 + 1 / 24)), notes=1)],
     "faceposer": [text(FACEPOSER, ARPABET, WORD)],
@@ -184,7 +207,23 @@ AUDITION = "Name\tStart\tDuration\tTime Format\tType\tDescription\nbeam\t0:00.20
 REAPER = "#,Name,Start,End,Length,Color\nR1,beam,0:00.200,0:00.600,0:00.400,\nM1,here,0:00.700,,,\n"
 CLOCK = "Start Time,End Time,Text\n00:00:00.2000000,00:00:00.6000000,beam\n"
 
+SAMI = """<SAMI><HEAD><STYLE TYPE="text/css"><!-- .ENCC {Name: English; lang: en-US;} --></STYLE></HEAD><BODY>
+<SYNC Start=200><P Class=ENCC>beam<SYNC Start=600><P Class=ENCC>&nbsp;</BODY></SAMI>
+"""
+ULTRASTAR = "#TITLE:x\n#BPM:75\n#GAP:200\n: 0 1 60 be\n: 1 1 60 am\n- 3\nE\n"
+CHAT = """@UTF8
+@Begin
+@Languages:\teng
+*MAR:\tbeam . \x15200_600\x15
+@End
+"""
+CHAT_WORDS = CHAT.replace("@End", "%wor:\tbeam \x15200_600\x15 .\n@End")
+
 WORDED: dict[str, list[Sample]] = {
+    "sami": [text(SAMI, (), WORD)],
+    "microdvd": [text("{1}{1}10\n{2}{6}{y:i}beam\n", (), WORD), text("[2][6]/beam\n", (), WORD)],
+    "ultrastar": [text(ULTRASTAR, (), WORD)],
+    "chat": [text(content, (), WORD) for content in (CHAT, CHAT_WORDS)],
     "youtube": [text(content, (), WORD) for content in (YOUTUBE_OLD, YOUTUBE)],
     "nist": [text(content, (), WORD) for content in (RTTM, STM)],
     "exmaralda": [text(EXB, (), WORD)],
