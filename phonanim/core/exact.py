@@ -1,8 +1,8 @@
 """Matrix products with the same bits on every processor, whatever the order in which it adds.
 
 BLAS libraries add in another order on each type of processor, so that the last bits of a product differ.
-Here factors are rounded to whole numbers of a unit so fine that the sums, too, are whole numbers, which
-float64 holds exactly. Then no order matters. Smaller products are added in one order without BLAS.
+Here factors are rounded to multiples of a power of two, so fine that float64 holds the sums, too, exactly.
+Then no order matters. Smaller products are added in one order without BLAS.
 """
 
 from __future__ import annotations
@@ -24,20 +24,15 @@ ROOM = 52 - BITS
 
 @dataclass(frozen=True)
 class ExactLayer:
-    """`weights` (inputs, outputs) are whole numbers of `unit` (outputs,); `bias` (outputs,) is as it was."""
+    """`weights` (inputs, outputs), whole multiples of a power of two in each column, and `bias` (outputs,)."""
 
     weights: Array
-    unit: Array
     bias: Array
 
     def __call__(self, rows: NDArray[np.floating]) -> Array:
         """Rows times weights, plus the bias, (rows, inputs) -> (rows, outputs); each row by itself."""
         size = np.frexp(np.abs(rows).max(axis=1, initial=0.0))[1][:, None]
-        whole = np.multiply(rows, np.ldexp(1.0, BITS - size))
-        np.rint(whole, out=whole)
-        found: Array = whole @ self.weights
-        found *= np.ldexp(1.0, size - BITS)
-        found *= self.unit
+        found: Array = rounded(rows.astype(np.float64), size) @ self.weights
         found += self.bias
         return found
 
@@ -46,8 +41,18 @@ def exact_layer(weights: NDArray[np.floating], bias: NDArray[np.floating]) -> Ex
     """A layer of weights (inputs, outputs) and a bias (outputs,)."""
     most = np.abs(weights).sum(axis=0, dtype=np.float64)
     unit = unit_below(most + np.finfo(np.float64).tiny)
-    whole = np.rint(weights / unit)
-    return ExactLayer(whole, unit, bias.astype(np.float64))
+    return ExactLayer(np.rint(weights / unit) * unit, bias.astype(np.float64))
+
+
+def rounded(values: Array, size: NDArray[np.integer] | int) -> Array:
+    """Values up to 2**size, to the nearest multiples of 2**(size - BITS), halves to the even one, in place.
+
+    Next to a number whose last bit is that multiple, there is no room for less.
+    """
+    beside = np.ldexp(1.5, size + 52 - BITS)
+    values += beside
+    values -= beside
+    return values
 
 
 def unit_below(most: Array) -> Array:

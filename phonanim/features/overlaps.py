@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.core.exact import BITS, exact_layer, unit_below
+from phonanim.core.exact import exact_layer, rounded, unit_below
 from phonanim.features.context import (
     EDGES,
     N_BOXES,
@@ -22,41 +22,38 @@ from phonanim.features.context import (
     segment_timing,
 )
 from phonanim.speech.gestures import split_parts
-from phonanim.speech.phones import PhoneTrack
+from phonanim.speech.phones import PhoneTrack, pair_rows
 
 Array = NDArray[np.float64]
 
-BLOCK = 48
+BLOCK = 12
 """Instants at once: near each other, they have most of their segments in common."""
 
 
 @dataclass(frozen=True)
 class ContextLayer:
-    """The answers of a layer: `boxes` (boxes, parts, outputs) and `timing` (12, outputs), whole numbers of
-    `unit` (outputs,); `bias` (outputs,) is as it was.
+    """The answers of a layer to parts in boxes, `boxes` (boxes, parts, outputs), and to the timing, `timing`
+    (12, outputs): whole multiples of a power of two in each column. `bias` is (outputs,).
     """
 
-    boxes: NDArray[np.int32]
+    boxes: Array
     timing: Array
-    unit: Array
     bias: Array
 
     def __call__(self, track: PhoneTrack, times: Array) -> Array:
         """What the layer answers at instants, (times,) seconds -> (times, outputs), each by itself."""
-        found = np.empty((len(times), len(self.unit)))
-        for start in range(0, len(times), BLOCK):
-            found[start : start + BLOCK] = self._answer(track, times[start : start + BLOCK])
-        return found
-
-    def _answer(self, track: PhoneTrack, times: Array) -> Array:
-        local = crop_track(track, times)
-        boxes, parts, shares = box_shares(local, times)
-        signal = np.concatenate([shares, segment_timing(local, times)], axis=1)
-        weights = np.concatenate([self.boxes[boxes, parts], self.timing])
-        signal *= 2.0**BITS
-        np.rint(signal, out=signal)
-        found: Array = signal @ weights
-        found *= self.unit * 2.0**-BITS
+        found = np.empty((len(times), len(self.bias)))
+        if len(times) == 0:
+            return found
+        local, near = crop_track(track, times), in_blocks(times)
+        counts, boxes, parts, shares = box_shares(local, near)
+        rows, table = boxes * self.boxes.shape[1] + parts, self.boxes.reshape(-1, self.boxes.shape[2])
+        shares, weights = rounded(shares, 0), np.empty((counts.max(), table.shape[1]))
+        for number, (end, count) in enumerate(zip(np.cumsum(counts).tolist(), counts.tolist(), strict=True)):
+            block = found[number * near.shape[1] : (number + 1) * near.shape[1]]
+            table.take(rows[end - count : end], axis=0, out=weights[:count], mode="clip")
+            np.matmul(shares[end - count : end, : len(block)].T, weights[:count], out=block)
+        found += rounded(segment_timing(local, times), 0) @ self.timing
         found += self.bias
         return found
 
@@ -75,18 +72,38 @@ def context_layer(kind: str, weights: NDArray[np.floating], bias: NDArray[np.flo
     # The shares of a box sum to one, and no column of the timing exceeds one.
     most = np.abs(answers).max(axis=0).sum(axis=0) + np.abs(timing).sum(axis=0)
     unit = unit_below(most + np.finfo(np.float64).tiny)
-    boxes = np.ascontiguousarray(np.rint(answers / unit).transpose(1, 0, 2), np.int32)  # they have ROOM bits
-    return ContextLayer(boxes, np.rint(timing / unit), unit, bias.astype(np.float64))
+    boxes = np.ascontiguousarray((np.rint(answers / unit) * unit).transpose(1, 0, 2))
+    return ContextLayer(boxes, np.rint(timing / unit) * unit, bias.astype(np.float64))
 
 
-def box_shares(track: PhoneTrack, times: Array) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
-    """Which gesture part occurs in which box around instants (times,), and its share of the box there.
+def in_blocks(times: Array) -> Array:
+    """Instants in blocks of a few that are near each other, (times,) -> (blocks, at once); the last repeats."""
+    size = min(BLOCK, len(times))
+    count = -(-len(times) // size)
+    return np.append(times, np.full(count * size - len(times), times[-1])).reshape(count, size)
 
-    Box numbers (pairs,), parts (pairs,), shares (times, pairs) from 0 to 1.
+
+def box_shares(
+    track: PhoneTrack, times: Array
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Array]:
+    """Which gesture part occurs in which box around the instants of a block, (blocks, at once) seconds.
+
+    The pairs of box and part of each block (blocks,), one block after the other: their boxes (pairs,), parts
+    (pairs,), and shares of the box (pairs, at once) from 0 to 1 at each instant of the block.
     """
-    parts = split_parts(track)
-    edges = (times[:, None] + EDGES)[:, :, None]
-    before = np.clip(edges, parts.bounds[:-1], parts.bounds[1:])
-    spent = before[:, 1:] - before[:, :-1]
-    boxes, segments = np.nonzero(spent.any(axis=0))
-    return boxes, parts.parts[segments], spent[:, boxes, segments] / np.diff(EDGES)[boxes]
+    split = split_parts(track)
+    ends = np.stack([times.min(axis=1), times.max(axis=1)])[:, :, None] + EDGES
+    inner = split.bounds[1:-1]
+    first = np.searchsorted(inner, ends[0, :, :-1], side="right")
+    last = np.searchsorted(inner, ends[1, :, 1:], side="left") + 1
+    places, segments = pair_rows(first.ravel(), last.ravel())
+    blocks, boxes = np.divmod(places, N_BOXES)
+    start, stop = (bound[segments, None] for bound in (split.bounds[:-1], split.bounds[1:]))
+    before = times.take(blocks, axis=0)
+    spent = before + EDGES[1:][boxes, None]
+    np.minimum(np.maximum(spent, start, out=spent), stop, out=spent)
+    before += EDGES[boxes, None]
+    np.minimum(np.maximum(before, start, out=before), stop, out=before)
+    spent -= before
+    spent /= np.diff(EDGES)[boxes, None]
+    return (last - first).sum(axis=1), boxes, split.parts[segments], spent

@@ -21,7 +21,7 @@ from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 Layers = tuple[tuple[NDArray[np.float32], NDArray[np.float32]], ...]
-CHUNK = 1024  # windows at once: small enough for the cache, large enough for the matrix product
+CHUNK = 384  # windows at once: small enough for the cache, large enough for the matrix product
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Network:
         answers = []
         for signal, layers in zip(np.split(shared, len(rest), axis=1), rest, strict=True):
             for layer in layers:
-                signal = layer(_ACTIVATIONS[self.config.activation](signal.astype(np.float32)))
+                signal = layer(_ACTIVATIONS[self.config.activation](signal))
             answers.append(signal)
         return np.mean(answers, axis=0).astype(np.float32)
 
@@ -119,17 +119,18 @@ def _layers(config: Config, tensors: Tensors, prefix: str) -> Layers:
     return tuple(layers)
 
 
-def _silu(signal: NDArray[np.float32]) -> NDArray[np.float32]:
+def _silu(signal: Array) -> NDArray[np.float32]:
     # x * sigmoid(x) through tanh, which numpy vectorizes and which cannot overflow.
-    half = signal * np.float32(0.5)
-    grown = np.tanh(half)
+    half = signal.astype(np.float32)
+    half *= np.float32(0.5)
+    grown: NDArray[np.float32] = np.tanh(half)
     grown += 1
     grown *= half
-    return np.asarray(grown, np.float32)
+    return grown
 
 
-def _tanh(signal: NDArray[np.float32]) -> NDArray[np.float32]:
-    return np.asarray(np.tanh(signal), np.float32)
+def _tanh(signal: Array) -> NDArray[np.float32]:
+    return np.asarray(np.tanh(signal.astype(np.float32)), np.float32)
 
 
 _ACTIVATIONS = {"silu": _silu, "tanh": _tanh}

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from phonanim.core.exact import exact_layer, inverse, ordered_product, sparse_product
+from phonanim.core.exact import exact_layer, inverse, ordered_product, rounded, sparse_product
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 CORES = ("Haswell", "Zen", "SkylakeX", "Nehalem", "Prescott")
@@ -42,8 +42,20 @@ def test_rows_of_zeros_and_weights_of_zero_give_the_bias() -> None:
 def test_sums_stay_whole_at_the_limit() -> None:
     """Rows and weights that are all as large as they may be."""
     layer = exact_layer(np.full((1000, 1), 0.999999), np.zeros(1))
-    whole = np.rint(np.full(1000, 0.999999) * 2.0**22).sum() * layer.weights[0, 0]
-    assert np.abs(layer.weights).sum() * 2.0**22 < 2.0**53 > whole
+    unit = 2.0 ** (np.frexp(1000.0)[1] - 29)  # the weights' own
+    whole = np.rint(np.full(1000, 0.999999) * 2.0**22).sum() * layer.weights[0, 0] / unit
+    assert np.abs(layer.weights).sum() / unit * 2.0**22 < 2.0**53 > whole
+    assert whole == np.rint(whole)
+
+
+def test_values_are_rounded_to_their_bits() -> None:
+    rng = np.random.default_rng(3)
+    values = rng.normal(size=(30, 50)) * 10.0 ** rng.integers(-9, 9, (30, 1))
+    values[0] = np.arange(50) / 2  # with ties
+    values[0, -1] = 2.0**22
+    size = np.frexp(np.abs(values).max(axis=1))[1][:, None]
+    unit = np.ldexp(1.0, size - 22)
+    np.testing.assert_array_equal(rounded(values.copy(), size), np.rint(values / unit) * unit)
 
 
 def test_small_products_are_those_of_numpy() -> None:

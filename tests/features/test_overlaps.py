@@ -35,9 +35,19 @@ def test_each_instant_is_by_itself(weights: np.ndarray) -> None:
 
 
 def test_the_shares_of_a_box_sum_to_one() -> None:
-    boxes, _, shares = box_shares(track_of(f"sil 9 {LINE} sil 9"), np.array([9.5, 9.8]))
-    sums = np.array([shares[:, boxes == box].sum(axis=1) for box in range(17)])
+    times = np.array([[9.5, 9.8, 9.9], [9.2, 10.4, 10.4]])
+    counts, boxes, _, shares = box_shares(track_of(f"sil 9 {LINE} sil 9"), times)
+    blocks = np.repeat(np.arange(2), counts)
+    sums = np.array([shares[(boxes == box) & (blocks == n)].sum(axis=0) for n in range(2) for box in range(17)])
     np.testing.assert_allclose(sums, 1, atol=1e-12)
+
+
+def test_instants_may_come_in_any_order(weights: np.ndarray) -> None:
+    track, layer = track_of(LINE), context_layer("all", weights, np.zeros(5))
+    times = np.linspace(0, 1.4, 40)
+    order = np.random.default_rng(0).permutation(40)
+    np.testing.assert_array_equal(layer(track, times[order]), layer(track, times)[order])
+    assert layer(track, times[:0]).shape == (0, 5)
 
 
 def test_another_number_of_features_is_refused(weights: np.ndarray) -> None:
