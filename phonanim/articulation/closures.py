@@ -7,6 +7,7 @@ above during such a gesture. The limit is released along half a cosine, so that 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,28 +26,42 @@ THRUST = 0.08  # the same for the tip of the tongue between the teeth
 RISE = 16.0  # mm, more than any channel exceeds its limit, so that the bound ends with its ramp
 CLOSED = -0.5  # mm: lips press on each other (Löfqvist and Gracco 1996)
 APART = 2.5  # mm between lips that are kept apart; set by eye
-# Column of lexicon/gestures.csv, channel, limit in mm.
+
+
+class Limit(NamedTuple):
+    """What a column of lexicon/gestures.csv asks of a channel: `most` mm, released by `rise` mm in `ramp` s."""
+
+    column: str
+    channel: str
+    most: float
+    rise: float = RISE
+    ramp: float = RAMP
+
+
 LIMITS = (
-    ("lip_closure", "lip_gap", CLOSED),
-    ("lip_to_teeth", "lower_lip_to_teeth", 0.3),
-    ("sibilant", "jaw", 1.2),
+    Limit("lip_closure", "lip_gap", CLOSED),
+    Limit("lip_to_teeth", "lower_lip_to_teeth", 0.3),
+    Limit("sibilant", "jaw", 1.2),
 )
-# The same from below: the tip of the tongue comes between the teeth, and the jaw gives it room.
-LEAST_LIMITS = (("dental", "tongue_tip_front", 9.5), ("dental", "jaw", 3.6))
+# The same from below, with the sign changed: the tip of the tongue comes between the teeth, and the jaw gives
+# it room.
+LEAST_LIMITS = (
+    Limit("dental", "tongue_tip_front", -9.5, 9.5, THRUST),
+    Limit("dental", "jaw", -3.6, 3.6, THRUST),
+)
+_ALL = (*LIMITS, *LEAST_LIMITS)
+_ASKED = GESTURES.articulation[:, [GESTURES.columns.index(limit.column) for limit in _ALL]].T > 0
+_MOST, _RISES, _RAMPS = np.array([(limit.most, limit.rise, limit.ramp) for limit in _ALL]).T
 
 
 def enforce_contacts(values: Array, track: PhoneTrack, times: Array) -> None:
     """Limit channels in place, (frames, channels) mm at (frames,) seconds in rising order."""
-    parts = split_parts(track)
-    gestures = GESTURES.part_gesture[parts.parts]
-    for column, channel, limit in LIMITS:
-        bound = _bound(_named(column, gestures), parts.bounds, times, limit)
-        place = CHANNELS.index(channel)
-        values[:, place] = np.minimum(values[:, place], bound)
-    for column, channel, limit in LEAST_LIMITS:
-        bound = _bound(_named(column, gestures), parts.bounds, times, -limit, limit, THRUST)
-        place = CHANNELS.index(channel)
-        values[:, place] = np.maximum(values[:, place], -bound)
+    for number, bound in enumerate(_bounds(track, times)):
+        column = values[:, CHANNELS.index(_ALL[number].channel)]
+        if number < len(LIMITS):
+            np.minimum(column, bound, out=column)
+        else:
+            np.maximum(column, -bound, out=column)
 
 
 def set_closures(mouth: Articulation, closures: Sequence[Closure], times: Array) -> Articulation:
@@ -74,26 +89,18 @@ def set_closures(mouth: Articulation, closures: Sequence[Closure], times: Array)
     return Articulation(values, mouth.channels)
 
 
-def _named(column: str, gestures: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Which of some gestures have a column of lexicon/gestures.csv, as rows of them."""
-    return np.flatnonzero((GESTURES.articulation[:, GESTURES.columns.index(column)] > 0)[gestures])
-
-
-def _bound(
-    segments: NDArray[np.int64],
-    bounds: Array,
-    times: Array,
-    limit: float,
-    rise: float = RISE,
-    ramp: float = RAMP,
-) -> Array:
-    """The largest value allowed, (frames,) mm; inf where free."""
-    bound = np.full(len(times), np.inf)
-    begin, end = bounds[segments], bounds[segments + 1]
+def _bounds(track: PhoneTrack, times: Array) -> Array:
+    """The largest value that each limit allows, (limits, frames) mm; inf where free."""
+    parts = split_parts(track)
+    limits, segments = np.nonzero(_ASKED[:, GESTURES.part_gesture[parts.parts]])
+    begin, end, ramps = parts.bounds[segments], parts.bounds[segments + 1], _RAMPS[limits]
     middles, halves = (begin + end) / 2, np.maximum(CORE * (end - begin), LEAST) / 2
-    first = np.searchsorted(times, middles - halves - ramp)
-    last = np.searchsorted(times, middles + halves + ramp)
+    first = np.searchsorted(times, middles - halves - ramps)
+    last = np.searchsorted(times, middles + halves + ramps)
     near, rows = pair_rows(first, last)
-    away = np.clip((np.abs(times[rows] - middles[near]) - halves[near]) / ramp, 0, 1)
-    np.minimum.at(bound, rows, limit + rise * (1 - np.cos(np.pi * away)) / 2)
-    return bound
+    kinds = limits[near]
+    away = np.clip((np.abs(times[rows] - middles[near]) - halves[near]) / ramps[near], 0, 1)
+    allowed = _MOST[kinds] + _RISES[kinds] * (1 - np.cos(np.pi * away)) / 2
+    bounds = np.full((len(_ALL), len(times)), np.inf)
+    np.minimum.at(bounds, (kinds, rows), allowed)
+    return bounds

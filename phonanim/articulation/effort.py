@@ -62,13 +62,16 @@ def stress_curve(track: PhoneTrack, times: Array) -> Array:
 
 def vowel_stress(track: PhoneTrack) -> Array:
     """The stress of each segment, (segments,): for vowels as in `speech.prosody.stress`, else NaN."""
-    marks = np.array([stress(label) for label in track.labels])
+    marks = list(map(stress, track.labels))
     vowels = VOWELS[track.codes]
+    known = np.isfinite(marks)
     found = np.full(len(marks), np.nan)
+    if not known.any():
+        return found
     before = np.nan
-    for number in np.flatnonzero(vowels | np.isfinite(marks) | (track.codes == SILENT)):
+    for number in np.flatnonzero(vowels | known | (track.codes == SILENT)).tolist():
         if vowels[number]:
-            found[number] = marks[number] if np.isfinite(marks[number]) else before
+            found[number] = marks[number] if known[number] else before
         before = np.nan if vowels[number] else marks[number]
     return found
 

@@ -37,10 +37,12 @@ def scale_articulation(
     width = articulation.channel("lip_width")
     gains["protrusion"] = gains["protrusion"] * rounding
     gains["lip_width"] = gains["lip_width"] * np.where(width < 0, rounding, 1.0)
-    if all(np.all(np.asarray(gain) == 1.0) for gain in gains.values()):
+    moved = {name: gain for name, gain in gains.items() if np.ndim(gain) or gain != 1.0}
+    if all(np.all(np.asarray(gain) == 1.0) for gain in moved.values()):
         return articulation
-    columns = [np.broadcast_to(gains[name], len(articulation.values)) for name in articulation.channels]
-    values = articulation.values * np.stack(columns, axis=1)
+    values = articulation.values.copy()
+    for name, gain in moved.items():
+        values[:, articulation.channels.index(name)] *= gain
     drop, near = articulation.channel("jaw"), np.minimum(gains["jaw"], 1.0) * TEETH_NEAR
     beyond = gains["jaw"] * np.maximum(drop - TEETH_NEAR, 0)
     values[:, articulation.channels.index("jaw")] = np.minimum(drop, TEETH_NEAR) * near / TEETH_NEAR + beyond

@@ -24,9 +24,12 @@ from phonanim.speech.phones import PhoneTrack, pair_rows
 Array = NDArray[np.float64]
 
 CUT = 4.0  # standard deviations at which the Gaussian is cut off
-_AT = np.linspace(-CUT, CUT, 4097)
+STEPS = 512  # of a standard deviation, in the table of the Gaussian's integral
+_AT = np.linspace(-CUT, CUT, round(2 * CUT * STEPS) + 1)
 _CDF = np.array([0.5 * (1 + math.erf(x / math.sqrt(2)) / math.erf(CUT / math.sqrt(2))) for x in _AT])
+_SLOPE = np.append(np.diff(_CDF) * STEPS, 0.0)
 BLOCK = 8192  # instants per block, so that their data fit in the cache
+PAIRS = 16384  # of instants and gestures near them, likewise
 ROUNDED = (
     GESTURES.articulation[:, [GESTURES.columns.index(c) for c in ("rounding", "protrusion")]].max(axis=1) > 0
 )
@@ -43,13 +46,14 @@ def articulate(
     targets = targets or read_targets()
     gestures, bounds = _gestures(track)
     values = np.empty((len(times), len(CHANNELS)))
-    alike: dict[tuple[float, float], list[int]] = {}  # channels with the same timing
-    for channel, timing in enumerate(zip(targets.sigma.tolist(), targets.lead.tolist(), strict=True)):
-        alike.setdefault(timing, []).append(channel)
-    for start in range(0, len(times), BLOCK):
-        block = slice(start, start + BLOCK)
-        for channels in alike.values():
-            values[block, channels] = _blend(gestures, bounds, times[block], targets, channels)
+    first = np.searchsorted(bounds[1:], times - CUT * targets.sigma.max(), side="left")
+    last = np.searchsorted(bounds[:-1], times + reach(targets), side="right")
+    most = int((last - first).max(initial=1))
+    size = max(PAIRS // most, 1)
+    for start in range(0, len(times), size):
+        block = slice(start, start + size)
+        near = first[block] + np.arange(most)[:, None]
+        values[block] = _blend(gestures, bounds, times[block], near, targets)
     if contacts:
         enforce_contacts(values, track, times)
     return Articulation(values)
@@ -93,33 +97,43 @@ def _gestures(track: PhoneTrack) -> tuple[NDArray[np.int64], Array]:
 
 
 def _blend(
-    gestures: NDArray[np.int64], bounds: Array, times: Array, targets: Targets, channels: list[int]
+    gestures: NDArray[np.int64], bounds: Array, times: Array, near: NDArray[np.int64], targets: Targets
 ) -> Array:
-    """Channels of the same timing at instants, (frames, channels).
+    """Channels at instants, (frames, channels), of the gestures `near` them, (most, frames), in time order.
 
-    The sums run over the gestures near an instant, in time order, so that the result does not depend on which
-    other instants are computed in the same call.
+    The sums run in that order, so that the result does not depend on which other instants are computed in the
+    same call. Gestures after the last one do not exist.
     """
-    sigma, lead = targets.sigma[channels[0]], targets.lead[channels[0]]
-    begins, ends = bounds[:-1] - lead * ROUNDED[gestures], bounds[1:]
-    first = np.searchsorted(ends, times - CUT * sigma, side="left")
-    last = np.searchsorted(bounds[:-1], times + CUT * sigma + lead, side="right")
-    frames, near = pair_rows(first, np.minimum(last, len(gestures)))
-    kernel = box_kernel(times[frames], begins[near], ends[near], sigma)
-    blended = np.empty((len(times), len(channels)))
-    for column, channel in enumerate(channels):
-        weight = targets.weight[gestures, channel]
-        pull = weight * targets.target[gestures, channel]
-        above = np.bincount(frames, pull[near] * kernel, len(times))
-        blended[:, column] = above / np.bincount(frames, weight[near] * kernel, len(times))
-    return blended
+    near = np.minimum(near, len(gestures))
+    kinds = np.append(gestures, 0).take(near)
+    begins, ends = (np.append(part, np.inf).take(near) for part in (bounds[:-1], bounds[1:]))
+    timings = list(zip(targets.sigma.tolist(), targets.lead.tolist(), strict=True))
+    known = list(dict.fromkeys(timings))  # channels with the same timing share it
+    sigma, lead = np.array(known).T[:, :, None, None]
+    kernel = box_kernel(times, begins - lead * ROUNDED.take(kinds), ends, sigma)
+    kernel = kernel.take([known.index(timing) for timing in timings], axis=0)
+    weight = targets.weight.T.take(kinds, axis=1)
+    pull = (targets.weight * targets.target).T.take(kinds, axis=1)
+    pull *= kernel
+    weight *= kernel
+    return np.asarray((pull.sum(axis=1) / weight.sum(axis=1)).T)
 
 
-def box_kernel(times: Array, begin: Array | float, end: Array | float, sigma: float) -> Array:
+def box_kernel(times: Array, begin: Array | float, end: Array | float, sigma: Array | float) -> Array:
     """The box from `begin` to `end` seconds, convolved with a Gaussian, at instants, (frames,)."""
     return _cumulative((times - begin) / sigma) - _cumulative((times - end) / sigma)
 
 
 def _cumulative(x: Array) -> Array:
-    """The Gaussian's integral, cut off at CUT standard deviations so that it is 0 and 1 beyond."""
-    return np.interp(x, _AT, _CDF)
+    """The Gaussian's integral, cut off at CUT standard deviations so that it is 0 and 1 beyond.
+
+    Interpolated as np.interp does it, without the search.
+    """
+    x = np.clip(x, -CUT, CUT)
+    below = np.floor(x * STEPS)
+    rows = (below + CUT * STEPS).astype(np.intp)
+    below /= STEPS
+    x -= below
+    x *= _SLOPE.take(rows)
+    x += _CDF.take(rows)
+    return x

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from dataclasses import dataclass
 
 import numpy as np
@@ -180,6 +181,7 @@ def _apart(times: Array, strengths: Array, sure: Array) -> tuple[Array, Array, A
     return times[kept], strengths[kept], sure[kept]
 
 
+@lru_cache(maxsize=4096)
 def stress(label: str) -> float:
     """The stress mark of a label: 1 primary, 0.5 secondary, 0 none, NaN when it has no mark."""
     if digit := STRESS.match(label):
