@@ -24,7 +24,7 @@ ROOM = 52 - BITS
 
 @dataclass(frozen=True)
 class ExactLayer:
-    """`weights` (inputs, outputs), whole multiples of a power of two in each column, and `bias` (outputs,)."""
+    """`weights` (inputs, outputs), multiples of a power of two in each column, and `bias` (outputs,)."""
 
     weights: Array
     bias: Array

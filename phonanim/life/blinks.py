@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.life.chance import Index, events, lognormal, number_of, uniform
-from phonanim.speech.prosody import Prosody, eased
+from phonanim.life.shapes import bumps
+from phonanim.speech.prosody import Prosody
 
 Array = NDArray[np.float64]
 
@@ -30,13 +31,9 @@ LASTS = CLOSING + SHUT + OPENING
 
 def closed(seed: int, prosody: Prosody, times: Array, shifts: tuple[Array, Array]) -> Array:
     """How far the eyes are closed, (frames,) 0 to 1; `shifts` are instants and degrees of gaze shifts."""
-    total = np.zeros(len(times))
-    for start in blink_starts(seed, prosody, float(times[0]), float(times[-1]), shifts):
-        rows = slice(*np.searchsorted(times, [start, start + LASTS]))
-        past = times[rows] - start
-        going = eased(past / CLOSING) * eased((LASTS - past) / OPENING)
-        total[rows] = np.maximum(total[rows], going)
-    return total
+    starts = blink_starts(seed, prosody, float(times[0]), float(times[-1]), shifts)
+    each = np.ones(len(starts))
+    return bumps(times, starts, CLOSING * each, SHUT * each, OPENING * each, each)
 
 
 def blink_starts(seed: int, prosody: Prosody, start: float, end: float, shifts: tuple[Array, Array]) -> Array:

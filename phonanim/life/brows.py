@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.life.chance import number_of, uniform, wander
+from phonanim.life.chance import number_of, uniform, uniforms, wander
 from phonanim.life.shapes import bumps
 from phonanim.speech.prosody import Prosody
 
@@ -28,9 +28,14 @@ DRIFT = 0.02
 PERIOD = 3.0  # seconds
 
 
-def raised(seed: int, prosody: Prosody, times: Array) -> Array:
-    """How far the brows are up, (frames,) 0 to 1."""
-    kept = _apart(prosody, _chance(seed, prosody) < RAISED)
+def curves(seed: int, prosody: Prosody, times: Array) -> tuple[Array, Array]:
+    """How far the brows are up, and how far down, (frames,) 0 to 1 each."""
+    drawn = uniform(seed, "raised", number_of(prosody.accents))
+    return _raised(seed, prosody, times, drawn), _lowered(seed, prosody, times, drawn)
+
+
+def _raised(seed: int, prosody: Prosody, times: Array, drawn: Array) -> Array:
+    kept = _apart(prosody, drawn < RAISED)
     accents = _moved(seed, prosody, times, kept, HEIGHT + MORE * prosody.strengths)
     begins, ends = prosody.questions.T
     each = np.ones(len(begins))
@@ -39,15 +44,9 @@ def raised(seed: int, prosody: Prosody, times: Array) -> Array:
     return np.maximum(np.maximum(accents, asked), np.maximum(resting, 0.0))
 
 
-def lowered(seed: int, prosody: Prosody, times: Array) -> Array:
-    """How far the brows are down, (frames,) 0 to 1."""
-    kept = _apart(prosody, _chance(seed, prosody) > 1 - LOWERED)
+def _lowered(seed: int, prosody: Prosody, times: Array, drawn: Array) -> Array:
+    kept = _apart(prosody, drawn > 1 - LOWERED)
     return _moved(seed, prosody, times, kept, FROWN * np.ones(len(kept)))
-
-
-def _chance(seed: int, prosody: Prosody) -> Array:
-    """A random number from 0 to 1 for each accent, (accents,)."""
-    return uniform(seed, "raised", number_of(prosody.accents))
 
 
 def _apart(prosody: Prosody, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -62,6 +61,6 @@ def _apart(prosody: Prosody, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def _moved(seed: int, prosody: Prosody, times: Array, kept: NDArray[np.bool_], heights: Array) -> Array:
     onsets = np.maximum(prosody.accents[kept] - LEAD, prosody.accents_from[kept])
     numbers = number_of(prosody.accents[kept])
-    holds = 0.06 + 0.25 * uniform(seed, "brow hold", numbers)
-    rises = 0.12 + 0.08 * uniform(seed, "brow rise", numbers)
+    holding, rising = uniforms(seed, ("brow hold", "brow rise"), numbers)
+    rises, holds = 0.12 + 0.08 * rising, 0.06 + 0.25 * holding
     return bumps(times, onsets, rises, holds, 0.3 + 0 * rises, heights[kept])

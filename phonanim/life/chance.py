@@ -25,8 +25,13 @@ def seed_of(line: str) -> int:
 
 def uniform(seed: int, name: str, index: Index) -> Array:
     """A fixed random number between 0 and 1 for each index (SplitMix64, Steele et al. 2014)."""
+    return uniforms(seed, (name,), index)[0]
+
+
+def uniforms(seed: int, names: tuple[str, ...], index: Index) -> Array:
+    """The same for several names at once, (names, ...)."""
     x = np.asarray(index, np.int64).view(np.uint64) * GOLDEN  # overflow wraps around, as intended
-    x += _key(seed, name)
+    x = x + _keys(seed, names).reshape(-1, *[1] * x.ndim)
     for shift, factor in zip(SHIFTS, FACTORS, strict=False):
         x ^= x >> shift
         x *= factor
@@ -35,20 +40,36 @@ def uniform(seed: int, name: str, index: Index) -> Array:
     return (x + 0.5) / 2**53
 
 
-@lru_cache(maxsize=4096)
-def _key(seed: int, name: str) -> np.uint64:
-    return np.uint64(int.from_bytes(sha256(f"{seed} {name}".encode()).digest()[:8], "big"))
+@lru_cache(maxsize=256)
+def _keys(seed: int, names: tuple[str, ...]) -> NDArray[np.uint64]:
+    digests = [sha256(f"{seed} {name}".encode()).digest()[:8] for name in names]
+    return np.array([int.from_bytes(digest, "big") for digest in digests], np.uint64)
 
 
 def normal(seed: int, name: str, index: Index) -> Array:
     """A standard normal random number for each index (Box and Muller 1958)."""
-    radius = np.sqrt(-2 * np.log(uniform(seed, name, index)))
-    return np.asarray(radius * np.cos(2 * np.pi * uniform(seed, f"{name} turn", index)))
+    return normals(seed, (name,), index)[0]
+
+
+def normals(seed: int, names: tuple[str, ...], index: Index) -> Array:
+    """The same for several names at once, (names, ...)."""
+    drawn = uniforms(seed, (*names, *(f"{name} turn" for name in names)), index)
+    return as_normal(drawn[: len(names)], drawn[len(names) :])
+
+
+def as_normal(first: Array, second: Array) -> Array:
+    """Standard normal random numbers, from two that are uniform between 0 and 1."""
+    return np.asarray(np.sqrt(-2 * np.log(first)) * np.cos(2 * np.pi * second))
 
 
 def lognormal(seed: int, name: str, index: Index, mean: float, spread: float) -> Array:
     """Log-normal random numbers, by their mean and the standard deviation of the logarithm."""
-    return np.asarray(np.exp(np.log(mean) - spread**2 / 2 + spread * normal(seed, name, index)))
+    return as_lognormal(normal(seed, name, index), mean, spread)
+
+
+def as_lognormal(drawn: Array, mean: float, spread: float) -> Array:
+    """Log-normal random numbers, from standard normal ones."""
+    return np.asarray(np.exp(np.log(mean) - spread**2 / 2 + spread * drawn))
 
 
 def events(
@@ -75,9 +96,10 @@ def wander(seed: int, name: str, times: Array, period: float) -> Array:
     cell = np.floor(place).astype(np.int64)
     share = place - cell
     share = share**3 * (share * (6 * share - 15) + 10)
-    known, back = np.unique(np.append(cell, cell + 1), return_inverse=True)
-    values = normal(seed, name, known)[back].reshape(2, -1)
-    return np.asarray(1.2 * (values[0] + (values[1] - values[0]) * share))
+    first = int(cell.min(initial=0))
+    values = normal(seed, name, np.arange(first, int(cell.max(initial=0)) + 2))
+    before, after = values.take(cell - first), values.take(cell - first + 1)
+    return np.asarray(1.2 * (before + (after - before) * share))
 
 
 def number_of(times: Array) -> Index:

@@ -19,7 +19,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.life.chance import Index, events, lognormal, normal, number_of, uniform
+from phonanim.life.chance import (
+    Index,
+    as_lognormal,
+    as_normal,
+    events,
+    lognormal,
+    normals,
+    number_of,
+    uniform,
+    uniforms,
+)
 from phonanim.speech.prosody import Prosody
 
 Array = NDArray[np.float64]
@@ -35,6 +45,7 @@ FALL = 6.9  # degrees over which the frequency of sizes falls to 1/e
 SMALLEST, LARGEST = 3.0, 22.0  # degrees of a look away
 # Share of each direction, counterclockwise in steps of 45 degrees from the right.
 DIRECTIONS = np.array([15.54, 6.46, 17.69, 7.44, 16.80, 7.89, 20.38, 7.79])
+UP_TO = np.cumsum(DIRECTIONS) / DIRECTIONS.sum()
 TURNED = 0.6  # share of long utterances at whose start the speaker looks away
 BEFORE = 0.5  # seconds of silence required before such an utterance
 TINY_GAP, TINY = 0.6, 0.25  # seconds between microsaccades, and their degrees
@@ -91,9 +102,9 @@ def looks_away(seed: int, prosody: Prosody, start: float, end: float) -> tuple[A
 
     begins, numbers = events(seed, "away", gap, 1.0, start - LONGEST, end)
     talks = _talking(prosody, begins)
-    kept = talks | (uniform(seed, "away kept", numbers) < TALK_CYCLE / LISTEN_CYCLE)
-    mean = np.where(talks, TALK_AWAY, LISTEN_AWAY)
-    lasts = mean * lognormal(seed, "away lasts", numbers, 1.0, 0.5)
+    chosen, *lasting = uniforms(seed, ("away kept", "away lasts", "away lasts turn"), numbers)
+    kept = talks | (chosen < TALK_CYCLE / LISTEN_CYCLE)
+    lasts = np.where(talks, TALK_AWAY, LISTEN_AWAY) * as_lognormal(as_normal(*lasting), 1.0, 0.5)
     turned = _turned(seed, prosody)
     begins = np.concatenate([begins[kept], turned])
     own = 0.4 + lognormal(seed, "turned lasts", number_of(turned), TALK_AWAY, 0.4)
@@ -150,8 +161,8 @@ def _on_face(seed: int, numbers: Index, at: tuple[float, float, float]) -> Array
     """Places on the listener's face, (n, 2) degrees."""
     distance = math.hypot(*at)
     left, up = direction(at)
-    side = np.where(uniform(seed, "side", numbers) < 0.5, -0.5, 0.5) * EYES_APART
-    on_eyes = uniform(seed, "eyes", numbers) < ON_EYES
+    sides, eyes = uniforms(seed, ("side", "eyes"), numbers)
+    side, on_eyes = np.where(sides < 0.5, -0.5, 0.5) * EYES_APART, eyes < ON_EYES
     across = np.where(on_eyes, side, 0.0)
     below = np.where(on_eyes, 0.0, MOUTH_BELOW)
     return np.stack([left + np.degrees(across / distance), up - np.degrees(below / distance)], axis=1)
@@ -160,11 +171,11 @@ def _on_face(seed: int, numbers: Index, at: tuple[float, float, float]) -> Array
 def _beyond(seed: int, numbers: Index, at: tuple[float, float, float]) -> Array:
     """Places beside the listener, (n, 2) degrees."""
     left, up = direction(at)
-    size = SMALLEST - FALL * np.log(uniform(seed, "size", numbers))
+    drawn = uniforms(seed, ("size", "direction", "direction spread", "direction spread turn"), numbers)
+    size = SMALLEST - FALL * np.log(drawn[0])
     size = np.minimum(size, LARGEST)
-    share = np.cumsum(DIRECTIONS) / DIRECTIONS.sum()
-    turn = np.searchsorted(share, uniform(seed, "direction", numbers)) * 45.0
-    turn = np.radians(turn + 15.0 * normal(seed, "direction spread", numbers))
+    turn = np.searchsorted(UP_TO, drawn[1]) * 45.0
+    turn = np.radians(turn + 15.0 * as_normal(*drawn[2:]))
     return np.stack([left - size * np.cos(turn), up + 0.6 * size * np.sin(turn)], axis=1)
 
 
@@ -175,8 +186,8 @@ def _tiny(seed: int, start: float, end: float) -> tuple[Array, Array]:
         return 0.2 + lognormal(seed, "tiny", numbers, TINY_GAP - 0.2, 0.5)
 
     times, numbers = events(seed, "tiny", gap, 0.2, start, end)
-    places = [normal(seed, f"tiny {axis}", numbers) for axis in ("left", "up")]
-    return times, TINY / 1.8 * np.clip(np.stack(places, axis=1), -2, 2)
+    places = normals(seed, ("tiny left", "tiny up"), numbers)
+    return times, TINY / 1.8 * np.clip(places.T, -2, 2)
 
 
 def _jumps(onsets: Array, targets: Array, times: Array) -> Array:
@@ -185,11 +196,12 @@ def _jumps(onsets: Array, targets: Array, times: Array) -> Array:
         return np.zeros((len(times), 2))
     steps = np.diff(targets, axis=0, prepend=targets[:1])
     lasts = saccade_seconds(np.hypot(*steps.T))
-    last = np.searchsorted(onsets, times, side="right") - 1
-    place = targets[np.maximum(last, 0)].copy()
-    for before in range(3):
-        index = np.maximum(last - before, 0)
-        share = np.clip((times - onsets[index]) / lasts[index], 0.0, 1.0)
-        going = share**3 * (10 + share * (6 * share - 15))
-        place -= np.where(last >= before, 1 - going, 0.0)[:, None] * steps[index]
+    last = np.searchsorted(onsets, times, side="right") - 1 - np.arange(3)[:, None]
+    index = np.maximum(last, 0)
+    share = np.clip((times - onsets.take(index)) / lasts.take(index), 0.0, 1.0)
+    going = share**3 * (10 + share * (6 * share - 15))
+    left = np.where(last >= 0, 1 - going, 0.0)[..., None] * steps.take(index, axis=0)
+    place = targets.take(index[0], axis=0)
+    for one in left:
+        place -= one
     return place

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.life.chance import lognormal, normal, number_of, uniform, wander
+from phonanim.life.chance import as_lognormal, as_normal, normals, number_of, uniforms, wander
 from phonanim.life.shapes import bumps
 from phonanim.media.voice import Voice
 from phonanim.speech.prosody import Prosody, eased
@@ -61,9 +61,10 @@ def turn(
     """
     calm = QUIET + (1 - QUIET) * prosody.speaking(times)
     axes = [
-        size * calm * wander(seed, f"drift {axis}", times, period)
-        + _posture(seed, prosody, times, axis, posture)
-        for axis, size, period, posture in zip("pyr", DRIFT, PERIODS, POSTURE, strict=True)
+        size * calm * wander(seed, f"drift {axis}", times, period) + posture
+        for axis, size, period, posture in zip(
+            "pyr", DRIFT, PERIODS, _posture(seed, prosody, times), strict=True
+        )
     ]
     follow = _follow(*shifts, times, towards)
     pitch = (
@@ -78,28 +79,32 @@ def turn(
 
 def _nods(seed: int, prosody: Prosody, times: Array) -> Array:
     numbers = number_of(prosody.accents)
-    kept = uniform(seed, "nodded", numbers) < NODDED
-    chosen, numbers = prosody.accents[kept], numbers[kept]
-    onsets = np.maximum(chosen - LEAD, prosody.accents_from[kept])
-    heights = NOD + MORE * prosody.strengths[kept] * uniform(seed, "nod", numbers)
-    rises = 0.12 + 0.08 * uniform(seed, "nod rise", numbers)
-    falls = lognormal(seed, "nod fall", numbers, 0.32, 0.2)
+    drawn = uniforms(seed, ("nodded", "nod", "nod rise", "nod fall", "nod fall turn"), numbers)
+    kept = drawn[0] < NODDED
+    high, rising, *falling = drawn[1:, kept]
+    onsets = np.maximum(prosody.accents[kept] - LEAD, prosody.accents_from[kept])
+    heights, rises = NOD + MORE * prosody.strengths[kept] * high, 0.12 + 0.08 * rising
+    falls = as_lognormal(as_normal(*falling), 0.32, 0.2)
     return bumps(times, onsets, rises, np.full(len(rises), 0.02), falls, heights)
 
 
-def _posture(seed: int, prosody: Prosody, times: Array, axis: str, size: float) -> Array:
-    """The posture at the start of each phrase, held and then left; the next one takes over smoothly."""
-    heights = size * np.clip(normal(seed, f"posture {axis}", number_of(prosody.starts)), -2, 2)
+def _posture(seed: int, prosody: Prosody, times: Array) -> Array:
+    """The posture at the start of each phrase, (3, frames) degrees of pitch, yaw and roll.
+
+    It is held and then left; the next one takes over smoothly.
+    """
+    drawn = normals(seed, ("posture p", "posture y", "posture r"), number_of(prosody.starts))
+    heights = np.array(POSTURE)[:, None] * np.clip(drawn, -2, 2)
     onsets = np.maximum(prosody.starts - 0.2, prosody.starts_from)
-    total = np.zeros(len(times))
+    total = np.zeros((3, len(times)))
     seen = (onsets <= times[-1:]) & (onsets + TAKES + KEEPS + LEAVES >= times[:1])
-    for onset, height in zip(onsets[seen], heights[seen], strict=True):
+    for onset, height in zip(onsets[seen], heights.T[seen], strict=True):
         end = onset + TAKES + KEEPS + LEAVES
         # Before, nothing changes; after, no earlier posture is left.
         part = slice(*np.searchsorted(times, (onset, end)))
         taken = eased((times[part] - onset) / TAKES)
         leaving = eased((end - times[part]) / LEAVES)
-        total[part] += taken * (height * leaving - total[part])
+        total[:, part] += taken * (height[:, None] * leaving - total[:, part])
     return total
 
 
@@ -117,13 +122,13 @@ def _follow(onsets: Array, places: Array, times: Array, towards: tuple[float, fl
     if not len(onsets):
         return total
     taken = TURN * np.where(np.abs(places - towards) > 5.0, places - towards, 0.0)
-    last = np.searchsorted(onsets, times, side="right") - 1
+    last = np.searchsorted(onsets, times, side="right") - 1 - np.arange(6)[:, None]
     steps = np.diff(taken, axis=0, prepend=taken[:1])
-    total += taken[np.maximum(last, 0)]
-    for before in range(6):
-        index = np.maximum(last - before, 0)
-        left = 1 - eased((times - onsets[index] - 0.05) / SLOW)
-        total -= np.where(last >= before, left, 0.0)[:, None] * steps[index]
+    index = np.maximum(last, 0)
+    total += taken.take(index[0], axis=0)
+    left = 1 - eased((times - onsets.take(index) - 0.05) / SLOW)
+    for one in np.where(last >= 0, left, 0.0)[..., None] * steps.take(index, axis=0):
+        total -= one
     return total
 
 

@@ -124,8 +124,8 @@ def _eyes(left: Array, up: Array, shut: Array) -> dict[str, Array]:
 
 def _brows(life: Life, prosody: Prosody, times: Array, soft: Array, shut: Array) -> dict[str, Array]:
     gain = life.gain("brows") * soft
-    up = gain * brows.raised(life.seed, prosody, times)
-    down = gain * brows.lowered(life.seed, prosody, times) + blinks.BROW * shut
+    raised, lowered = brows.curves(life.seed, prosody, times)
+    up, down = gain * raised, gain * lowered + blinks.BROW * shut
     outer = {f"browOuterUp{side}": OUTER * up for side in SIDES}
     return {"browInnerUp": up, **outer, **{f"browDown{side}": down for side in SIDES}}
 
@@ -176,11 +176,12 @@ def life_offsets(rig: Rig, life: Life, prosody: Prosody, times: Array, free: Arr
     offsets = emotion_offsets(life.emotions, base, times)
     if any(life.gain(name) > 0 for name in BEHAVIOURS):
         curves = life_curves(life, prosody, times, plain_name(TURNS[0]) in plain_names(rig.controls))
-        curves |= {name: np.mean([curves[x] for x in parts], axis=0) for name, parts in ALIASES.items()}
+        known = {name: parts for name, parts in ALIASES.items() if name in columns}
+        curves |= {name: np.mean([curves[x] for x in parts], axis=0) for name, parts in known.items()}
         for name, curve in curves.items():
             if name.lower() in columns:
                 offsets[:, columns[name.lower()]] += curve
-    offsets[:, [MOUTH.search(name) is not None for name in base.controls]] *= free[:, None]
+    offsets[:, _of_mouth(base.controls)] *= free[:, None]
     return offsets if rig.through is None else sparse_product(offsets, own_table(rig))
 
 
@@ -188,6 +189,12 @@ def life_offsets(rig: Rig, life: Life, prosody: Prosody, times: Array, free: Arr
 def plain_names(controls: tuple[str, ...]) -> dict[str, int]:
     """The column of each control, by its plain name."""
     return {plain_name(name): column for column, name in enumerate(controls)}
+
+
+@lru_cache(maxsize=32)
+def _of_mouth(controls: tuple[str, ...]) -> list[int]:
+    """The columns of controls that speech moves."""
+    return [column for column, name in enumerate(controls) if MOUTH.search(name)]
 
 
 def mouth_freedom(prosody: Prosody, track: PhoneTrack, times: Array) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.speech.phones import pair_rows
 from phonanim.speech.prosody import eased
 
 Array = NDArray[np.float64]
@@ -16,13 +17,11 @@ def bumps(times: Array, onsets: Array, rises: Array, holds: Array, falls: Array,
     Heights are not negative, so that the curve does not jump where bumps overlap.
     """
     total = np.zeros(len(times))
-    seen = (onsets <= times[-1:]) & (onsets + rises + holds + falls >= times[:1])
-    shapes = [part[seen] for part in (onsets, rises, holds, falls, heights)]
-    for onset, rise, hold, fall, height in zip(*shapes, strict=True):
-        rows = slice(*np.searchsorted(times, [onset, onset + rise + hold + fall]))
-        past = times[rows] - onset
-        going = height * eased(past / rise) * eased((rise + hold + fall - past) / fall)
-        total[rows] = np.maximum(going, total[rows])
+    first, last = np.searchsorted(times, [onsets, onsets + rises + holds + falls])
+    near, rows = pair_rows(first, last)
+    past, lasts = times[rows] - onsets[near], rises + holds + falls
+    going = heights[near] * eased(past / rises[near]) * eased((lasts[near] - past) / falls[near])
+    np.maximum.at(total, rows, going)
     return total
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from functools import lru_cache
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from phonanim.media.voice import FRAMES, Voice
 from phonanim.speech.alignment import Interval
 from phonanim.speech.inventory import INVENTORY, SILENCE
-from phonanim.speech.phones import PhoneTrack
+from phonanim.speech.phones import PhoneTrack, pair_rows
 
 Array = NDArray[np.float64]
 
@@ -59,11 +59,10 @@ class Prosody:
     def speaking(self, times: Array, rise: float = 0.3, fall: float = 0.6) -> Array:
         """How much somebody speaks at instants, (frames,) -> (frames,) 0 to 1, with smooth transitions."""
         total = np.zeros(len(times))
-        seen = (self.starts_from < times[-1:]) & (self.ends_from + fall > times[:1])
-        for start, end in zip(self.starts_from[seen], self.ends_from[seen], strict=True):
-            rows = slice(*np.searchsorted(times, [start, end + fall]))
-            going = eased((times[rows] - start) / rise) - eased((times[rows] - end) / fall)
-            total[rows] = np.maximum(total[rows], going)
+        near, rows = pair_rows(*np.searchsorted(times, [self.starts_from, self.ends_from + fall]))
+        begins, ends = self.starts_from[near], self.ends_from[near]
+        going = eased((times[rows] - begins) / rise) - eased((times[rows] - ends) / fall)
+        np.maximum.at(total, rows, going)
         return total
 
     def pauses(self) -> Array:

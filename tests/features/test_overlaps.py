@@ -38,7 +38,9 @@ def test_the_shares_of_a_box_sum_to_one() -> None:
     times = np.array([[9.5, 9.8, 9.9], [9.2, 10.4, 10.4]])
     counts, boxes, _, shares = box_shares(track_of(f"sil 9 {LINE} sil 9"), times)
     blocks = np.repeat(np.arange(2), counts)
-    sums = np.array([shares[(boxes == box) & (blocks == n)].sum(axis=0) for n in range(2) for box in range(17)])
+    sums = np.array(
+        [shares[(boxes == box) & (blocks == n)].sum(axis=0) for n in range(2) for box in range(17)]
+    )
     np.testing.assert_allclose(sums, 1, atol=1e-12)
 
 

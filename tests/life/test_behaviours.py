@@ -119,21 +119,21 @@ def test_the_head_goes_from_posture_to_posture_without_a_jump():
 
 def test_brows_do_not_rise_again_at_once():
     for seed in range(3):
-        up = brows.raised(seed, PROSODY, TIMES) > 0.15
+        up = brows.curves(seed, PROSODY, TIMES)[0] > 0.15
         onsets = TIMES[1:][up[1:] & ~up[:-1]]
         assert len(onsets) > 20
         assert np.diff(onsets).min() > 0.8
 
 
 def test_brows_rise_at_few_accents_and_at_questions():
-    raised = brows.raised(1, PROSODY, TIMES)
-    lowered = brows.lowered(1, PROSODY, TIMES)
+    raised = brows.curves(1, PROSODY, TIMES)[0]
+    lowered = brows.curves(1, PROSODY, TIMES)[1]
     risen = np.flatnonzero((raised[1:] > 0.1) & (raised[:-1] <= 0.1))
     assert 4 < len(risen) / MINUTES < 18
     assert raised.max() < 0.4
     assert 0 < lowered.max() < 0.2
     asked = read_prosody(track_of((), 5.0), (_question(),))
-    rising = brows.raised(1, asked, np.array([0.5, 2.2, 4.0]))
+    rising = brows.curves(1, asked, np.array([0.5, 2.2, 4.0]))[0]
     assert rising[1] == pytest.approx(brows.QUESTION)
     assert rising[[0, 2]].max() < 0.1
 
