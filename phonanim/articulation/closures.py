@@ -29,7 +29,7 @@ APART = 2.5  # mm between lips that are kept apart; set by eye
 
 
 class Limit(NamedTuple):
-    """What a column of lexicon/gestures.csv asks of a channel: `most` mm, up to `rise` more within `ramp` s."""
+    """What a column of lexicon/gestures.csv asks of a channel: `most` mm, `rise` more `ramp` s away."""
 
     column: str
     channel: str

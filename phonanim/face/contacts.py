@@ -111,14 +111,20 @@ def project_within_limits(modes: Array, weights: Array, limits: Array, std: Arra
     """
     directions = weights * std**2
     norms = (directions * weights).sum(axis=1)
-    moved: Array = modes.copy()
-    multipliers = np.zeros_like(limits)
+    effect = ordered_product(directions, (weights / norms[:, None]).T)[:, :, None]
+    excess = (ordered_product(modes, weights.T) - limits) / norms
+    beyond = np.flatnonzero((excess > 0).any(axis=1))
+    excess, multipliers = excess[beyond].T.copy(), np.zeros((len(weights), len(beyond)))
+    bound = np.flatnonzero((excess > -np.inf).any(axis=1)).tolist()
     for _ in range(SWEEPS):
-        for k in range(len(weights)):
-            excess = ordered_product(moved, weights[k]) - limits[:, k]
-            step = np.maximum(multipliers[:, k] + excess / norms[k], 0) - multipliers[:, k]
-            multipliers[:, k] += step
-            moved -= step[:, None] * directions[k]
+        for k in bound:
+            step = multipliers[k] + excess[k]
+            np.maximum(step, 0, out=step)
+            step -= multipliers[k]
+            multipliers[k] += step
+            excess -= step * effect[k]
+    moved: Array = modes.copy()
+    moved[beyond] -= ordered_product(multipliers.T, directions)
     return moved
 
 

@@ -77,7 +77,7 @@ def context_layer(kind: str, weights: NDArray[np.floating], bias: NDArray[np.flo
 
 
 def in_blocks(times: Array) -> Array:
-    """Instants in blocks of a few, (times,) -> (blocks, at once); the last one is repeated to fill a block."""
+    """Instants in blocks of a few, (times,) -> (blocks, at once); the last one repeats to fill a block."""
     size = min(BLOCK, len(times))
     count = -(-len(times) // size)
     return np.append(times, np.full(count * size - len(times), times[-1])).reshape(count, size)
