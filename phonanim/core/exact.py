@@ -8,6 +8,7 @@ Then no order matters. Smaller products are added in one order without BLAS.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeVar
 
 import numpy as np
@@ -77,8 +78,12 @@ def sparse_product(left: NDArray[T], table: NDArray[np.floating]) -> NDArray[T]:
 
 def inverse(matrix: Array) -> Array:
     """The inverse of a symmetric positive definite matrix, (n, n), eliminated in one order without LAPACK."""
-    count = len(matrix)
-    work = np.concatenate([matrix, np.eye(count)], axis=1)
+    return _inverse(matrix.tobytes(), len(matrix)).copy()
+
+
+@lru_cache(maxsize=64)  # the lines of a run have the same few matrices
+def _inverse(matrix: bytes, count: int) -> Array:
+    work = np.concatenate([np.frombuffer(matrix).reshape(count, count), np.eye(count)], axis=1)
     for row in range(count):
         work[row] /= work[row, row]
         others = work[:, row].copy()

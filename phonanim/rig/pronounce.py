@@ -12,13 +12,15 @@ and pushes them forward together), another head is asked to go as far, so that a
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.articulation import Articulation
 from phonanim.core.exact import ordered_product, sparse_product
+from phonanim.core.same import Same
 from phonanim.rig.bounded import QUICK, THOROUGH, minimize
 from phonanim.rig.measures import MEASURES, USES, MouthMeasures
 from phonanim.rig.read import load_rig
@@ -64,14 +66,13 @@ def pronounce(
     `near` (frames, controls) is an upper limit of controls, and pulls them to it; inf where free.
     """
     values = np.empty((len(articulation.values), len(rig.controls)), np.float32)
-    mouth, reference = _Mouth.of(rig, measures), _reference()
-    mouth = replace(mouth, follows=not _same(measures, reference.measures))
+    mouth = _mouth(Same(rig), Same(measures))
     ceiling = np.full((len(values), len(measures.names)), np.inf) if near is None else near[:, mouth.lead]
     for start in range(0, len(values), BLOCK):
         block = slice(start, start + BLOCK)
         part = Articulation(articulation.values[block], articulation.channels)
         if mouth.follows:
-            part = _asked(part, reference)
+            part = _asked(part, _reference())
         values[block] = rig.rest + sparse_product(_blended(part, mouth, ceiling[block]), mouth.spread)
     return values
 
@@ -96,6 +97,13 @@ def _reference() -> _Mouth:
     return replace(_Mouth.of(rig, rig.mouth), follows=False)
 
 
+@lru_cache(maxsize=16)
+def _mouth(rig: Same[Rig], measures: Same[MouthMeasures]) -> _Mouth:
+    """The mouth of a rig, which is prepared once for many lines."""
+    found = _Mouth.of(rig.value, measures.value)
+    return replace(found, follows=not _same(found.measures, _reference().measures))
+
+
 def _same(one: MouthMeasures, other: MouthMeasures) -> bool:
     """Whether two tables are of the same head and the same shapes, but for rounding."""
     return (
@@ -115,7 +123,7 @@ def mouth_limits(articulation: Articulation, rig: Rig, measures: MouthMeasures) 
     it: what spreads not in round mouths, what presses not in open ones, and visemes of open mouths not in
     closed ones.
     """
-    mouth = _Mouth.of(rig, measures)
+    mouth = _mouth(Same(rig), Same(measures))
     touching, tucked = _contacts(articulation)
     used = {name: measures.uses[:, USES.index(name)].astype(float) for name in USES}
     share = ((1 - touching) * (1 - tucked))[:, None] * used["free"]
@@ -168,6 +176,30 @@ class _Mouth:
             under,
         )
 
+    @cached_property
+    def uses(self) -> dict[str, _Use]:
+        """What is needed for each solution."""
+        return {use: _Use.of(self, use) for use in WEIGHTS}
+
+
+class _Use(NamedTuple):
+    """One solution's unknowns, `moving` (unknowns,), the weight of each measure, and the weighted measures at
+    full weight, `seen` (unknowns, measures), with their products, `gram`.
+    """
+
+    moving: NDArray[np.int64]
+    weights: Array
+    seen: Array
+    gram: Array
+
+    @classmethod
+    def of(cls, mouth: _Mouth, use: str) -> _Use:
+        used = mouth.measures.uses[:, USES.index(use)]
+        moving = np.flatnonzero(used & (np.arange(len(used)) != mouth.jaw))
+        weights = _weights(mouth, use)
+        seen = mouth.measures.moved[moving] * weights
+        return cls(moving, weights, seen, ordered_product(seen, seen.T))
+
 
 def _blended(articulation: Articulation, mouth: _Mouth, ceiling: Array) -> Array:
     """The three solutions blended, (frames, channels) -> (frames, unknowns)."""
@@ -188,7 +220,7 @@ def _contacts(articulation: Articulation) -> tuple[Array, Array]:
 
 def _solved(articulation: Articulation, mouth: _Mouth, ceiling: Array, use: str) -> Array:
     """One solution, (frames, channels) -> (frames, unknowns)."""
-    measures, weights = mouth.measures, _weights(mouth, use)
+    measures, (moving, weights, seen, gram) = mouth.measures, mouth.uses[use]
     wanted = _wanted(articulation, measures, use)
     fixed = np.zeros((len(wanted), len(measures.names)))
     if mouth.jaw is not None:
@@ -201,13 +233,11 @@ def _solved(articulation: Articulation, mouth: _Mouth, ceiling: Array, use: str)
         high = _unspread(high, low, articulation, measures)
     for a, b in mouth.under:
         high[:, a] = np.minimum(high[:, a], fixed[:, b])
-    moving = np.flatnonzero(measures.uses[:, USES.index(use)] & (np.arange(len(fixed.T)) != mouth.jaw))
-    seen = measures.moved[moving] * weights
     drawn = np.isfinite(ceiling[:, moving]).T
     own = DRAWN * (seen**2).sum(axis=1) * drawn.any(axis=1)
     fixed[:, moving] = (
         minimize(
-            ordered_product(seen, seen.T) + np.diag(SHARED + own),
+            gram + np.diag(SHARED + own),
             ordered_product(seen, ((wanted - ordered_product(fixed, measures.moved)) * weights).T)
             + own[:, None] * np.where(drawn, ceiling[:, moving].T, 0),
             measures.effort[moving],
