@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from phonanim.articulation.channels import CHANNELS, Articulation
 from phonanim.articulation.closures import enforce_contacts
 from phonanim.articulation.table import Targets, read_targets
-from phonanim.articulation.trajectories import articulate, gesture_kernels
-from phonanim.core.exact import ordered_product
+from phonanim.articulation.trajectories import articulate, kernel_sums
 from phonanim.face.model import UPPER_LIP_INNER, FaceModel, lip_aperture, lip_protrusion, lip_width
 from phonanim.speech.gestures import GESTURES
 from phonanim.speech.phones import PhoneTrack
@@ -60,10 +59,10 @@ def blend_articulation(
 
 def silence_and_rounding(track: PhoneTrack, times: Array) -> tuple[Array, Array]:
     """How silent and how rounded phones are around instants, (frames,) seconds -> (frames,) each, 0 to 1."""
-    near = gesture_kernels(track, times, HUSH, 0.0)
     rounding = GESTURES.articulation[:, GESTURES.columns.index("rounding")].astype(np.float64)
-    rounded = ordered_product(near, rounding)
-    return near[:, GESTURES.names.index("sil")], rounded
+    weights = np.stack([np.arange(len(rounding)) == GESTURES.names.index("sil"), rounding])
+    silent, rounded = kernel_sums(track, times, HUSH, weights)
+    return silent, rounded
 
 
 def blend_channels(

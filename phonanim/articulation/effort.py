@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.articulation.trajectories import BLOCK, kernel_pairs
+from phonanim.articulation.trajectories import local_sums
 from phonanim.speech.inventory import INVENTORY, SILENCE
 from phonanim.speech.phones import PhoneTrack
 from phonanim.speech.prosody import VOWELS, eased, stress
@@ -97,17 +97,4 @@ def held_variation(track: PhoneTrack, times: Array) -> Array:
         near = times[rows] - begin
         wave = sum(share * np.sin(2 * np.pi * pace * near) for pace, share in WAVES)
         total[rows] = BREATHING * wave * eased(near / SETTLING) * eased((end - times[rows]) / SETTLING)
-    return total
-
-
-def local_sums(bounds: Array, values: Array, times: Array, sigma: float) -> Array:
-    """Values of segments smoothed in time by a Gaussian, (n, segments) -> (n, frames) at rising instants."""
-    chosen = np.flatnonzero(values.any(axis=0))
-    begins, ends = bounds[:-1][chosen], bounds[1:][chosen]
-    total = np.empty((len(values), len(times)))
-    for start in range(0, len(times), BLOCK):
-        near = times[start : start + BLOCK]
-        segments, rows, kernel = kernel_pairs(near, begins, ends, sigma)
-        for place, value in enumerate(values[:, chosen]):
-            total[place, start : start + BLOCK] = np.bincount(rows, value[segments] * kernel, len(near))
     return total

@@ -73,6 +73,25 @@ def gesture_kernels(track: PhoneTrack, times: Array, sigma: float, lead: float) 
     return total
 
 
+def kernel_sums(track: PhoneTrack, times: Array, sigma: float, weights: Array) -> Array:
+    """Weights of gestures (n, gestures), smoothed in time by a Gaussian, (n, frames) at rising instants."""
+    gestures, bounds = _gestures(track)
+    return local_sums(bounds, weights[:, gestures], times, sigma)
+
+
+def local_sums(bounds: Array, values: Array, times: Array, sigma: float) -> Array:
+    """Values of segments smoothed in time by a Gaussian, (n, segments) -> (n, frames) at rising instants."""
+    chosen = np.flatnonzero(values.any(axis=0))
+    begins, ends = bounds[:-1][chosen], bounds[1:][chosen]
+    total = np.empty((len(values), len(times)))
+    for start in range(0, len(times), BLOCK):
+        near = times[start : start + BLOCK]
+        segments, rows, kernel = kernel_pairs(near, begins, ends, sigma)
+        for place, value in enumerate(values[:, chosen]):
+            total[place, start : start + BLOCK] = np.bincount(rows, value[segments] * kernel, len(near))
+    return total
+
+
 def kernel_pairs(
     times: Array, begins: Array, ends: Array, sigma: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from phonanim.dubbing.align_lines import SPOKEN
 from phonanim.errors import AudioError, MissingExtraError
+from phonanim.face.contacts import lip_part
 from phonanim.face.model import lip_aperture
 from phonanim.media.audio import audio_duration, read_audio
 from phonanim.pipeline import AnimationResult
@@ -93,7 +94,8 @@ def missed_closures(result: AnimationResult, audio: Path | None) -> Flag | None:
     last = np.minimum(np.ceil(track.bounds[numbers + 1] * fps).astype(int), len(result.modes) - 1)
     numbered, frames = pair_rows(np.minimum(first, last), last + 1)
     gaps = np.full(len(numbers), np.inf)
-    np.minimum.at(gaps, numbered, lip_aperture(result.face.instance(result.modes[frames]), result.face))
+    lips, _ = lip_part(result.face)
+    np.minimum.at(gaps, numbered, lip_aperture(lips.instance(result.modes[frames]), lips))
     missed = numbers[gaps > OPEN_MM]
     if len(missed) == 0:
         return None

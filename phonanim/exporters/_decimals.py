@@ -22,19 +22,26 @@ def decimal_cells(values: Array) -> NDArray[np.uint8]:
     """Cells of numbers nearer to zero than LARGEST, (rows, columns) -> (rows, columns, CELL)."""
     size = np.abs(values)
     whole = np.floor(size)
-    scaled = (size - whole) * 1e10  # off by 1e-6 at most
-    digits = np.rint(scaled).astype(np.int64)
-    unsure = np.abs(scaled - np.floor(scaled) - 0.5) < NEAR_TIE
-    number = whole.astype(np.int64)
-    carried = digits == 10**10
-    number[carried] += 1
-    digits[carried] = 0
+    size -= whole
+    size *= 1e10  # off by 1e-6 at most
+    rounded = np.rint(size)
+    size -= rounded
+    unsure = np.abs(size, out=size) > 0.5 - NEAR_TIE
+    carried = rounded == 10.0**10
+    whole[carried] += 1.0
+    rounded[carried] = 0.0
+    digits = rounded.astype(np.int64)
+    above = digits // 1000
+    digits -= 1000 * above
+    first = above // 10**4
+    above -= 10**4 * first
     heads, firsts, middles, lasts = _tables()
     cells = np.empty((*values.shape, CELL // 4), np.uint32)
-    cells[..., 0] = heads[number + 1000 * np.signbit(values)]
-    cells[..., 1] = firsts[digits // 10**7]
-    cells[..., 2] = middles[digits // 1000 % 10**4]
-    cells[..., 3] = lasts[digits % 1000]
+    whole[np.signbit(values)] += 1000.0
+    cells[..., 0] = heads.take(whole.astype(np.int64))
+    cells[..., 1] = firsts.take(first)
+    cells[..., 2] = middles.take(above)
+    cells[..., 3] = lasts.take(digits)
     found = cells.view(np.uint8)
     for row, column in np.argwhere(unsure).tolist():
         text = b"%.10f," % values[row, column]
