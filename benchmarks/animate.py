@@ -141,8 +141,8 @@ def between() -> None:
             always = pipeline.animate_detailed(LINE, options)
         assert seldom.face
         shapes = [seldom.face.instance(one.modes) for one in (seldom, always) if one.modes is not None]
-        pairs = [[of(shape, seldom.face) for shape in shapes] for of in (lip_aperture, lip_width)]
-        off = [one - other for one, other in (*pairs, (seldom.animation.values, always.animation.values))]
+        off = [np.subtract(*(of(shape, seldom.face) for shape in shapes)) for of in (lip_aperture, lip_width)]
+        off.append(seldom.animation.values - always.animation.values)
         cells = [(np.abs(one).max(), np.sqrt(np.mean(one**2))) for one in off]
         mm = " | ".join(f"{value:.3f} mm" for pair in cells[:2] for value in pair)
         print(f"| {fps:g} | {mm} | {cells[2][0]:.4f} | {cells[2][1]:.5f} |")
