@@ -31,6 +31,7 @@ from phonanim.errors import AlignmentError, PhonanimError
 from phonanim.media.audio import Sound, audio_duration, resample
 from phonanim.speech.alignment import Interval
 from phonanim.speech.spoken_words import split_word
+from phonanim.speech.written_forms import in_english_words
 
 LEAST = 0.3  # share of a text that must be recognized
 CLEAR = 0.6  # share of the words of a passage that were recognized, below which it is doubtful
@@ -86,7 +87,7 @@ def align_by_anchors(audio: Path, text: str) -> SpeechAlignment:
 
 
 def _read_text(text: str) -> Text:
-    written = Text(split_words(text))
+    written = Text(split_words(in_english_words(text)))
     for number, label in enumerate(written.labels):
         for part in split_word(label):
             written.parts.append(part)

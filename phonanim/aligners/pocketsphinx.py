@@ -20,6 +20,7 @@ from phonanim.media.audio import Sound, read_sound, resample
 from phonanim.recognition.scores import phone_misfits
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.language import to_phones
+from phonanim.speech.written_forms import in_english_words
 
 RATE = 16000  # hertz of the acoustic model's training data
 FRAME = 0.01  # seconds, the step of the acoustic model
@@ -184,7 +185,7 @@ def _interval(label: str, entry: Any, duration: float) -> Interval:
 
 def _known_words(decoder: Any, text: str) -> tuple[list[str], tuple[str, ...]]:
     """The words, once the decoder knows all of them, and a note on those that it had to be taught."""
-    words = split_words(text)
+    words = split_words(in_english_words(text))
     if not words:
         raise OptionError("the text has no words; give the words of the recording")
     taught: dict[str, tuple[str, ...]] = {}

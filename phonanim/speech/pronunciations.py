@@ -30,6 +30,7 @@ from phonanim.speech.tiers import (
     speaker_of,
 )
 from phonanim.speech.word_times import settle_words
+from phonanim.speech.written_forms import in_english_words
 
 NOTE = "the phones come from a dictionary and share the time of each word equally"
 MOST_SHOWN = 5
@@ -192,11 +193,13 @@ class Speller:
 
     def _pronounce(self, word: Interval) -> tuple[str, ...]:
         plain = plain_word(word.label)
-        if not plain or plain in self.words:
+        said = in_english_words(word.label) if _has_arpabet(self.path) else word.label
+        if not plain or (plain in self.words and said == word.label):
             return self.words.get(plain, ())
         found: list[str] = []
-        for part in split_word(plain):
-            found += self._pronounce_part(part, word)
+        for one in [plain] if said == word.label else map(plain_word, said.split()):
+            for part in [one] if one in self.words else split_word(one):
+                found += self._pronounce_part(part, word)
         return tuple(found)
 
     def _pronounce_part(self, part: str, word: Interval) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from phonanim.speech.kana import can_read, read_japanese
 from phonanim.speech.labels import load_language
 from phonanim.speech.language_names import find_language
 from phonanim.speech.numbers import spell_number
+from phonanim.speech.written_forms import in_english_words
 
 MOST_SHOWN = 3
 UNVOWELLED = ("ar", "fa", "ur", "he", "sd", "ug")
@@ -31,9 +32,8 @@ _EMOJI = re.compile(
     "[\U0001f000-\U0001faff\u2600-\u27bf\u2b00-\u2bff\ufe0f\u20e3\U000e0020-\U000e007f]+"
     "(?:\u200d[\U0001f000-\U0001faff\u2600-\u27bf\ufe0f]+)*"
 )
-_ADDRESS = re.compile(r"\bhttps?://(\S+?)/?(?=[\s.,;!?]*(?:\s|$))", re.IGNORECASE)
 _STUTTER = re.compile(r"\b([bcdfghjklmnpqrstvwyz]|th|sh|ch|wh)-(?=\1)", re.IGNORECASE)
-_AMOUNT = re.compile(r"[$£€]\d[\d,]*(?:\.\d+)?|\b\d{1,3}(?:,\d{3})+(?:\.\d+)?\b")
+_AMOUNT = re.compile(r"\b\d{1,3}(?:,\d{3})+(?:\.\d+)?\b")
 _DATE = re.compile(r"\b(\d{1,2})/(\d{1,2})/(\d{2,4})\b")
 _NIQQUD = re.compile("[\u0591-\u05bd\u05bf-\u05c7]")
 
@@ -132,12 +132,12 @@ def plain_label(form: SpokenForm, word: str) -> str:
 
 
 def _in_english_words(text: str) -> str:
-    """Amounts, dates, addresses and stuttered letters as words that English voices read as they should."""
+    """Large numbers, dates, written forms and stuttered letters as English voices should read them."""
 
     def amount(match: re.Match[str]) -> str:
         return " ".join(spell_number(match[0])) or match[0]
 
-    text = _ADDRESS.sub(r"\1", text)
+    text = in_english_words(text)
     text = _DATE.sub(r"\1 \2 \3", text)
     text = re.sub(r"(?<=\d)\s*[*×]\s*(?=\d)", " times ", text)
     text = _AMOUNT.sub(amount, text)

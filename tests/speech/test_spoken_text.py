@@ -24,7 +24,7 @@ from phonanim.speech.spoken_text import espeak_voice, prepare_text, readable_wor
             "It costs one thousand two hundred thirty four dollars fifty cents.",
         ),
         ("en-us", "On 03/05/2024, 2 * 3", "On 03 05 2024, 2 times 3"),
-        ("en-us", "See https://example.com/a/ now", "See example.com/a now"),
+        ("en-us", "See https://example.com/a/ now", "See example dot com slash a now"),
         ("en-us", "W-what? th-that!", "Wuh what? thuh that!"),
         ("en-us", "Hmm, shhh, mmm", "Hmm, [[S:]], [[m:m:]]"),
         ("en-us", "5 μm of π", "5 μm of π"),
