@@ -56,7 +56,8 @@ def find_language(name: str) -> str | None:
     parts = [part for part in re.split(r"[\s_\-.,()]+", whole) if part]
     pairs = ["-".join(parts[:n]) for n in range(len(parts), 0, -1)]  # the longest tag first
     spelled = [part for part in parts if len(part) > 3]  # "Brazilian Portuguese"
-    candidates = (whole, whole.replace("-", "_"), *pairs, *reversed(spelled))
+    region = f"{parts[0]}-{parts[-1]}" if len(parts) > 2 else ""  # without the script: zh-Hant-HK
+    candidates = (whole, whole.replace("-", "_"), region, *pairs, *reversed(spelled))
     return next((known[candidate] for candidate in candidates if candidate in known), None)
 
 
