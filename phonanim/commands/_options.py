@@ -196,7 +196,7 @@ OPTIONS = (
         "--style",
         metavar="STYLE",
         help="mumbled, casual, neutral, clear, shouted, whispered, sung, quiet: named settings of "
-        "the scaling options; or the number of a style that a sampling model has learned.",
+        "the scaling options; or the number of a style that a model has learned.",
         show_default=False,
     ),
     click.option(

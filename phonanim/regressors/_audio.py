@@ -10,9 +10,10 @@ import numpy as np
 
 from phonanim.core.neural import tensors_with_prefix
 from phonanim.regressors import Examples, Progress, Tensors
-from phonanim.regressors._audio_input import check_sounds, check_styles, fitting, identity_in
+from phonanim.regressors._audio_input import check_sounds, fitting, identity_in
 from phonanim.regressors._audio_model import AudioModel
 from phonanim.regressors._decoders import decoder_shapes
+from phonanim.regressors._styles import check_styles
 from phonanim.regressors._torch_extra import require_torch
 
 Self = TypeVar("Self", bound="AudioRegressor")

@@ -102,13 +102,6 @@ def check_sounds(examples: Examples) -> None:
         raise ModelError("an audio-driven regressor is trained on recordings: give it clips with sound")
 
 
-def check_styles(kind: str, styles: int, *examples: Examples) -> None:
-    """Raise ModelError when examples have a style that the configuration does not have."""
-    most = max((style for part in examples for style in part.styles), default=0)
-    if most >= styles:
-        raise ModelError(f"{kind}: the examples have style {most}; set styles to {most + 1} or more")
-
-
 def identity_in(tensors: Tensors) -> str:
     """The identity of the encoder in the tensors of a stored model."""
     return tensors["identity"].astype(np.uint8).tobytes().decode()

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from phonanim.features.indicators import WIDTH
+from phonanim.regressors._styles import check_style
 
 
 @dataclass(frozen=True)
@@ -16,10 +17,11 @@ class Config:
     and "indicators", `width` the output window (Ky), `hidden` the units of each hidden layer. `networks` is
     the number of networks, each trained from another start; their mean is the prediction. `schedule` is how
     the rate goes over all `epochs`: "constant", "cosine" down to 0, or "cycle", up within a tenth and down;
-    "" is "cycle" for adamw and "constant" for sgd.
+    "" is "cycle" for adamw and "constant" for sgd. `style` is the style of the output, out of the `styles` of
+    Examples.styles: inputs of their own, of which one is 1.
     """
 
-    features: str = "all"
+    features: Literal["indicators", "raw", "all", "gestures", "classes"] = "all"
     reach: int = WIDTH
     width: int = 1
     hidden: tuple[int, ...] = (256, 256)
@@ -35,3 +37,8 @@ class Config:
     patience: int = 5
     standardize: bool = True
     networks: int = 1
+    styles: int = 1
+    style: int = 0
+
+    def __post_init__(self) -> None:
+        check_style("dnn", self)

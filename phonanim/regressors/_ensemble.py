@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -18,6 +20,7 @@ from phonanim.regressors import (
     make_config,
     regressor_class,
 )
+from phonanim.regressors._journal import end_parts, part_of
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
@@ -41,6 +44,7 @@ class MeanOfModels:
 
     input_modality: ClassVar[InputModality]
     config_class: ClassVar[type] = Config
+    resumable: ClassVar[bool] = True
 
     def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:
         """Modes at instants, (times,) seconds -> (times, modes)."""
@@ -72,8 +76,13 @@ class MeanOfModels:
         validation: Examples,
         rng: np.random.Generator,
         progress: Progress,
+        journal: Path | None = None,
     ) -> Self:
-        """Fit the members one after the other."""
+        """Fit the members one after the other.
+
+        If `journal` is a folder, the states of `resumable` members are saved in folders of it, and an
+        interrupted training is continued from them.
+        """
         kinds, configs, weights = _members(config)
         members = []
         for number, (kind, settings) in enumerate(zip(kinds, configs, strict=True)):
@@ -81,7 +90,11 @@ class MeanOfModels:
             def share(done: float, number: int = number) -> None:
                 progress((number + done) / len(kinds))
 
-            members.append(regressor_class(kind).fit(settings, train, validation, rng, share))
+            fit: Any = regressor_class(kind).fit
+            if getattr(regressor_class(kind), "resumable", False):
+                fit = partial(fit, journal=part_of(journal, f"member{number}"))
+            members.append(fit(settings, train, validation, rng, share))
+        end_parts(journal, [f"member{number}" for number in range(len(kinds))])
         filled = tuple(
             {"kind": kind, "weight": weight, **asdict(settings)}
             for kind, weight, settings in zip(kinds, weights, configs, strict=True)

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.errors import ModelError
 from phonanim.speech.inventory import INVENTORY, N_PHONES
 
 LEAF = -1  # in `question`
 CONTEXT = 2  # phones on either side
+SLOWEST = 25.0  # frames per second
 # Weights of the frames before, at and after: the value, its first and its second difference.
 WINDOWS = np.array([[0.0, 1.0, 0.0], [-0.5, 0.0, 0.5], [1.0, -2.0, 1.0]])
 
@@ -29,6 +31,12 @@ class Config:
     leaf: int = 50
     mdl: float = 1.0
     alignments: int = 2
+
+    def __post_init__(self) -> None:
+        if self.rate < SLOWEST:
+            raise ModelError(
+                f"hmm: rate is {self.rate:g}; take {SLOWEST:g} or more, for states in short phones"
+            )
 
 
 def list_questions() -> tuple[NDArray[np.int8], NDArray[np.uint8]]:

@@ -11,17 +11,9 @@ from phonanim.core.typed import check_types
 from phonanim.errors import ModelError
 from phonanim.regressors._contract import check_class, check_required
 from phonanim.regressors._protocol import Regressor
+from phonanim.regressors._ranges import check_range
 
 REGRESSORS = Registry("phonanim.regressors", needs=("REGRESSOR",))
-
-SIZES = (
-    *("networks", "reach", "width", "widths", "window", "ahead", "states", "depth", "heads", "kernels"),
-    *("dilations", "channels", "hidden", "units"),
-)
-"""Settings that say how much a model computes."""
-
-MAX_SIZE, MAX_NUMBER = 4096, 1e9
-"""Largest of these settings, and of all others."""
 
 
 def kinds() -> tuple[str, ...]:
@@ -58,9 +50,7 @@ def make_config(kind: str, values: dict[str, Any], where: str) -> Any:
             raise ModelError(f"{where}: {kind} has no setting {key!r}; {hint}")
     check_types(values, config, where)
     check_required(config, values, where)
+    own = config.__module__.startswith("phonanim.")
     for key, value in values.items():
-        most = MAX_SIZE if key in SIZES else MAX_NUMBER
-        listed = value if isinstance(value, (list, tuple)) else [value]
-        if any(isinstance(item, (int, float)) and not abs(item) <= most for item in listed):  # nor is NaN
-            raise ModelError(f"{where}: {key} is {value!r:.40}; the most is {most:g}")
+        check_range(key, value, where, own)
     return config(**{key: tuple(v) if isinstance(v, list) else v for key, v in values.items()})

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.features.inputs import n_features, window_features
 from phonanim.features.windows import TICK
+from phonanim.regressors._styles import check_style, style_columns
 from phonanim.speech.inventory import N_PHONES
 from phonanim.speech.phones import PhoneTrack
 
@@ -24,10 +26,11 @@ class Config:
 
     `features` is "triphone" (the contextual labels of Fan 2015: the current phone, the one before, the one
     after, and the position in it) or one of phonanim.features.inputs.FEATURES. `units` is the width of each
-    layer; in a bidirectional layer, half of them for each direction. `batch` counts utterances.
+    layer; in a bidirectional layer, half of them for each direction. `batch` counts utterances. `style` is
+    the style of the output, out of the `styles` of Examples.styles: inputs of their own, of which one is 1.
     """
 
-    features: str = "triphone"
+    features: Literal["triphone", "indicators", "raw", "all", "gestures", "classes"] = "triphone"
     units: int = 500
     bidirectional: bool = True
     dropout: float = 0.5
@@ -35,6 +38,11 @@ class Config:
     rate: float = 2e-3
     epochs: int = 20
     patience: int = 5
+    styles: int = 1
+    style: int = 0
+
+    def __post_init__(self) -> None:
+        check_style("lstm", self)
 
 
 def sequence_features(features: str, track: PhoneTrack, times: Array, clusters: NDArray[np.int8]) -> Floats:
@@ -47,8 +55,13 @@ def sequence_features(features: str, track: PhoneTrack, times: Array, clusters: 
 
 
 def n_inputs(features: str) -> int:
-    """Number of input columns."""
+    """Number of columns of `sequence_features`."""
     return TRIPHONE if features == "triphone" else n_features(features)
+
+
+def n_columns(config: Config) -> int:
+    """Number of input columns, those of styles among them."""
+    return n_inputs(config.features) + style_columns(config.styles)
 
 
 def triphones(track: PhoneTrack, times: Array) -> Floats:

@@ -10,23 +10,32 @@ from phonanim.features.indicators import CC_CLUSTERS, CONSONANT, CV_CLUSTERS, VC
 from phonanim.features.inputs import NO_CLUSTERS, window_features
 from phonanim.features.windows import sliding_windows
 from phonanim.regressors import Examples
+from phonanim.regressors._styles import add_style, styles_of
 from phonanim.speech.inventory import N_PHONES
 
 
 def training_rows(
-    examples: Examples, features: str, width: int, clusters: NDArray[np.int8], reach: int = WIDTH
+    examples: Examples,
+    features: str,
+    width: int,
+    clusters: NDArray[np.int8],
+    reach: int = WIDTH,
+    styles: int = 1,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-    """Inputs (rows, features), target windows (rows, width * modes) and weights (rows,) of all clips."""
+    """Inputs (rows, features), target windows (rows, width * modes) and weights (rows,) of all clips.
+
+    With several `styles` the inputs have a column of each.
+    """
     n_rows = sum(len(times) for times in examples.times)
     modes = examples.targets[0].shape[1] if len(examples) else 0
     found: NDArray[np.float32] | None = None
     targets = np.empty((n_rows, width * modes), np.float32)
     weights = np.empty(n_rows, np.float32)
     begin = 0
-    for track, times, target, weight in zip(
-        examples.tracks, examples.times, examples.targets, examples.weights, strict=True
+    for track, times, target, weight, style in zip(
+        examples.tracks, examples.times, examples.targets, examples.weights, styles_of(examples), strict=True
     ):
-        values = window_features(features, track, times, clusters, reach)
+        values = add_style(window_features(features, track, times, clusters, reach), style, styles)
         if found is None:
             found = np.empty((n_rows, values.shape[1]), np.float32)
         rows = slice(begin, begin + len(times))

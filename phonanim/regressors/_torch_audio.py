@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import csv
-import hashlib
-import io
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,15 +13,14 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from phonanim.core.device import PRECISION
-from phonanim.core.files import atomic_path, write_text
-from phonanim.regressors import CHECKPOINT, Examples, Progress
+from phonanim.regressors import Examples, Progress
 from phonanim.regressors._audio_config import Settings
 from phonanim.regressors._audio_model import AudioModel
 from phonanim.regressors._decoders import decode
 from phonanim.regressors._steps import cached_encoder, step_times
 from phonanim.regressors._torch import device, mixed_precision, seeded_generator, tensor
 from phonanim.regressors._torch_decoders import Network, export_weights
+from phonanim.regressors._torch_journal import State, state_key
 from phonanim.regressors._training_steps import (
     BLOCK,
     Scaling,
@@ -38,7 +35,6 @@ from phonanim.speech.inventory import N_PHONES
 Floats = NDArray[np.float32]
 Model = TypeVar("Model", bound=AudioModel)
 LONGEST_STEP = 1.0  # largest norm of a gradient, because gradients of recurrent layers explode
-CURVE = "loss.csv"
 
 
 def fit_audio(
@@ -225,72 +221,6 @@ def validation_error(model: AudioModel, steps: Steps | None) -> float:
 
 
 def training_key(config: Settings, seed: int, steps: Steps) -> str:
-    """A hash of everything that a training depends on, so that no training continues another one's state."""
-    numbers = PRECISION.get().removeprefix("single")
-    digest = hashlib.sha256(f"{config} {seed} {torch.__version__}{numbers}".encode())
-    for rows in blocks_of(steps.targets):
-        digest.update(rows.tobytes())
-    digest.update(steps.values[:: max(1, len(steps.values) // 1000)].tobytes())
-    return digest.hexdigest()
-
-
-@dataclass
-class State:
-    """The progress of a training: `curve` has (loss, validation error) of each epoch."""
-
-    network: Network
-    optimizer: Any
-    curve: list[tuple[float, float]]
-    best: list[Any]
-    key: str
-    journal: Path | None
-
-    def ended(self, config: Settings) -> bool:
-        """Whether all epochs are done, or the last `patience` of them brought no improvement."""
-        if not self.curve:
-            return config.epochs == 0
-        errors = [error for _, error in self.curve]
-        waited = len(errors) - 1 - int(np.argmin(errors))
-        return len(errors) >= config.epochs or (waited > config.patience and errors[-1] > 0)
-
-    def add(self, mean_loss: float, error: float) -> None:
-        """Record an epoch, keep the weights if they are the best, and write all of it to the journal."""
-        self.curve.append((mean_loss, error))
-        if error <= min(error for _, error in self.curve):
-            self.best = [part.detach().clone() for part in self.network.state_dict().values()]
-        if self.journal:
-            self._write(self.journal)
-
-    def restore(self) -> None:
-        """Go back to the best weights."""
-        if self.best:
-            names = self.network.state_dict()
-            self.network.load_state_dict(dict(zip(names, self.best, strict=True)))
-
-    def _write(self, journal: Path) -> None:
-        journal.mkdir(parents=True, exist_ok=True)
-        parts = {
-            "key": self.key,
-            "curve": self.curve,
-            "best": self.best,
-            "network": self.network.state_dict(),
-            "optimizer": self.optimizer.state_dict(),
-        }
-        with atomic_path(journal / CHECKPOINT) as path:
-            torch.save(parts, path)
-        text = io.StringIO()
-        rows = csv.writer(text, lineterminator="\n")
-        rows.writerow(("epoch", "training_loss", "validation_mm2"))
-        rows.writerows((n + 1, f"{a:.6g}", f"{b:.6g}") for n, (a, b) in enumerate(self.curve))
-        write_text(journal / CURVE, text.getvalue())
-
-    def resume(self) -> None:
-        """Continue from the journal, if it is of the same training."""
-        if self.journal is None or not (self.journal / CHECKPOINT).is_file():
-            return
-        parts = torch.load(self.journal / CHECKPOINT, weights_only=True, map_location=device())
-        if parts["key"] != self.key:
-            return
-        self.curve, self.best = [tuple(pair) for pair in parts["curve"]], parts["best"]
-        self.network.load_state_dict(parts["network"])
-        self.optimizer.load_state_dict(parts["optimizer"])
+    """The key of a training on steps (`state_key`)."""
+    some = steps.values[:: max(1, len(steps.values) // 1000)]
+    return state_key(config, seed, chain(blocks_of(steps.targets), [some]))

@@ -12,7 +12,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from phonanim.regressors import CHECKPOINT, Examples, Progress
+from phonanim.regressors import Examples, Progress
 from phonanim.regressors._denoiser import Denoiser
 from phonanim.regressors._diffusion import (
     mask_sound,
@@ -20,10 +20,12 @@ from phonanim.regressors._diffusion import (
     signal_share,
 )
 from phonanim.regressors._facediffuser_config import Config
+from phonanim.regressors._journal import end_parts, part_of
 from phonanim.regressors._steps import cached_encoder
 from phonanim.regressors._torch import array, device, mixed_precision, seeded_generator, tensor
-from phonanim.regressors._torch_audio import State, batches, step, training_key
+from phonanim.regressors._torch_audio import batches, step, training_key
 from phonanim.regressors._torch_denoiser import Network
+from phonanim.regressors._torch_journal import State
 from phonanim.regressors._training_steps import BLOCK, Scaling, Steps, column_deviations, gather_steps
 
 Floats = NDArray[np.float32]
@@ -67,7 +69,7 @@ def fit_diffusion(
         first = replace(config, epochs=config.autoencoder, patience=config.autoencoder)
         shown = Stage(first, network, learned, scaling, seed, autoencodes=True)
         shown.run(
-            journal and journal / FIRST_STAGE,
+            part_of(journal, FIRST_STAGE),
             lambda: autoencoding_error(network, scaling, held_out),
             reported(0),
         )
@@ -75,8 +77,8 @@ def fit_diffusion(
     Stage(config, network, learned, scaling, seed).run(
         journal, lambda: sampled_error(model(), held_out), reported(config.autoencoder)
     )
-    if config.autoencoder and journal:
-        (journal / FIRST_STAGE / CHECKPOINT).unlink(missing_ok=True)
+    if config.autoencoder:
+        end_parts(journal, [FIRST_STAGE])
     progress(1.0)
     return model()
 
@@ -120,7 +122,7 @@ class Stage:
         config: Any = self.config
         optimizer = torch.optim.Adam(self.network.parameters(), lr=config.learning_rate)
         key = training_key(config, self.seed, self.steps)
-        state = State(self.network, optimizer, [], [], key, journal)  # type: ignore[arg-type]
+        state = State(self.network, optimizer, [], [], key, journal)
         state.resume()
         while not state.ended(config):
             epoch = len(state.curve)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import torch
@@ -13,6 +13,7 @@ from torch import Tensor, nn
 from phonanim.regressors import Progress
 from phonanim.regressors._dnn_config import Config
 from phonanim.regressors._torch import array, device, mixed_precision, tensor
+from phonanim.regressors._torch_journal import State, state_key
 
 Layers = list[tuple[NDArray[np.float32], NDArray[np.float32]]]
 ACTIVATIONS = {"tanh": nn.Tanh, "silu": nn.SiLU}
@@ -28,13 +29,18 @@ class Rows:
 
 
 def fit_network(
-    config: Config, train: Rows, held_out: Rows, generator: torch.Generator, progress: Progress
+    config: Config,
+    train: Rows,
+    held_out: Rows,
+    generator: torch.Generator,
+    progress: Progress,
+    journal: Path | None = None,
 ) -> Layers:
     """Train a fully connected network; returns (weights (in, out), bias (out,)) of each layer.
 
     Inputs are standardized and targets scaled for training; both are folded into the first and last layers.
-    The state with the least validation error is kept; training ends after `patience` epochs without
-    improvement.
+    The state with the least validation error is kept, or the last without rows to validate on; training ends
+    after `patience` epochs without improvement. An interrupted training is continued from `journal`.
     """
     mean, scale = train.inputs.mean(axis=0), train.inputs.std(axis=0) + 1e-3
     if not config.standardize:
@@ -42,13 +48,17 @@ def fit_network(
     centre, spread = train.targets.mean(axis=0), float(train.targets.std())
     network = _network(config, train.inputs.shape[1], train.targets.shape[1]).to(device())
     optimizer = _optimizer(config, network)
-    schedule = _schedule(config, optimizer, config.epochs * -(-len(train.inputs) // config.batch))
+    schedule = _schedule(config, optimizer, max(1, config.epochs * -(-len(train.inputs) // config.batch)))
     data = [tensor(a) for a in (train.inputs, train.targets, train.weights)]
     shift, stretch = tensor(mean), tensor(scale)
     middle = tensor(centre)
-    best, best_state, waited = np.inf, copy.deepcopy(network.state_dict()), 0
-    for epoch in range(config.epochs):
+    blocks = (train.inputs, train.targets) if journal else ()
+    key = state_key(config, generator.initial_seed(), blocks)
+    state = State(network, optimizer, [], [], key, journal, schedule, generator, keep_first=True)
+    state.resume()
+    while not state.ended(config):
         network.train()
+        losses = []
         for rows in torch.split(torch.randperm(len(data[0]), generator=generator), config.batch):
             with mixed_precision():
                 predicted = network((data[0][rows] - shift) / stretch).float()
@@ -59,15 +69,11 @@ def fit_network(
             optimizer.step()
             if schedule:
                 schedule.step()
+            losses.append(loss.detach())
         error = _error(network, held_out, shift, stretch, middle, spread)
-        if error < best:
-            best, best_state, waited = error, copy.deepcopy(network.state_dict()), 0
-        else:
-            waited += 1
-        progress((epoch + 1) / config.epochs)
-        if waited > config.patience:
-            break
-    network.load_state_dict(best_state)
+        state.add(float(torch.stack(losses).mean()), error)
+        progress(len(state.curve) / config.epochs)
+    state.restore()
     layers = [m for m in network if isinstance(m, nn.Linear)]
     found = [(array(m.weight).T.copy(), array(m.bias).copy()) for m in layers]
     return _folded(found, mean, scale, centre, spread)

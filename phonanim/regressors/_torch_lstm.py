@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import copy
+from pathlib import Path
 
 import numpy as np
 import torch
@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from phonanim.regressors import Examples, Progress
-from phonanim.regressors._lstm_config import LAYERS, Config, Floats, n_inputs, sequence_features
+from phonanim.regressors._lstm_config import LAYERS, Config, Floats, n_columns, sequence_features
+from phonanim.regressors._styles import add_style, styles_of
 from phonanim.regressors._torch import array, device, mixed_precision, tensor
+from phonanim.regressors._torch_journal import State, state_key
 
 LONGEST_STEP = 1.0  # largest norm of a gradient, because gradients of recurrent layers explode
 
@@ -23,7 +25,7 @@ class Network(nn.Module):
         super().__init__()
         size = config.units // (1 + config.bidirectional)
         wide = size * (1 + config.bidirectional)
-        self.input = nn.Linear(n_inputs(config.features), config.units)
+        self.input = nn.Linear(n_columns(config), config.units)
         self.recurrent = nn.ModuleList(
             nn.LSTM(
                 config.units if n == 0 else wide, size, batch_first=True, bidirectional=config.bidirectional
@@ -48,26 +50,31 @@ def fit_recurrent(
     clusters: NDArray[np.int8],
     generator: torch.Generator,
     progress: Progress,
+    journal: Path | None = None,
 ) -> dict[str, Floats]:
     """Train on whole utterances with Adam; returns the weights that regressors/lstm.py names.
 
     The weights with the least validation error are kept; training ends after `patience` epochs without
-    improvement.
+    improvement. An interrupted training is continued from `journal`.
     """
     every = np.concatenate(train.targets)
     centre, spread = every.mean(axis=0), float(every.std())
-    data = [tensor(a) for a in pad_sequences(config, train, clusters)]
+    padded = pad_sequences(config, train, clusters)
+    data = [tensor(a) for a in padded]
     held_out = [tensor(a) for a in pad_sequences(config, validation, clusters)] if len(validation) else []
     network = Network(config, every.shape[1]).to(device())
     optimizer = torch.optim.Adam(network.parameters(), lr=config.rate)
     batches = -(-len(train) // config.batch)
     schedule = torch.optim.lr_scheduler.OneCycleLR(
-        optimizer, config.rate, total_steps=config.epochs * batches
+        optimizer, config.rate, total_steps=max(1, config.epochs * batches)
     )
     middle = tensor(centre)
-    best, best_state, waited = np.inf, copy.deepcopy(network.state_dict()), 0
-    for epoch in range(config.epochs):
+    key = state_key(config, generator.initial_seed(), padded if journal else ())
+    state = State(network, optimizer, [], [], key, journal, schedule, generator, keep_first=True)
+    state.resume()
+    while not state.ended(config):
         network.train()
+        losses = []
         for rows in torch.split(torch.randperm(len(train), generator=generator), config.batch):
             with mixed_precision():
                 loss = _error(network, data, rows, middle, spread)
@@ -76,15 +83,11 @@ def fit_recurrent(
             nn.utils.clip_grad_norm_(network.parameters(), LONGEST_STEP)
             optimizer.step()
             schedule.step()
-        error = _validate(network, held_out, middle, spread)
-        if error < best or not held_out:
-            best, best_state, waited = error, copy.deepcopy(network.state_dict()), 0
-        else:
-            waited += 1
-        progress((epoch + 1) / config.epochs)
-        if waited > config.patience:
-            break
-    network.load_state_dict(best_state)
+            losses.append(loss.detach())
+        error = _validate(network, held_out, middle, spread) * spread**2
+        state.add(float(torch.stack(losses).mean()), error)
+        progress(len(state.curve) / config.epochs)
+    state.restore()
     return export_weights(network, centre, spread)
 
 
@@ -96,13 +99,14 @@ def pad_sequences(
     A shorter utterance is padded with its last phone, with weight 0.
     """
     longest, modes = max(len(times) for times in examples.times), examples.targets[0].shape[1]
-    signals = np.empty((len(examples), longest, n_inputs(config.features)), np.float32)
+    signals = np.empty((len(examples), longest, n_columns(config)), np.float32)
     targets = np.zeros((len(examples), longest, modes), np.float32)
     weights = np.zeros((len(examples), longest), np.float32)
-    for row, (track, times, target, weight) in enumerate(
-        zip(examples.tracks, examples.times, examples.targets, examples.weights, strict=True)
-    ):
-        signal = sequence_features(config.features, track, times, clusters)
+    rows = zip(
+        examples.tracks, examples.times, examples.targets, examples.weights, styles_of(examples), strict=True
+    )
+    for row, (track, times, target, weight, style) in enumerate(rows):
+        signal = add_style(sequence_features(config.features, track, times, clusters), style, config.styles)
         signals[row, : len(times)], signals[row, len(times) :] = signal, signal[-1]
         targets[row, : len(times)], weights[row, : len(times)] = target, weight
     return signals, targets, weights

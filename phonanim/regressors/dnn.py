@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -16,7 +17,9 @@ from phonanim.features.windows import predict_at
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples, InputModality, Progress, Tensors
 from phonanim.regressors._dnn_config import Config
+from phonanim.regressors._journal import end_parts, part_of
 from phonanim.regressors._rows import cluster_table, training_rows
+from phonanim.regressors._styles import check_styles, layer_of_style, style_columns, with_style
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
@@ -34,6 +37,11 @@ class Network:
 
     input_modality: ClassVar[InputModality] = "phones"
     config_class: ClassVar[type] = Config
+    resumable: ClassVar[bool] = True
+
+    def with_settings(self, **settings: Any) -> Network:
+        """The same networks with another `style`. Raises ModelError for a style or setting that they lack."""
+        return with_style(self, settings)
 
     def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:
         """Modes at instants, (times,) seconds -> (times, modes); overlapping windows are averaged."""
@@ -62,9 +70,8 @@ class Network:
     @cached_property
     def _exact(self) -> tuple[ContextLayer | ExactLayer, list[list[ExactLayer]]]:
         """The first layers of all networks as one, because they have the same inputs; the others of each."""
-        weights, bias = (
-            np.concatenate(parts, axis=-1) for parts in zip(*(one[0] for one in self.networks), strict=True)
-        )
+        firsts = (layer_of_style(*one[0], self.config) for one in self.networks)
+        weights, bias = (np.concatenate(parts, axis=-1) for parts in zip(*firsts, strict=True))
         context = self.config.features in CONTEXT
         first = context_layer(self.config.features, weights, bias) if context else exact_layer(weights, bias)
         return first, [[exact_layer(*layer) for layer in layers[1:]] for layers in self.networks]
@@ -85,14 +92,26 @@ class Network:
 
     @classmethod
     def fit(
-        cls, config: Any, train: Examples, validation: Examples, rng: np.random.Generator, progress: Progress
+        cls,
+        config: Any,
+        train: Examples,
+        validation: Examples,
+        rng: np.random.Generator,
+        progress: Progress,
+        journal: Path | None = None,
     ) -> Network:
-        """Minimize the squared error of the windows; early stopping on `validation`."""
+        """Minimize the squared error of the windows; early stopping on `validation`.
+
+        If `journal` is a folder, the state after each epoch is saved there, in a folder for each network, and
+        an interrupted training is continued from it. Raises ModelError for a style beyond `styles`.
+        """
         from phonanim.regressors._torch import seeded_generator
         from phonanim.regressors._torch_dnn import Rows, fit_network
 
+        if config.styles > 1:  # else all are one
+            check_styles("dnn", config.styles, train, validation)
         clusters = cluster_table(config.features, train, rng)
-        settings = config.features, config.width, clusters, config.reach
+        settings = config.features, config.width, clusters, config.reach, config.styles
         rows, held_out = (Rows(*training_rows(part, *settings)) for part in (train, validation))
         networks = []
         for number in range(config.networks):
@@ -100,7 +119,10 @@ class Network:
             def share(done: float, number: int = number) -> None:
                 progress((number + done) / config.networks)
 
-            networks.append(tuple(fit_network(config, rows, held_out, seeded_generator(rng), share)))
+            own = part_of(journal, f"network{number}" if config.networks > 1 else "")
+            networks.append(tuple(fit_network(config, rows, held_out, seeded_generator(rng), share, own)))
+        if config.networks > 1:
+            end_parts(journal, [f"network{number}" for number in range(config.networks)])
         return cls(config, tuple(networks), clusters)
 
 
@@ -109,7 +131,7 @@ def _prefixes(config: Config) -> list[str]:
 
 
 def _layers(config: Config, tensors: Tensors, prefix: str) -> Layers:
-    size, layers = n_features(config.features, config.reach), []
+    size, layers = n_features(config.features, config.reach) + style_columns(config.styles), []
     for number in range(len(config.hidden) + 1):
         weights, bias = tensors[f"{prefix}weights{number}"], tensors[f"{prefix}bias{number}"]
         if weights.shape != (size, len(bias)):

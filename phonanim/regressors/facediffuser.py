@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 
 from phonanim.core.neural import tensors_with_prefix
 from phonanim.regressors import Examples, Progress, Tensors
-from phonanim.regressors._audio_input import check_sounds, check_styles, fitting, identity_in
+from phonanim.regressors._audio_input import check_sounds, fitting, identity_in
 from phonanim.regressors._denoiser import Denoiser
 from phonanim.regressors._diffusion import weight_shapes
+from phonanim.regressors._styles import check_styles
 from phonanim.regressors._torch_extra import require_torch
 
 Array = NDArray[np.float64]

@@ -6,6 +6,7 @@ After Fan et al. (2015), with the setup of Taylor 2017 (section 8.1). Trained wi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,9 +16,18 @@ from phonanim.features.inputs import STEP
 from phonanim.features.windows import TICK
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples, InputModality, Progress, Tensors
-from phonanim.regressors._lstm_config import LAYERS, Array, Config, Floats, n_inputs, sequence_features
+from phonanim.regressors._lstm_config import (
+    LAYERS,
+    Array,
+    Config,
+    Floats,
+    n_columns,
+    n_inputs,
+    sequence_features,
+)
 from phonanim.regressors._recurrent import run_lstm
 from phonanim.regressors._rows import cluster_table
+from phonanim.regressors._styles import check_styles, layer_of_style, with_style
 from phonanim.speech.phones import PhoneTrack
 
 PHASES = 8  # grids at the model's rate, 5 ms apart, between which instants are interpolated
@@ -33,6 +43,11 @@ class Recurrent:
 
     input_modality: ClassVar[InputModality] = "phones"
     config_class: ClassVar[type] = Config
+    resumable: ClassVar[bool] = True
+
+    def with_settings(self, **settings: Any) -> Recurrent:
+        """The same network with another `style`. Raises ModelError for a style or setting that it lacks."""
+        return with_style(self, settings)
 
     def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> Floats:
         """Modes at instants, (times,) seconds -> (times, modes).
@@ -59,7 +74,8 @@ class Recurrent:
 
     def forward(self, signal: Floats) -> Floats:
         """Run over sequences, (sequences, frames, features) -> (sequences, frames, modes)."""
-        signal = np.tanh(signal @ self.weights["input"] + self.weights["input_bias"])
+        weights, bias = layer_of_style(self.weights["input"], self.weights["input_bias"], self.config)
+        signal = np.tanh(signal @ weights + bias)
         for layer in range(LAYERS):
             own = (self.weights[f"{part}{layer}"] for part in ("forward", "recur", "bias"))
             signal = run_lstm(signal, *own)
@@ -81,14 +97,26 @@ class Recurrent:
 
     @classmethod
     def fit(
-        cls, config: Any, train: Examples, validation: Examples, rng: np.random.Generator, progress: Progress
+        cls,
+        config: Any,
+        train: Examples,
+        validation: Examples,
+        rng: np.random.Generator,
+        progress: Progress,
+        journal: Path | None = None,
     ) -> Recurrent:
-        """Minimize the squared error of whole utterances; early stopping on `validation`."""
+        """Minimize the squared error of whole utterances; early stopping on `validation`.
+
+        If `journal` is a folder, the state after each epoch is saved there, and an interrupted training is
+        continued from it. Raises ModelError for a style beyond `styles`.
+        """
         from phonanim.regressors._torch import seeded_generator
         from phonanim.regressors._torch_lstm import fit_recurrent
 
+        if config.styles > 1:  # else all are one
+            check_styles("lstm", config.styles, train, validation)
         clusters = cluster_table(config.features, train, rng)
-        weights = fit_recurrent(config, train, validation, clusters, seeded_generator(rng), progress)
+        weights = fit_recurrent(config, train, validation, clusters, seeded_generator(rng), progress, journal)
         return cls(config, weights, clusters)
 
 
@@ -97,7 +125,7 @@ def layer_shapes(config: Config, modes: int) -> dict[str, tuple[int, ...]]:
     sides = 1 + config.bidirectional
     size = config.units // sides
     shapes: dict[str, tuple[int, ...]] = {
-        "input": (n_inputs(config.features), config.units),
+        "input": (n_columns(config), config.units),
         "input_bias": (config.units,),
     }
     for layer in range(LAYERS):

@@ -14,6 +14,7 @@ from phonanim.features.windows import predict_at
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples, InputModality, Progress, Tensors
 from phonanim.regressors._rows import cluster_table, training_rows
+from phonanim.regressors._styles import add_style, check_style, check_styles, with_style
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
@@ -25,15 +26,21 @@ class Config:
     """The defaults are the decision tree of Kim 2015 as Taylor 2017 uses it: one tree, 10 rows per leaf.
 
     `split` "best" searches every threshold, "random" draws one per column (Geurts 2006). `columns` (a share
-    of all) are tried at each node.
+    of all) are tried at each node. `style` is the style of the output, out of the `styles` of
+    Examples.styles: columns of their own, of which one is 1.
     """
 
-    features: str = "indicators"
+    features: Literal["indicators", "raw", "all", "gestures", "classes"] = "indicators"
     width: int = 5
     trees: int = 1
     leaf: int = 10
     split: Literal["best", "random"] = "best"
     columns: float = 1.0
+    styles: int = 1
+    style: int = 0
+
+    def __post_init__(self) -> None:
+        check_style("tree", self)
 
 
 @dataclass(frozen=True)
@@ -56,11 +63,16 @@ class Forest:
     input_modality: ClassVar[InputModality] = "phones"
     config_class: ClassVar[type] = Config
 
+    def with_settings(self, **settings: Any) -> Forest:
+        """The same trees with another `style`. Raises ModelError for a style or setting that they lack."""
+        return with_style(self, settings)
+
     def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:
         """Modes at instants, (times,) seconds -> (times, modes); overlapping windows are averaged."""
 
         def windows(centres: Array) -> NDArray[np.float32]:
-            found = self.descend(window_features(self.config.features, track, centres, self.clusters))
+            rows = window_features(self.config.features, track, centres, self.clusters)
+            found = self.descend(add_style(rows, self.config.style, self.config.styles))
             return found.reshape(len(centres), self.config.width, -1)
 
         return predict_at(times, track.duration, STEP, self.config.width, windows)
@@ -110,7 +122,11 @@ class Forest:
                 "trees are grown with scikit-learn; install it with pip install 'phonanim[train]'"
             ) from error
         clusters = cluster_table(config.features, train, rng)
-        rows, targets, weights = training_rows(train, config.features, config.width, clusters)
+        if config.styles > 1:  # else all are one
+            check_styles("tree", config.styles, train)
+        rows, targets, weights = training_rows(
+            train, config.features, config.width, clusters, styles=config.styles
+        )
         seed = int(rng.integers(2**31))
         shared = {"min_samples_leaf": config.leaf, "max_features": config.columns, "random_state": seed}
         if config.split == "random":

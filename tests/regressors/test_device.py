@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from encoder_samples import put_whisper
 from speech import made_up_examples
 
 from phonanim.__main__ import run
 from phonanim.core.device import use_device
 from phonanim.errors import OptionError
-from phonanim.regressors import Examples, make_config, regressor_class
+from phonanim.regressors import Examples, kinds, make_config, regressor_class
+from phonanim.regressors._steps import cached_encoder
 
 torch = pytest.importorskip("torch")
 AUDIO: dict[str, Any] = {"encoder": "mfcc", "hidden": 8, "depth": 1, "window": 20, "epochs": 1}
 SAMPLES: dict[str, Any] = {**AUDIO, "latent": 8, "timesteps": 20, "steps": 4, "batch": 3}
+TUNED: dict[str, Any] = {"encoder": "whisper", "pairs": "concatenate", "tuned": 1}
+MEMBERS: tuple[dict[str, Any], ...] = (
+    {"kind": "phisanet", **AUDIO, "ctc": 0.0},
+    {"kind": "dnn", "hidden": (8,), "epochs": 1},
+)
+NO_TORCH = {"dynamic_visemes", "hmm", "phone_mean", "tree"}
 VERSIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "gru": ("phisanet", {**AUDIO, "classifier": 0.1, "ctc": 0.0}),
     "sequence": ("phisanet", {**AUDIO, "ctc": 0.1}),
@@ -27,8 +37,19 @@ VERSIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "diffusion": ("facediffuser", SAMPLES),
     "diffusion by attention": ("facediffuser", {**SAMPLES, "decoder": "transformer", "heads": 2}),
     "features": ("facediffuser", {**SAMPLES, "noise_over": "features"}),
+    "first stage": ("facediffuser", {**SAMPLES, "autoencoder": 1}),
+    "further trained": ("facediffuser", {**SAMPLES, **TUNED}),
+    "styles from sound": ("phisanet", {**AUDIO, "ctc": 0.0, "styles": 2}),
+    "sampled styles": ("facediffuser", {**SAMPLES, "styles": 2}),
+    "causal": ("tcn", {"encoder": "mfcc", "epochs": 1, "channels": (4,) * 6}),
+    "both": ("hybrid", AUDIO),
+    "mean of both": ("late_fusion", {"members": MEMBERS}),
+    "teacher": ("ensemble", {"members": MEMBERS[1:]}),
     "network": ("dnn", {"hidden": (8,), "epochs": 1}),
+    "as published": ("dnn", {"hidden": (8,), "epochs": 1, "optimizer": "sgd", "features": "raw", "width": 5}),
+    "styles from phones": ("dnn", {"hidden": (8,), "epochs": 1, "styles": 2}),
     "recurrent": ("lstm", {"units": 8, "epochs": 1}),
+    "recurrent styles": ("lstm", {"units": 8, "epochs": 1, "styles": 2}),
     "dominance": ("procedural", {"steps": 3}),
 }
 
@@ -40,6 +61,16 @@ class ReachedEndError(Exception):
 @pytest.fixture(scope="module")
 def data() -> Examples:
     return made_up_examples(np.random.default_rng(5), clips=4)
+
+
+@pytest.fixture
+def small_whisper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Whisper with two small random blocks."""
+    put_whisper(tmp_path)
+    monkeypatch.setenv("PHONANIM_ENCODERS", str(tmp_path))
+    cached_encoder.cache_clear()
+    yield
+    cached_encoder.cache_clear()
 
 
 @pytest.fixture
@@ -69,13 +100,19 @@ def meta(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(getattr(torch.optim, kind), "step", first_step)
 
 
-@pytest.mark.usefixtures("meta")
+@pytest.mark.usefixtures("meta", "small_whisper")
 @pytest.mark.parametrize("version", VERSIONS)
 def test_every_tensor_follows(version: str, data: Examples) -> None:
     kind, settings = VERSIONS[version]
+    if "styles" in settings:
+        data = replace(data, styles=(0, 1, 0, 1))
     config = make_config(kind, settings, "test")
     with pytest.raises(ReachedEndError):
         regressor_class(kind).fit(config, data, data, np.random.default_rng(1), lambda done: None)
+
+
+def test_no_kind_is_left_out() -> None:
+    assert {kind for kind, _ in VERSIONS.values()} | NO_TORCH == set(kinds())
 
 
 def test_apple_gets_single_precision(monkeypatch: pytest.MonkeyPatch) -> None:
