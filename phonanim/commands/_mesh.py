@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from phonanim.commands import Console
+from phonanim.commands._takes import list_takes
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,10 +32,10 @@ def moves_mesh(options: Options, template: Path | None) -> bool:
 
 
 def check_mesh_options(
-    takes: int, edits: Sequence[Path], sheet: Path | None, view: bool, exports: Mapping[str, object]
+    edits: Sequence[Path], sheet: Path | None, view: bool, exports: Mapping[str, object]
 ) -> None:
     """Raise UsageError for an option of curves, which a moving mesh is not."""
-    given = {"--takes": takes > 1, "--edits": bool(edits), "--contact-sheet": sheet, "--view": view}
+    given = {"--edits": bool(edits), "--contact-sheet": sheet, "--view": view}
     named = [name for name, value in given.items() if value] + [f"--{name}" for name in exports]
     if named:
         raise click.UsageError(f"{', '.join(named)}: the model moves vertices, not curves; leave it out")
@@ -44,28 +45,46 @@ def write_mesh(
     path: Path,
     outputs: Sequence[Path],
     options: Options,
+    takes: int,
     audio: Path | None,
     template: Path | None,
     console: Console,
 ) -> None:
-    """Predict the mesh of a line, on a subject's face or on that of `template`, and write it."""
+    """Predict the mesh of a line, on a subject's face or on that of `template`, and write its takes.
+
+    Raises OptionError for several takes of a model that does not sample.
+    """
+    planned = list_takes(takes, options, outputs or (path.with_suffix(".glb"),), None)
+    made = [
+        write_mesh_take(path, files, settings, audio, template, console) for settings, files, _ in planned
+    ]
+    console.print_result({"takes": made} if takes > 1 else made[0])
+
+
+def write_mesh_take(
+    path: Path,
+    outputs: Sequence[Path],
+    options: Options,
+    audio: Path | None,
+    template: Path | None,
+    console: Console,
+) -> dict[str, Any]:
+    """Write a take of a mesh; -> the result as data."""
     motion, notes = predict_mesh(path, options, audio, template)
-    for output in outputs or (path.with_suffix(".glb"),):
+    for output in outputs:
         notes += motion.save(output)
         console.print(f"wrote {output}: {len(motion.points)} frames of {len(motion.rest)} vertices")
     for note in notes:
         console.print(note)
-    console.print_result(
-        {
-            "alignment": str(path),
-            "model": options.model,
-            "frames": len(motion.points),
-            "fps": motion.fps,
-            "vertices": len(motion.rest),
-            "notes": list(notes),
-            "outputs": [str(output) for output in outputs],
-        }
-    )
+    return {
+        "alignment": str(path),
+        "model": options.model,
+        "frames": len(motion.points),
+        "fps": motion.fps,
+        "vertices": len(motion.rest),
+        "notes": list(notes),
+        "outputs": [str(output) for output in outputs],
+    }
 
 
 def predict_mesh(

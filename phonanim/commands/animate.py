@@ -107,8 +107,8 @@ def command(
     source, options, audio = find_source(alignment, text, voice, beside, audio, options, console)
     given, alignment = alignment or source, source
     if moves_mesh(options, template):
-        check_mesh_options(takes, edits, sheet, view, exports)
-        write_mesh(alignment, outputs, options, audio, template, console)
+        check_mesh_options(edits, sheet, view, exports)
+        write_mesh(alignment, outputs, options, takes, audio, template, console)
         return
     if not outputs:
         outputs = (given.with_suffix(".glb"),)

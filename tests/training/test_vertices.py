@@ -116,6 +116,18 @@ def test_a_model_moves_a_mesh_of_a_subject(folder: Path, model: Path) -> None:
     assert rest + np.tensordot(weights, targets, 1) == pytest.approx(second, abs=1e-5)
 
 
+def test_a_model_that_samples_makes_takes(folder: Path, model: Path) -> None:
+    line = ["animate", str(folder / "wav" / f"{TEST}_sentence21.wav"), "--model", str(model), "--seed", "7"]
+    assert run([*line, "-o", str(folder / "take.npy"), "--takes", "2"]) == 0
+    assert run([*line, "-o", str(folder / "seven.npy"), "--steps", "2"]) == 0
+    first, second = (np.load(folder / f"take.take{number}.npy") for number in (1, 2))
+    assert first.shape == second.shape
+    assert not np.array_equal(first, second)
+    assert not np.array_equal(first, np.load(folder / "seven.npy"))
+    assert run([*line, "-o", str(folder / "seven.npy")]) == 0
+    assert np.array_equal(first, np.load(folder / "seven.npy"))
+
+
 def test_a_face_of_ones_own(folder: Path, model: Path) -> None:
     np.save(folder / "own.npy", face(5))
     line = ["animate", str(folder / "wav" / f"{TEST}_sentence21.wav"), "--model", str(model)]
@@ -147,8 +159,8 @@ def test_what_is_not_a_mesh_is_said(folder: Path, model: Path, capsys: pytest.Ca
     line = ["animate", str(folder / "wav" / f"{TEST}_sentence21.wav"), "--model", str(model)]
     assert run([*line, "-o", str(folder / "line.csv")]) == 2
     assert "a moving mesh is written as .npy or .glb" in capsys.readouterr().err
-    assert run([*line, "-o", str(folder / "line.npy"), "--takes", "2"]) == 2
-    assert "--takes: the model moves vertices" in capsys.readouterr().err
+    assert run([*line, "-o", str(folder / "line.npy"), "--view"]) == 2
+    assert "--view: the model moves vertices" in capsys.readouterr().err
     np.save(folder / "other.npy", np.zeros((5, 3)))
     assert run([*line, "--template", str(folder / "other.npy"), "-o", str(folder / "line.npy")]) == 2
     assert "is (5, 3) of numbers, and the model has 12 vertices" in capsys.readouterr().err
