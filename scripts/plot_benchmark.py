@@ -64,12 +64,15 @@ def models(tables: list[dict[str, Any]]) -> list[plots.Shown]:
 
 
 def bars(figure: Any, tables: list[dict[str, Any]]) -> None:
-    """Errors on the test clips with their intervals."""
+    """The error and the lip gap of the table on the first page, with their intervals."""
+    rows = find(tables, "", "aperture r", "visemes read right")
+    shown = {one.name: one for one in models(tables)}
+    rows = [rows[0], *(row for row in rows[1:] if row[0] in shown)]
+    labels = {"vertex error, mm": "vertex error, mm", "aperture r in speech": "aperture r"}
     panels = {
-        name: np.array([interval(cell) for cell in column(find(tables, "test", name, "model"), name)])
-        for name in ("shape MSE, mm²", "aperture r")
+        label: np.array([interval(cell) for cell in column(rows, name)]) for label, name in labels.items()
     }
-    plots.draw_bars(figure, models(tables), panels)
+    plots.draw_bars(figure, [shown[name] for name in column(rows, "model")], panels)
 
 
 def cost(figure: Any, tables: list[dict[str, Any]]) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from phonanim.comparison import plots
 from phonanim.comparison.measures import MEASURES
+from phonanim.comparison.overview import KINDS
 from phonanim.comparison.run import model_rows, seeded_rows
 from phonanim.comparison.scores import measure_value
 from phonanim.comparison.tables import interval, measure_heading
@@ -92,11 +93,17 @@ def _value(document: Document, name: str, variant: str, where: str, measure: str
 
 
 def _bars(figure: Any, document: Document, variant: str) -> None:
-    """Errors on the test clips with their 95 % intervals."""
-    names = _scored(document, variant)
+    """The error and the lip gap of the table beside them, with their 95 % intervals."""
+    models = document["models"]
+    names = sorted(_scored(document, variant), key=lambda name: KINDS.index(models[name]["driven_by"]))
+    spoken = [name for name in names if model_rows(document, name, variant, "test/speech") is not None]
+    where = "speech" if spoken == names else "all"
+    headings = {"vertex_error": "all", "aperture_r": where}
     panels = {
-        measure_heading(measure): np.array([_value(document, n, variant, "test/all", measure) for n in names])
-        for measure in ("shape_mse", "aperture_r")
+        f"{measure_heading(measure)}{' in speech' * (part == 'speech')}": np.array(
+            [_value(document, name, variant, f"test/{part}", measure) for name in names]
+        )
+        for measure, part in headings.items()
     }
     plots.draw_bars(figure, shown_models(document, names), panels)
 

@@ -193,7 +193,7 @@ def tools_page(document: Document, plan: Plan) -> list[Part]:
 
 
 CAPTIONS = {
-    "bars": "Shape error and aperture correlation of every model on the test clips, with 95 % intervals",
+    "bars": "Vertex error, and lip gap in speech, of every model on the test clips, with 95 % intervals",
     "sentences": "Parameter error of every test sentence by model, sorted by the error of the reference",
     "first_mode": "First shape mode of one test clip over time: captured, and predicted by each model",
     "first_mode_error": "Squared error of the first shape mode over the same clip, for each model",
