@@ -11,6 +11,7 @@ from phonanim.aligners.warping import align_by_speech
 from phonanim.aligners.whisper import can_recognize
 from phonanim.errors import AlignmentError
 from phonanim.media.audio import audio_duration
+from phonanim.speech.spoken_text import plain_text
 
 ENGLISH = "english"
 AT_ONCE = 30.0  # seconds of English that pocketsphinx aligns at once
@@ -22,9 +23,16 @@ def align_recording(audio: Path, text: str, voice: str | None) -> tuple[SpeechAl
 
     English (`voice` None) is aligned by pocketsphinx; where that does not find the text, by the words that
     are recognized (extra `recognize`), or by speech that eSpeak NG makes. Other languages are aligned by made
-    speech. Recordings that are long are aligned in parts. Raises AlignmentError, AudioError, OptionError and
-    MissingExtraError, as the aligners do.
+    speech. Recordings that are long are aligned in parts. Marks, directions and names of speakers in the text
+    are not looked for, with a note. Raises AlignmentError, AudioError, OptionError and MissingExtraError, as
+    the aligners do.
     """
+    plain, notes = plain_text(text, voice or VOICE)
+    found, language = _align_plain(audio, plain, voice)
+    return replace(found, notes=(*notes, *found.notes)), language
+
+
+def _align_plain(audio: Path, text: str, voice: str | None) -> tuple[SpeechAlignment, str]:
     duration = audio_duration(audio)
     if voice is not None:
         by_speech = (

@@ -31,7 +31,8 @@ def align_recording(
         raise OptionError(f"{path}: already exists; animate it, or remove it to make it again")
     from phonanim.aligners.long import align_recording as align_by_text
 
-    found, language = align_by_text(recording, text or understand(recording, voice, console), voice)
+    words = understand(recording, voice, console) if text is None else text
+    found, language = align_by_text(recording, words, voice)
     for note in found.notes:
         console.print(f"note: {note}")
     write_textgrid(path, {"words": found.words, "phones": found.phones}, found.duration)

@@ -1,4 +1,4 @@
-"""A text as a voice should say it: without marks, directions and emoji, in letters that the voice reads."""
+"""A text as a voice should say it: without marks, directions, names of speakers and emoji."""
 
 from __future__ import annotations
 
@@ -35,6 +35,11 @@ _EMOJI = re.compile(
 _STUTTER = re.compile(r"\b([bcdfghjklmnpqrstvwyz]|th|sh|ch|wh)-(?=\1)", re.IGNORECASE)
 _AMOUNT = re.compile(r"\b\d{1,3}(?:,\d{3})+(?:\.\d+)?\b")
 _DATE = re.compile(r"\b(\d{1,2})/(\d{1,2})/(\d{2,4})\b")
+_TIMES = re.compile(r"^(?:\d+\s*\n)?\s*[\d:.,]+\s*-->.*$|^WEBVTT.*$", re.MULTILINE)
+_SPEAKER = re.compile(
+    r"^[ \t]*(?:>>[ \t]*)?(\w[\w .'\u2019-]{0,30}?)([ \t]*\([^()\n]{1,60}\))?[ \t]*[:\uff1a](?!\d)",
+    re.MULTILINE,
+)
 _NIQQUD = re.compile("[\u0591-\u05bd\u05bf-\u05c7]")
 
 
@@ -57,9 +62,7 @@ def prepare_text(text: str, voice: str) -> SpokenForm:
     if "<speak" in text:
         _check_letters(_TAG.sub(" ", text), voice, code)
         return SpokenForm(text, is_ssml=True, notes=_doubts(text, code))
-    plain, notes = _without_marks(text)
-    if code.startswith("en"):
-        plain = _in_english_words(plain)
+    plain, notes = plain_text(text, voice)
     if code.startswith("he"):
         plain = _NIQQUD.sub("", plain)
     written: dict[str, str] = {}
@@ -68,6 +71,23 @@ def prepare_text(text: str, voice: str) -> SpokenForm:
     _check_letters(plain, voice, code)
     plain, sounds = _with_interjections(plain, code)
     return SpokenForm(plain, notes=(*notes, *_doubts(plain, code)), written=written | sounds)
+
+
+def plain_text(text: str, voice: str) -> tuple[str, tuple[str, ...]]:
+    """What is spoken of a text, and notes on what is not: marks, directions, names of speakers.
+
+    In English, amounts, dates and signs become words. Raises OptionError for a text without words, and for
+    letters that an English voice cannot read.
+    """
+    code = voice_code(voice)
+    plain, notes = _without_marks(unicodedata.normalize("NFC", text))
+    if not any(sign.isalnum() for sign in plain):
+        told = f" ({'; '.join(notes)})" if notes else ""
+        raise OptionError(f"the text has no words{told}; give the words that are spoken")
+    if code.startswith("en"):
+        plain = _in_english_words(plain)
+        _check_letters(plain, voice, code)
+    return plain, notes
 
 
 def voice_code(voice: str) -> str:
@@ -102,11 +122,11 @@ def _without_marks(text: str) -> tuple[str, tuple[str, ...]]:
     kinds: dict[str, list[str]] = {}
 
     def drop(kind: str) -> Callable[[re.Match[str]], str]:
-        def dropped(match: re.Match[str]) -> str:
-            kinds.setdefault(kind, []).append(match[0])
+        def drop_one(match: re.Match[str]) -> str:
+            kinds.setdefault(kind, []).append(" ".join(match[0].split()))
             return " "
 
-        return dropped
+        return drop_one
 
     def aside(match: re.Match[str]) -> str:
         words = re.findall(r"\w+", (match[1] or match[2]).lower())
@@ -115,7 +135,10 @@ def _without_marks(text: str) -> tuple[str, tuple[str, ...]]:
             return " "
         return match[0]
 
+    text = _TIMES.sub(drop("times, not spoken"), text)
     text = _TAG.sub(drop("marks, not spoken"), text)
+    names, dropped = _speakers(text), drop("speakers, not spoken")
+    text = _SPEAKER.sub(lambda match: dropped(match) if match[1] in names else match[0], text)
     text = _BRACKETS.sub(drop("directions, not spoken"), text)
     text = _ASIDE.sub(aside, text)
     text = _EMOJI.sub(drop("signs, not spoken"), text)
@@ -124,6 +147,14 @@ def _without_marks(text: str) -> tuple[str, tuple[str, ...]]:
         more = f" and {len(found) - MOST_SHOWN} more" if len(found) > MOST_SHOWN else ""
         notes.append(f"{kind}: {' '.join(found[:MOST_SHOWN])}{more}")
     return _MARKUP.sub("", text), tuple(notes)
+
+
+def _speakers(text: str) -> set[str]:
+    """Names before a colon: in capitals, with a direction, or at the begin of all of several lines."""
+    found = list(_SPEAKER.finditer(text))
+    sure = {match[1] for match in found if match[2] or (match[1].isupper() and len(match[1]) > 1)}
+    lines = sum(bool(line.strip()) for line in text.splitlines())
+    return sure | ({match[1] for match in found} if 1 < len(found) == lines else set())
 
 
 def plain_label(form: SpokenForm, word: str) -> str:
@@ -140,6 +171,7 @@ def _in_english_words(text: str) -> str:
     text = in_english_words(text)
     text = _DATE.sub(r"\1 \2 \3", text)
     text = re.sub(r"(?<=\d)\s*[*×]\s*(?=\d)", " times ", text)
+    text = re.sub(r"(?<=\d)\s*%", " percent", re.sub(r"(?<=\s)&(?=\s)", "and", text))
     text = _AMOUNT.sub(amount, text)
     return _STUTTER.sub(lambda match: f"{match[1]}uh ", text)
 
@@ -176,7 +208,7 @@ def _check_letters(text: str, voice: str, code: str) -> None:
                 raise OptionError(f"{told}; pip install 'phonanim[ja]' reads kanji, or write it in kana")
             others = "ja" if script == "CJK" else ""
             named = " or ".join(filter(None, (voices[0], others)))
-            raise OptionError(f"{told}; name its language, such as --voice {named}")
+            raise OptionError(f"{told}; name its language, such as --voice {named}, or write it otherwise")
 
 
 def _doubts(text: str, code: str) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ import pytest
 from phonanim.aligners._matching import match_words
 from phonanim.aligners.long import align_long, align_recording
 from phonanim.aligners.pocketsphinx import split_words
-from phonanim.errors import AlignmentError
+from phonanim.errors import AlignmentError, OptionError
 
 SAID = "they bought their offices from one another and were thus considered to have a vested interest in them"
 
@@ -114,3 +114,27 @@ def test_short_recordings_are_aligned_at_once(root: Path) -> None:
     found, language = align_recording(root / "examples/line.wav", "My father watched Bob move a lamp", None)
     assert language == "english"
     assert found.words[0].label == "my"
+
+
+@pytest.mark.parametrize("voice", [None, "en-us"])
+def test_what_is_not_spoken_of_a_text_is_not_looked_for(root: Path, voice: str | None) -> None:
+    pytest.importorskip("pocketsphinx")
+    pytest.importorskip("espeakng_loader", reason="needs the extra espeak")
+    text = "ANNA: (sighs) My father watched <i>Bob</i> move a cheap blue lamp [pause] from the wash room."
+    found, _ = align_recording(root / "examples/line.wav", text, voice)
+    said = " ".join(word.label.lower() for word in found.words)
+    assert said == "my father watched bob move a cheap blue lamp from the wash room"
+    assert found.notes[:2] == ("marks, not spoken: <i> </i>", "speakers, not spoken: ANNA:")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "the text has no words"),
+        ("[music]", r"the text has no words \(directions, not spoken: \[music\]\)"),
+        ("My father watched Боб", "the voice en-us cannot read Боб; name its language, such as --voice ru"),
+    ],
+)
+def test_texts_that_cannot_be_spoken(root: Path, text: str, message: str) -> None:
+    with pytest.raises(OptionError, match=message):
+        align_recording(root / "examples/line.wav", text, None)

@@ -34,6 +34,12 @@ from phonanim.speech.spoken_text import espeak_voice, prepare_text, readable_wor
         ("he", "שָׁלוֹם", "שלום"),
         ("ru", "Привет, Bob", "Привет, Bob"),
         ("a < b", "a < b and c > d", "a < b and c > d"),
+        ("en-us", "ANNA: Hello.\nBOB (whispers): Hush & go.", "Hello. Hush and go."),
+        ("de", "Anna: Hallo.\nBob: Ja.", "Hallo. Ja."),
+        ("en-us", "He said: no.\nShe went.", "He said: no. She went."),
+        ("en-us", "Remember: no.", "Remember: no."),
+        ("en-us", "1\n00:00:00,000 --> 00:00:04,000\nHello.\n", "Hello."),
+        ("en-us", "At 3:30, 50% left", "At 3:30, 50 percent left"),
     ],
 )
 def test_what_is_spoken(voice: str, text: str, spoken: str) -> None:
@@ -41,12 +47,19 @@ def test_what_is_spoken(voice: str, text: str, spoken: str) -> None:
 
 
 def test_what_is_left_out_is_noted() -> None:
-    form = prepare_text("[a] [b] [c] [d] Hi <b>you</b> 👨‍👩‍👧 👍🏽", "en")
+    form = prepare_text("ANNA: [a] [b] [c] [d] Hi <b>you</b> 👨‍👩‍👧 👍🏽", "en")
     assert form.notes == (
         "marks, not spoken: <b> </b>",
+        "speakers, not spoken: ANNA:",
         "directions, not spoken: [a] [b] [c] and 1 more",
         "signs, not spoken: 👨‍👩‍👧 👍🏽",
     )
+
+
+@pytest.mark.parametrize("text", ["", " ", "... -- !?", "[music]", "\u266a", "ANNA:"])
+def test_a_text_without_words(text: str) -> None:
+    with pytest.raises(OptionError, match="the text has no words.*; give the words that are spoken"):
+        prepare_text(text, "de")
 
 
 def test_ssml_is_left_to_the_voice() -> None:
