@@ -16,11 +16,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.aligners._windows import quiet_windows
 from phonanim.aligners.espeak import SpokenText, speak
 from phonanim.aligners.pocketsphinx import SpeechAlignment
 from phonanim.aligners.warping import DOUBTFUL, RATE, phones_along, warp, words_along
+from phonanim.core.files import concatenate_pieces
 from phonanim.errors import AlignmentError, PhonanimError
-from phonanim.media.audio import Sound, read_sound, resample
+from phonanim.media.audio import Sound, level, resample
 from phonanim.media.mel import mel_filters, power_spectra
 from phonanim.speech.alignment import Interval
 
@@ -59,8 +61,8 @@ def align_in_parts(audio: Path, text: str, voice: str) -> SpeechAlignment:
     Notes tell the stretches that are doubtful. Raises AlignmentError when nothing is found, AudioError when
     the recording cannot be read or is silent, OptionError, MissingExtraError.
     """
-    sound = read_sound(audio)
-    samples = resample(sound.samples, sound.rate, RATE)
+    pieces = (resample(sound.samples, sound.rate, RATE) for _, sound in quiet_windows(audio))
+    samples = level(concatenate_pieces(pieces))
     spoken = [speak(sentence, voice) for sentence in _sentences(text)]
     if not spoken:
         raise AlignmentError(f"{audio}: the text has no words; give the words of the recording")
@@ -82,7 +84,7 @@ def align_in_parts(audio: Path, text: str, voice: str) -> SpeechAlignment:
     if not words:
         raise AlignmentError(f"{audio}: the text cannot be found in the audio; check that they match")
     notes = (f"doubtful: {', '.join(doubtful)}",) if doubtful else ()
-    return SpeechAlignment(tuple(words), tuple(phones), sound.duration, notes)
+    return SpeechAlignment(tuple(words), tuple(phones), len(samples) / RATE, notes)
 
 
 def _sentences(text: str) -> Iterator[str]:

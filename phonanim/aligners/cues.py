@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from phonanim.aligners.confidence import with_confidence
 from phonanim.aligners.espeak import VOICE, SpokenText, can_speak, reading_language, speak
 from phonanim.aligners.long import ENGLISH
 from phonanim.aligners.pocketsphinx import FORGIVEN, PieceAligner, SpeechAlignment, split_words
@@ -44,7 +45,8 @@ def align_cues(path: Path, audio: Path, options: Options) -> tuple[SpeechAlignme
         sound = read_sound(audio)
     except (AudioError, MissingExtraError):
         return None
-    return _aligned(words, sound, voice), ENGLISH if voice is None else reading_language(voice)
+    language = ENGLISH if voice is None else reading_language(voice)
+    return with_confidence(_aligned(words, sound, voice), audio, language), language
 
 
 def _spread_words(recording: Recording, options: Options) -> tuple[Interval, ...]:

@@ -5,17 +5,21 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from phonanim.aligners.confidence import with_confidence
 from phonanim.aligners.espeak import VOICE, can_speak, reading_language
 from phonanim.aligners.pocketsphinx import SpeechAlignment, align
 from phonanim.aligners.warping import align_by_speech
 from phonanim.aligners.whisper import can_recognize
 from phonanim.errors import AlignmentError
 from phonanim.media.audio import audio_duration
+from phonanim.speech.doubts import doubtful_time
 from phonanim.speech.spoken_text import plain_text
 
 ENGLISH = "english"
 AT_ONCE = 30.0  # seconds of English that pocketsphinx aligns at once
 WARPED = 60.0  # seconds that are warped at once
+MENDED = 0.8  # doubtful seconds of short English from which it is aligned by recognized words as well
+BETTER = 0.5  # share of the doubtful seconds that may remain if that is taken
 
 
 def align_recording(audio: Path, text: str, voice: str | None) -> tuple[SpeechAlignment, str]:
@@ -24,12 +28,29 @@ def align_recording(audio: Path, text: str, voice: str | None) -> tuple[SpeechAl
     English (`voice` None) is aligned by pocketsphinx; where that does not find the text, by the words that
     are recognized (extra `recognize`), or by speech that eSpeak NG makes. Other languages are aligned by made
     speech. Recordings that are long are aligned in parts. Marks, directions and names of speakers in the text
-    are not looked for, with a note. Raises AlignmentError, AudioError, OptionError and MissingExtraError, as
-    the aligners do.
+    are not looked for, with a note. Each word has a confidence, and a note tells what is doubtful. Raises
+    AlignmentError, AudioError, OptionError and MissingExtraError, as the aligners do.
     """
     plain, notes = plain_text(text, voice or VOICE)
     found, language = _align_plain(audio, plain, voice)
+    found = with_confidence(found, audio, language)
+    if voice is None and audio_duration(audio) <= AT_ONCE and doubtful_time(found.confidence) > MENDED:
+        found = _surer(found, audio, plain)
     return replace(found, notes=(*notes, *found.notes)), language
+
+
+def _surer(found: SpeechAlignment, audio: Path, text: str) -> SpeechAlignment:
+    """The alignment of an English text, or that by recognized words where less of it is doubtful."""
+    if not can_recognize():
+        return found
+    try:
+        other = with_confidence(align_long(audio, text, None), audio, ENGLISH)
+    except AlignmentError:
+        return found
+    if doubtful_time(other.confidence) > BETTER * doubtful_time(found.confidence):
+        return found
+    note = "parts of the text do not fit the audio; aligned by the words recognized in it instead"
+    return replace(other, notes=(note, *other.notes))
 
 
 def _align_plain(audio: Path, text: str, voice: str | None) -> tuple[SpeechAlignment, str]:

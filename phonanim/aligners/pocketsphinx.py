@@ -16,9 +16,10 @@ from phonanim.aligners._network import Run, Slot, choices_of, transitions_of
 from phonanim.aligners.espeak import can_speak, pronounce
 from phonanim.core.stderr import silent_stderr
 from phonanim.errors import AlignmentError, MissingExtraError, OptionError
-from phonanim.media.audio import Sound, read_sound, resample
+from phonanim.media.audio import Sound, level, read_sound, resample
 from phonanim.recognition.scores import phone_misfits
 from phonanim.speech.alignment import Alignment, Interval
+from phonanim.speech.doubts import TIER
 from phonanim.speech.language import to_phones
 from phonanim.speech.written_forms import in_english_words
 
@@ -34,12 +35,22 @@ DITHER = 1e-4  # of full scale: digital silence has no spectrum to recognize
 
 @dataclass(frozen=True, slots=True)
 class SpeechAlignment:
-    """An alignment: words and phones in seconds (of pocketsphinx: lower case, ARPAbet without stress)."""
+    """An alignment: words and phones in seconds (of pocketsphinx: lower case, ARPAbet without stress).
+
+    The labels of `confidence` are numbers from 0 to 1: how sure each word is, and 0 for speech without words.
+    """
 
     words: tuple[Interval, ...]
     phones: tuple[Interval, ...]
     duration: float
     notes: tuple[str, ...] = ()
+    confidence: tuple[Interval, ...] = ()
+
+    @property
+    def tiers(self) -> dict[str, tuple[Interval, ...]]:
+        """The tiers of a TextGrid."""
+        tiers = {"words": self.words, "phones": self.phones}
+        return tiers | ({TIER: self.confidence} if self.confidence else {})
 
 
 def align(audio: Path, text: str | None = None) -> SpeechAlignment:
@@ -222,7 +233,7 @@ def _pronounced(taught: dict[str, tuple[str, ...]]) -> tuple[str, ...]:
 def _pcm(samples: NDArray[np.float32]) -> bytes:
     """16-bit little-endian samples with a small noise, the same in every run."""
     noise = np.random.default_rng(0).normal(0.0, DITHER, len(samples))
-    return (np.clip(samples + noise, -1.0, 1.0) * 32767).astype("<i2").tobytes()
+    return (np.clip(level(samples) + noise, -1.0, 1.0) * 32767).astype("<i2").tobytes()
 
 
 def _decoder(text: str | None, bestpath: bool, wide: bool = False) -> tuple[Any, tuple[str, ...]]:

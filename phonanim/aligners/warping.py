@@ -11,6 +11,7 @@ recognizes phones.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from phonanim.aligners.espeak import SpokenText, speak
 from phonanim.aligners.pocketsphinx import SpeechAlignment
 from phonanim.errors import AlignmentError, AudioError
-from phonanim.media.audio import Sound, read_sound, resample
+from phonanim.media.audio import Sound, level, read_sound, resample
 from phonanim.media.mel import mel_filters, power_spectra
 from phonanim.recognition.scores import phone_misfits
 from phonanim.recognition.spectrum import STEP
@@ -40,6 +41,7 @@ ALIKE, MISFIT = 0.5, 0.4  # weights of what sounds alike, and of each nat by whi
 WORST = 5.0  # nats from which a phone does not fit at all
 WAITING = 0.3  # price of a silent frame between two words
 RIDGE = 30.0  # frames: how firmly the map between voices keeps to no change
+ROWS = 256  # frames whose prices are in memory at once
 EARLY = 0.008  # seconds: a window meets a sound before its centre does
 LONGEST = 120.0  # seconds; the table of paths grows with the square
 DOUBTFUL = 0.9  # share of the price of the same words in another order, above which the text is doubted
@@ -98,7 +100,7 @@ def warp(sound: Sound, spoken: SpokenText) -> tuple[NDArray[np.int64], float]:
     Raises AudioError when the recording is silent or too short.
     """
     made = resample((spoken.samples / 32768).astype(np.float32), spoken.rate, RATE)
-    recorded = resample(sound.samples, sound.rate, RATE)
+    recorded = level(resample(sound.samples, sound.rate, RATE))
     ours, theirs = _frames(recorded), _frames(made)
     between = np.zeros(len(theirs.features), bool)
     for word in spoken.words:
@@ -107,10 +109,10 @@ def warp(sound: Sound, spoken: SpokenText) -> tuple[NDArray[np.int64], float]:
             between[max(0, frame - 1) : frame + 1] = True
     misfits = _misfits(recorded, len(ours.level))
     codes = _codes(spoken, len(between))
-    path, price = _voiced_path(ours, theirs, between, misfits[:, codes])
+    path, price = _voiced_path(ours, theirs, between, misfits, codes)
     order = _other_order(len(between), spoken)
     turned = _Frames(theirs.features[order], theirs.level[order], theirs.speech[order])
-    return path, price / _voiced_path(ours, turned, between[order], misfits[:, codes[order]])[1]
+    return path, price / _voiced_path(ours, turned, between[order], misfits, codes[order])[1]
 
 
 def _misfits(samples: NDArray[np.float32], frames: int) -> NDArray[np.float32]:
@@ -129,13 +131,22 @@ def _codes(spoken: SpokenText, frames: int) -> NDArray[np.int64]:
 
 
 def _voiced_path(
-    ours: _Frames, theirs: _Frames, between: NDArray[np.bool_], misfits: NDArray[np.float32]
+    ours: _Frames,
+    theirs: _Frames,
+    between: NDArray[np.bool_],
+    misfits: NDArray[np.float32],
+    codes: NDArray[np.int64],
 ) -> tuple[NDArray[np.int64], float]:
     """The path of two passes, the second in the recorded voice; and its price."""
-    prices = misfits + ALIKE * _distances(ours, theirs, theirs.features)
-    path, _ = _cheapest(prices, ours.speech, between)
-    mapped = _other_voice(ours, theirs, path)
-    return _cheapest(misfits + ALIKE * _distances(ours, theirs, mapped), ours.speech, between)
+
+    def prices(features: Array) -> Iterator[NDArray[np.float32]]:
+        """The price of each frame of the made speech, frame by frame of the recording."""
+        for begin in range(0, len(misfits), ROWS):
+            rows = slice(begin, begin + ROWS)
+            yield from misfits[rows][:, codes] + ALIKE * _distances(ours, rows, theirs, features)
+
+    path, _ = _cheapest(prices(theirs.features), ours.speech, between)
+    return _cheapest(prices(_other_voice(ours, theirs, path)), ours.speech, between)
 
 
 def _other_order(count: int, spoken: SpokenText) -> NDArray[np.int64]:
@@ -174,12 +185,12 @@ def _slopes(values: Array) -> Array:
     return np.asarray(around @ (weights / (weights**2).sum()))
 
 
-def _distances(ours: _Frames, theirs: _Frames, features: Array) -> NDArray[np.float32]:
-    """Root mean square of the difference of features, and that of the level, (ours, theirs)."""
-    a, b = ours.features.astype(np.float32), features.astype(np.float32)
+def _distances(ours: _Frames, rows: slice, theirs: _Frames, features: Array) -> NDArray[np.float32]:
+    """Root mean square of the difference of features, and that of the level, (rows of ours, theirs)."""
+    a, b = ours.features[rows].astype(np.float32), features.astype(np.float32)
     squares = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2 * a @ b.T
     distances = np.sqrt(np.maximum(squares, 0) / a.shape[1])
-    distances += LOUDNESS * np.abs(ours.level[:, None] - theirs.level).astype(np.float32)
+    distances += LOUDNESS * np.abs(ours.level[rows, None] - theirs.level).astype(np.float32)
     return np.asarray(distances, np.float32)
 
 
@@ -193,22 +204,21 @@ def _other_voice(ours: _Frames, theirs: _Frames, path: NDArray[np.int64]) -> Arr
 
 
 def _cheapest(
-    distances: NDArray[np.float32], speech: NDArray[np.bool_], between: NDArray[np.bool_]
+    prices: Iterator[NDArray[np.float32]], speech: NDArray[np.bool_], between: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], float]:
     """The cheapest path from the first to the last frame of both, and its price."""
-    frames, states = distances.shape
+    frames, states = len(speech), len(between)
     if len(STEPS[1:]) * (frames - 1) < states - 1:
         raise AlignmentError("the recording is much too short for the text; correct the text")
     steps = np.zeros((frames, states), np.int8)
     price = np.full(states, np.inf, np.float32)
-    price[0] = distances[0, 0]
+    price[0] = next(prices)[0]
     options = np.full((len(STEPS), states), np.inf, np.float32)
-    for frame in range(1, frames):
+    for frame, local in enumerate(prices, 1):
         options[0] = price + (STEPS[0] if speech[frame] else 0.0)
         for step in range(1, len(STEPS)):
             options[step, step:] = price[:-step] + STEPS[step]
         steps[frame] = options.argmin(axis=0)
-        local = distances[frame]
         if not speech[frame]:
             local = np.where(between, np.minimum(local, WAITING), local)
         price = options.min(axis=0) + local

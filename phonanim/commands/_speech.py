@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phonanim.errors import OptionError
+from phonanim.speech.doubts import doubts
 from phonanim.speech.textgrid import write_textgrid
 
 if TYPE_CHECKING:
     from phonanim.aligners.espeak import SpokenText
+    from phonanim.aligners.pocketsphinx import SpeechAlignment
     from phonanim.commands import Console
     from phonanim.options import Options
 
@@ -33,9 +35,8 @@ def align_recording(
 
     words = understand(recording, voice, console) if text is None else text
     found, language = align_by_text(recording, words, voice)
-    for note in found.notes:
-        console.print(f"note: {note}")
-    write_textgrid(path, {"words": found.words, "phones": found.phones}, found.duration)
+    print_notes(found, console)
+    write_textgrid(path, found.tiers, found.duration)
     return path, language
 
 
@@ -54,13 +55,20 @@ def align_subtitles(path: Path, audio: Path, options: Options, console: Console)
     target = path.with_suffix(".aligned.TextGrid")
     with tempfile.TemporaryDirectory(prefix="phonanim-") as folder:
         fresh = Path(folder) / target.name
-        write_textgrid(fresh, {"words": found.words, "phones": found.phones}, found.duration)
+        write_textgrid(fresh, found.tiers, found.duration)
         if target.exists() and target.read_bytes() != fresh.read_bytes():
             raise OptionError(f"{target}: is there already, with other times; animate it, or remove it")
-    write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)
-    for note in found.notes:
-        console.print(f"note: {note}")
+    write_textgrid(target, found.tiers, found.duration)
+    print_notes(found, console)
     return target, replace(options, language=language)
+
+
+def print_notes(found: SpeechAlignment, console: Console) -> None:
+    """Print the notes of an alignment but its doubts, which are in its file and told when that is read."""
+    told_later = doubts(found.words, found.confidence)
+    for note in found.notes:
+        if note not in told_later:
+            console.print(f"note: {note}")
 
 
 def why_no_words(voice: str | None) -> str:

@@ -76,7 +76,7 @@ def command(
     else:
         found = align_english(audio, text, console)
     target = output or audio.with_suffix(".TextGrid")
-    write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)
+    write_textgrid(target, found.tiers, found.duration)
     console.print(f"read {audio}: {found.duration:.2f} s" + ("" if text else ", words recognized"))
     console.print(f"found {len(found.words)} words, {len(found.phones)} phones")
     console.print(f"wrote {target}")
@@ -84,7 +84,8 @@ def command(
         console.print(f"note: {note}")
     words = " ".join(word.label for word in found.words)
     facts = {"textgrid": str(target), "words": words, "phones": len(found.phones), "seconds": found.duration}
-    console.print_result({**facts, "notes": list(found.notes)})
+    sure = [{"start": one.start, "end": one.end, "confidence": float(one.label)} for one in found.confidence]
+    console.print_result({**facts, "confidence": sure, "notes": list(found.notes)})
 
 
 def align_english(audio: Path, text: str | None, console: Console) -> SpeechAlignment:

@@ -84,7 +84,7 @@ def _with_lines_aligned(given: Prepared, target: Path) -> Prepared:
         return given
     found, language = aligned
     target.parent.mkdir(parents=True, exist_ok=True)
-    write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)
+    write_textgrid(target, found.tiers, found.duration)
     options = replace(given.options, language=language)
     return Prepared(target, given.audio, options, found.notes, (target,))
 
@@ -124,7 +124,7 @@ def align_line(line: Line, target: Path) -> tuple[Options, tuple[str, ...]]:
         )
     found, _ = align_recording(recording, text, None if code.startswith("en") else code)
     target.parent.mkdir(parents=True, exist_ok=True)
-    write_textgrid(target, {"words": found.words, "phones": found.phones}, found.duration)
+    write_textgrid(target, found.tiers, found.duration)
     return aligned_options(line), found.notes
 
 

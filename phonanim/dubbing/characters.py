@@ -14,7 +14,7 @@ from phonanim.articulation.styles import DIALS
 from phonanim.core.decode import DecodeError, read_toml
 from phonanim.dubbing.table import table_delimiter, table_text
 from phonanim.errors import OptionError
-from phonanim.media.audio import SUFFIXES as RECORDINGS
+from phonanim.media.audio import RECORDINGS
 from phonanim.rig.read import find_rig
 
 # What a character may have, and the column of a table of lines that it fills.

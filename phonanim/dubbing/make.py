@@ -126,7 +126,7 @@ def _performed(line: Line, given: Prepared) -> AnimationResult:
     """The animation of a line on one rig, with its edits and corrections."""
     files = cast("list[Path]", [file for file in (line.edits, line.corrections) if file is not None])
     performance = animate_corrected(given.alignment, given.options, given.audio, files)
-    return replace(performance, notes=(*given.notes, *performance.notes))
+    return replace(performance, notes=tuple(dict.fromkeys((*given.notes, *performance.notes))))
 
 
 def make_folder_within(place: Path, folder: Path) -> None:

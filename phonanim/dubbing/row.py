@@ -30,7 +30,7 @@ from phonanim.dubbing.table import Row
 from phonanim.errors import OptionError, RigError
 from phonanim.inputs.level import parse_level
 from phonanim.life.parsing import parse_emotions, parse_life, parse_look_at, parse_seed
-from phonanim.media.audio import SUFFIXES as RECORDINGS
+from phonanim.media.audio import RECORDINGS, SUFFIXES
 from phonanim.options import DEFAULTS, Options, Overlay
 from phonanim.rig.names import NameTable
 from phonanim.rig.read import find_rig
@@ -42,7 +42,7 @@ EDITS = ".edits.json"
 CORRECTIONS = ".corrections.json"
 PITCHES = ("builtin", "praat")
 UNKNOWN = ("error", "nearest", "silence")
-SOUNDS = (*RECORDINGS, *map(str.upper, RECORDINGS))
+SOUNDS = (*SUFFIXES, *map(str.upper, SUFFIXES))
 # Columns with numbers, the option of each, and its parser.
 PARSED: dict[str, tuple[str, Callable[[str], Any]]] = {
     "fps": ("fps", parse_rate),

@@ -26,7 +26,17 @@ SUMMARY = "viewer in one file that works offline: head, sound, timeline, curves,
 INLINE = "<script>\n{{script}}\n</script>"
 SCRIPTS = ("three.js", "data.js", "stage.js", "timeline.js", "player.js")
 MAX_SOUND = 1 << 29  # bytes of a recording within a page: an hour of stereo at 48 kHz has 690 MB
-AUDIO_TYPES = {".wav": "audio/wav", ".flac": "audio/flac", ".ogg": "audio/ogg", ".mp3": "audio/mpeg"}
+AUDIO_TYPES = {
+    ".wav": "audio/wav",
+    ".flac": "audio/flac",
+    ".ogg": "audio/ogg",
+    ".opus": "audio/ogg",
+    ".mp3": "audio/mpeg",
+    ".aac": "audio/aac",
+    ".m4a": "audio/mp4",
+    ".mp4": "video/mp4",
+    ".webm": "video/webm",
+}
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from phonanim.errors import AudioError, MissingExtraError
@@ -9,6 +10,7 @@ from phonanim.readers import find_reader
 from phonanim.speech.alignment import Alignment
 from phonanim.speech.alignment_file import open_alignment_file
 from phonanim.speech.clock import Clock
+from phonanim.speech.doubts import recorded_doubts
 
 
 def read_alignment(
@@ -49,6 +51,7 @@ def read_alignment(
     source = open_alignment_file(Path(path))
     clock = Clock(unit, offset, _length(audio))
     recording = find_reader(source).read(source)
+    recording = replace(recording, notes=(*recording.notes, *recorded_doubts(recording)))
     return Alignment.from_recording(recording, source, tier, speaker, lexicon, unknown, language, clock)
 
 

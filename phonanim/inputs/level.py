@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from phonanim.errors import OptionError
-from phonanim.media.audio import SUFFIXES, read_sound
+from phonanim.media.audio import RECORDINGS, read_sound
 from phonanim.media.voice import analyze_voice
 from phonanim.speech.loudness import speech_level
 
@@ -19,7 +19,7 @@ def parse_level(text: str, find: Callable[[str], Path] = Path) -> float:
 
     Raises OptionError, and AudioError for a recording that cannot be read.
     """
-    if text.lower().endswith(SUFFIXES):
+    if text.lower().endswith(RECORDINGS):
         path = find(text)
         sound = read_sound(path)
         level = speech_level(analyze_voice(sound.samples, sound.rate))

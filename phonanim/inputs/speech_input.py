@@ -8,7 +8,7 @@ from typing import Literal
 
 from phonanim.errors import AlignmentError, AudioError
 from phonanim.inputs.alignment import read_alignment
-from phonanim.media.audio import SUFFIXES, Sound, audio_notes, find_audio, read_sound, truncation_note
+from phonanim.media.audio import RECORDINGS, Sound, audio_notes, find_audio, read_sound, truncation_note
 from phonanim.media.voice import Voice
 from phonanim.options import Options
 from phonanim.recognition.recognizer import LANGUAGE, recognize_phones
@@ -87,7 +87,7 @@ def read_speech_input(
 
 def is_recording(path: Path) -> bool:
     """Whether a path names a recording, by its suffix."""
-    return path.suffix.lower() in SUFFIXES
+    return path.suffix.lower() in RECORDINGS
 
 
 def _read_sound(path: Path, features: str | None) -> Sound:

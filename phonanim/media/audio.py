@@ -15,8 +15,14 @@ from numpy.typing import NDArray
 
 from phonanim.core.files import concatenate_pieces, open_plain
 from phonanim.errors import AudioError, MissingExtraError
+from phonanim.media.containers import COMPRESSED, CONTAINERS, FILMS, container_blocks, container_rate
 
-SUFFIXES = (".wav", ".flac", ".ogg", ".mp3")
+SUFFIXES = (".wav", ".flac", ".ogg", ".mp3", ".opus", ".aif", ".aiff", *COMPRESSED)
+"""Of recordings that are looked for beside an alignment."""
+
+RECORDINGS = (*SUFFIXES, *FILMS)
+"""Of files that are read as recordings."""
+
 READ = 10.0  # seconds of a recording that are read at a time
 BLOCK = 1 << 20  # samples that are processed at a time
 PLAIN = (b"\x01\0", b"\x03\0", b"\xfe\xff")  # kinds of WAV with a constant number of bytes per second
@@ -28,12 +34,14 @@ LONGEST = 4 * 3600  # seconds of a recording that is held whole
 MOST_SAMPLES, MOST_VALUES = 150_000_000, 1_200_000_000  # of a small file: 52 minutes at 48 kHz; all channels
 MOST_PER_BYTE = 25  # of a larger file: Opus at 16 kbit/s has 24
 FULL_SCALE = 0.999
+OFFSET = 0.3  # of the deviation of the samples, from which their mean is taken off
+QUIET, LOUD = 0.05, 0.25  # peaks: quieter recordings are made as loud
 CLIPPED = 1.0  # percent of samples at full scale above which a recording counts as clipped
 
 
 def find_audio(alignment: Path) -> Path | None:
     """The recording next to an alignment, with the same stem, or None; for a recording, the file itself."""
-    if alignment.suffix.lower() in SUFFIXES:
+    if alignment.suffix.lower() in RECORDINGS:
         return alignment
     suffixes = (*SUFFIXES, *map(str.upper, SUFFIXES))
     candidates = (alignment.with_suffix(suffix) for suffix in suffixes)
@@ -65,8 +73,9 @@ def read_sound(path: Path) -> Sound:
 def read_audio(path: Path) -> tuple[NDArray[np.float32], int]:
     """Mono samples in -1..1, (samples,), and their rate in hertz; channels are averaged.
 
-    16-bit WAV needs no extra; every other format needs the `audio` extra. Long recordings are kept in a
-    temporary file that is removed with the array, so that memory use does not grow. Raises AudioError.
+    16-bit WAV needs no extra; AAC and films need the extra `video`, other formats the extra `audio`. Long
+    recordings are kept in a temporary file that is removed with the array, so that memory use does not grow.
+    Raises AudioError.
     """
     rate, blocks = open_audio(path, READ)
     return concatenate_pieces(_numbers(path, rate, blocks)), rate
@@ -85,6 +94,10 @@ def open_audio(path: Path, seconds: float) -> tuple[int, Iterator[NDArray[np.flo
                 return rate, _some(path, _wav_blocks(path, round(seconds * rate)))
     except (wave.Error, EOFError):
         pass
+    if path.suffix.lower() in CONTAINERS:
+        rate = container_rate(path)
+        _check_rate(path, rate)
+        return rate, _some(path, _bounded(path, container_blocks(path, round(seconds * rate))))
     with _soundfile(path) as soundfile:
         rate = int(soundfile.info(str(path)).samplerate)
     _check_rate(path, rate)
@@ -113,6 +126,16 @@ def _other_blocks(path: Path, size: int) -> Iterator[NDArray[np.float32]]:
             if count > max(MOST_VALUES, MOST_PER_BYTE * path.stat().st_size):
                 raise AudioError(f"{path}: unpacks to over {count:,} samples of all channels; cut it")
             yield block.mean(axis=1)
+
+
+def _bounded(path: Path, blocks: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
+    """The same blocks. Raises AudioError when a small file unpacks to very many samples."""
+    count = 0
+    for block in blocks:
+        count += len(block)
+        if count > max(MOST_VALUES, MOST_PER_BYTE * path.stat().st_size):
+            raise AudioError(f"{path}: unpacks to over {count:,} samples; cut it")
+        yield block
 
 
 def _some(path: Path, blocks: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
@@ -159,10 +182,21 @@ def resample(samples: NDArray[np.float32], rate: int, target: int) -> NDArray[np
     return (np.fft.irfft(kept, count) * (count / len(samples))).astype(np.float32)
 
 
+def level(samples: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Samples (n,) without an offset, and louder if they are very quiet; most recordings stay as they are."""
+    if not len(samples):
+        return samples
+    mean = samples.mean()
+    if abs(mean) > OFFSET * samples.std():
+        samples = samples - mean
+    peak = float(np.abs(samples).max(initial=0.0))
+    return samples * np.float32(LOUD / peak) if 0 < peak < QUIET else samples
+
+
 def audio_duration(path: Path) -> float:
     """Seconds of a recording by its header, but no more than the file contains. Raises AudioError.
 
-    WAV and FLAC need no extra; every other format needs the `audio` extra.
+    WAV and FLAC need no extra; AAC and films need the extra `video`, other formats the extra `audio`.
     """
     with _open(path) as file:
         head = file.read(26)
@@ -170,6 +204,9 @@ def audio_duration(path: Path) -> float:
         return seconds
     if found := _wav_durations(path):
         return found[1]
+    if path.suffix.lower() in CONTAINERS:
+        rate, blocks = open_audio(path, READ)
+        return sum(map(len, blocks)) / rate
     with _soundfile(path) as soundfile:
         info = soundfile.info(str(path))
         return float(info.frames / info.samplerate)

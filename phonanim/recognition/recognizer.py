@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import AudioError
-from phonanim.media.audio import Sound, resample
+from phonanim.media.audio import Sound, level, resample
 from phonanim.recognition.decoding import LAG, Decoder
 from phonanim.recognition.network import Network, NetworkStream, load_network
-from phonanim.recognition.spectrum import RATE, STEP, WINDOW, MelSpectrum, VoiceMean
+from phonanim.recognition.spectrum import RATE, STEP, WINDOW, MelSpectrum, VoiceMean, voice_mean
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.inventory import INVENTORY
 
@@ -98,8 +98,8 @@ def recognize_phones(sound: Sound, model: Path, name: str) -> Alignment:
             f"{name}: lasts {sound.duration:.2f} s, and phones are recognized in {SHORTEST:g} s at least; "
             "record more, or give an alignment"
         )
-    recognizer, found = PhoneRecognizer(load_network(model)), []
-    samples = resample(sound.samples, sound.rate, RATE)
+    samples = level(resample(sound.samples, sound.rate, RATE))
+    recognizer, found = PhoneRecognizer(load_network(model), mean=voice_mean(samples)), []
     for begin in range(0, len(samples), PIECE):
         found += recognizer.push(samples[begin : begin + PIECE])
     found += recognizer.end()

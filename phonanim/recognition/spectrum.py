@@ -23,6 +23,8 @@ QUIET = -9.0  # nats of power below which nothing counts as speech
 FALL = 0.003  # nats that the peak falls at each step
 SPEECH, SLOPE = 6.0, 2.0  # nats below the peak at which a step counts as speech, and over which it does
 PRIOR, MEMORY = 50.0, 800.0  # steps of speech that the usual spectrum counts for, and that are remembered
+START = 2.0  # nats below the loudest step of a whole recording at which its peak begins
+PIECE = 10 * RATE  # samples that are analysed at once
 LOWEST, HIGHEST, SCALE = -8.0, 6.0, 2.0  # nats from the mean, and the unit of the network's input
 USUAL = np.linspace(0.5, -4.0, BANDS, dtype=np.float32) - 2.5  # of speech, in nats below the peak
 
@@ -83,3 +85,14 @@ class VoiceMean:
             mean = (self.total + PRIOR * (USUAL + self.peak)) / (self.count + PRIOR)
             found[..., step, :] = here - mean
         return np.clip(found, LOWEST, HIGHEST) / np.float32(SCALE)
+
+
+def voice_mean(samples: Floats) -> VoiceMean:
+    """The mean of a whole recording at its start, (n,) at RATE: noise before the speech is no speech."""
+    power, mean = MelSpectrum(), VoiceMean()
+    for begin in range(0, len(samples), PIECE):
+        bands = power.push(samples[begin : begin + PIECE])
+        if len(bands):
+            loudest = np.log(np.exp(bands).mean(axis=-1)).max() - np.float32(START)
+            mean.peak = np.maximum(mean.peak, loudest)
+    return mean
