@@ -12,7 +12,7 @@ from __future__ import annotations
 import csv
 import sys
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
 from pathlib import Path
 
@@ -46,29 +46,39 @@ CLASSES = {
 }
 
 
-def onsets(alignment: Alignment, language: str) -> list[tuple[int, float]]:
-    """Code and onset in seconds of each phone that is no silence."""
+@dataclass(frozen=True)
+class Error:
+    """A matched phone: its code, errors of onset and end in milliseconds, whether silence is before."""
+
+    code: int
+    onset: float
+    end: float
+    after_silence: bool
+
+
+def phones_of(alignment: Alignment, language: str) -> list[tuple[int, float, float]]:
+    """Code, onset and end in seconds of each phone that is no silence."""
     track, _ = to_phones(alignment, language, unknown="nearest")
-    pairs = zip(track.codes.tolist(), track.bounds[:-1].tolist(), strict=True)
-    return [(code, onset) for code, onset in pairs if code]
+    rows = zip(track.codes.tolist(), track.bounds[:-1].tolist(), track.bounds[1:].tolist(), strict=True)
+    return [row for row in rows if row[0]]
 
 
-def compare(audio: Path, labels: Alignment, text: str, voice: str, language: str) -> list[tuple[int, float]]:
-    """Code and error in milliseconds of each matched phone; prints a line for the recording."""
+def compare(audio: Path, labels: Alignment, text: str, voice: str, language: str) -> list[Error]:
+    """The errors of each matched phone; prints a line for the recording."""
     started = time.process_time()
     found = align_by_speech(audio, text, voice)
     seconds = time.process_time() - started
-    reference = onsets(labels, language)
-    ours = onsets(replace(labels, intervals=found.phones), "ipa")
-    matcher = SequenceMatcher(
-        None, [code for code, _ in reference], [code for code, _ in ours], autojunk=False
-    )
-    errors = [
-        (reference[i + k][0], 1000 * (ours[j + k][1] - reference[i + k][1]))
-        for i, j, size in matcher.get_matching_blocks()
-        for k in range(size)
-    ]
-    shown = summary([error for _, error in errors])
+    reference = phones_of(labels, language)
+    ours = phones_of(replace(labels, intervals=found.phones), "ipa")
+    matcher = SequenceMatcher(None, [row[0] for row in reference], [row[0] for row in ours], autojunk=False)
+    errors = []
+    for i, j, size in matcher.get_matching_blocks():
+        for (code, onset, end), (_, begin, stop), before in zip(
+            reference[i : i + size], ours[j : j + size], [None, *reference][i : i + size], strict=True
+        ):
+            first = before is None or onset - before[2] > 0.01
+            errors.append(Error(code, 1000 * (begin - onset), 1000 * (stop - end), first))
+    shown = summary([error.onset for error in errors])
     speed = audio_duration(audio) / seconds
     print(f"{audio.stem:<28} {len(errors):4}/{len(reference):<4} {shown}  {speed:6.0f}")
     return errors
@@ -80,15 +90,20 @@ def summary(errors: list[float]) -> str:
     return f"{np.median(errors):6.0f} {np.median(size):6.0f} {np.percentile(size, 90):6.0f}"
 
 
-def by_class(errors: list[tuple[int, float]]) -> None:
-    """A line for each class of phones."""
+def by_class(errors: list[Error]) -> None:
+    """A line for each class of phones, and for closures of the lips by place, with their ends."""
     names = INVENTORY.phones
     consonants = {phone for phones in CLASSES.values() for phone in phones}
     groups = {**CLASSES, "vowels": tuple(set(names) - consonants)}
     for name, phones in groups.items():
-        mine = [error for code, error in errors if names[code] in phones]
-        if mine:
-            print(f"{name:<28} {len(mine):9} {summary(mine)}")
+        mine = [error for error in errors if names[error.code] in phones]
+        print(f"{name:<28} {len(mine):9} {summary([one.onset for one in mine])}")
+    lips = [error for error in errors if names[error.code] in CLASSES["p b m"]]
+    for title, silent in (("after silence", True), ("within speech", False)):
+        mine = [error for error in lips if error.after_silence is silent]
+        for edge in ("onset", "end"):
+            shown = summary([getattr(one, edge) for one in mine])
+            print(f"{'p b m ' + title + ', ' + edge:<28} {len(mine):9} {shown}")
 
 
 def main(textgrids: Path, german: Path, grid: Path) -> None:
@@ -110,7 +125,7 @@ def main(textgrids: Path, german: Path, grid: Path) -> None:
         text = " ".join(word.label for word in labels.words if not is_silent(word.label))
         commands += compare(grid / "audio" / f"{clip}.flac", labels, text, "en-gb", "auto")
     for title, errors in (("sentences", pooled), ("GRID", commands)):
-        print(f"{title:<28} {len(errors):9} {summary([error for _, error in errors])}")
+        print(f"{title:<28} {len(errors):9} {summary([error.onset for error in errors])}")
     by_class(pooled + commands)
 
 

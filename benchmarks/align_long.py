@@ -18,6 +18,8 @@ import tempfile
 import time
 import wave
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +27,7 @@ import numpy as np
 from phonanim.aligners._matching import match_words
 from phonanim.aligners.espeak import speak
 from phonanim.aligners.long import align_long
-from phonanim.aligners.pocketsphinx import split_words
+from phonanim.aligners.pocketsphinx import SpeechAlignment, split_words
 from phonanim.media.audio import resample
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -81,6 +83,15 @@ def damage(words: list[str], share: float, seed: int) -> list[str]:
     return damaged
 
 
+def measured(path: Path, text: str, voice: str | None) -> tuple[SpeechAlignment, float, float, float]:
+    """The alignment, seconds of processor, and the most MB of memory before and after."""
+    before, start = resource.getrusage(resource.RUSAGE_SELF), time.process_time()
+    found = align_long(path, text, voice)
+    seconds = time.process_time() - start + resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return found, seconds, before.ru_maxrss / 1024, most / 1024
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--minutes", type=float, default=30)
@@ -96,18 +107,17 @@ def main() -> None:
             stream.setparams((1, 2, RATE, 0, "NONE", ""))
             stream.writeframes((np.clip(samples, -1, 1) * 32767).astype("<i2").tobytes())
         minutes = len(samples) / RATE / 60
-        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         text = " ".join(damage([word for word, _ in words], given.wrong, 0))
         del samples
-        start, children = time.process_time(), resource.getrusage(resource.RUSAGE_CHILDREN)
-        found = align_long(path, text, given.voice if given.by_speech else None)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        seconds = time.process_time() - start + after.ru_utime - children.ru_utime
+        voice = given.voice if given.by_speech else None
+        with ProcessPoolExecutor(
+            1, get_context("spawn")
+        ) as process:  # whose memory is that of aligning alone
+            found, seconds, before, most = process.submit(measured, path, text, voice).result()
     said = [split_words(word)[0] for word, _ in words]
     pairs = match_words(said, [word.label.lower() for word in found.words])
     errors = np.array([1000 * abs(words[i][1] - found.words[j].start) for i, j in pairs])
     errors = errors[np.isfinite(errors)]
-    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(f"{minutes:.1f} minutes, {len(words)} words, {given.wrong:.0%} of the text wrong")
     print(f"{len(pairs)} words found ({len(pairs) / len(words):.1%})")
     print(

@@ -60,14 +60,15 @@ class Text:
     owners: list[int] = field(default_factory=list)
 
 
-def align_by_anchors(audio: Path, text: str) -> SpeechAlignment:
+def align_by_anchors(audio: Path, text: str, said: Sequence[Said] | None = None) -> SpeechAlignment:
     """Find the words and phones of an English text in a recording of any length; either may lack some.
 
-    Notes tell what was left out or added, and what is doubtful. Raises AlignmentError when less than a third
-    of the text is recognized, MissingExtraError without the extras `recognize` and `align`.
+    `said` are the words of the recording, if they were recognized before. Notes tell what was left out or
+    added, and what is doubtful. Raises AlignmentError when less than a third of the text is recognized,
+    MissingExtraError without the extras `recognize` and `align`.
     """
     written = _read_text(text)
-    said = _recognize_words(audio)
+    said = recognize_said(audio) if said is None else said
     plan = plan_stretches(written.parts, said)
     if plan.share < LEAST:
         raise AlignmentError(
@@ -95,8 +96,11 @@ def _read_text(text: str) -> Text:
     return written
 
 
-def _recognize_words(audio: Path) -> list[Said]:
-    """The words of a recording; windows are recognized in as many threads as there are cores."""
+def recognize_said(audio: Path) -> list[Said]:
+    """The English words of a recording; windows are recognized in as many threads as there are cores.
+
+    Raises AudioError, MissingExtraError.
+    """
     said: list[Said] = []
     for number, (begin, words) in enumerate(_recognized_windows(audio)):
         for word in words:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from phonanim.aligners._slots import Said
 from phonanim.aligners.confidence import with_confidence
 from phonanim.aligners.espeak import VOICE, can_speak, reading_language
 from phonanim.aligners.pocketsphinx import SpeechAlignment, align
@@ -22,17 +24,20 @@ MENDED = 0.8  # doubtful seconds of short English from which it is aligned by re
 BETTER = 0.5  # share of the doubtful seconds that may remain if that is taken
 
 
-def align_recording(audio: Path, text: str, voice: str | None) -> tuple[SpeechAlignment, str]:
+def align_recording(
+    audio: Path, text: str, voice: str | None, said: Sequence[Said] | None = None
+) -> tuple[SpeechAlignment, str]:
     """Find the words and phones of a text in a recording: the alignment, and the language of its labels.
 
     English (`voice` None) is aligned by pocketsphinx; where that does not find the text, by the words that
     are recognized (extra `recognize`), or by speech that eSpeak NG makes. Other languages are aligned by made
     speech. Recordings that are long are aligned in parts. Marks, directions and names of speakers in the text
-    are not looked for, with a note. Each word has a confidence, and a note tells what is doubtful. Raises
-    AlignmentError, AudioError, OptionError and MissingExtraError, as the aligners do.
+    are not looked for, with a note. `said` are words that were recognized in English before. Each word has a
+    confidence, and a note tells what is doubtful. Raises AlignmentError, AudioError, OptionError and
+    MissingExtraError, as the aligners do.
     """
     plain, notes = plain_text(text, voice or VOICE)
-    found, language = _align_plain(audio, plain, voice)
+    found, language = _align_plain(audio, plain, voice, said)
     found = with_confidence(found, audio, language)
     if voice is None and audio_duration(audio) <= AT_ONCE and doubtful_time(found.confidence) > MENDED:
         found = _surer(found, audio, plain)
@@ -53,7 +58,9 @@ def _surer(found: SpeechAlignment, audio: Path, text: str) -> SpeechAlignment:
     return replace(other, notes=(note, *other.notes))
 
 
-def _align_plain(audio: Path, text: str, voice: str | None) -> tuple[SpeechAlignment, str]:
+def _align_plain(
+    audio: Path, text: str, voice: str | None, said: Sequence[Said] | None
+) -> tuple[SpeechAlignment, str]:
     duration = audio_duration(audio)
     if voice is not None:
         by_speech = (
@@ -61,7 +68,7 @@ def _align_plain(audio: Path, text: str, voice: str | None) -> tuple[SpeechAlign
         )
         return by_speech, reading_language(voice)
     if duration > AT_ONCE:
-        return align_long(audio, text, None), ENGLISH
+        return align_long(audio, text, None, said), ENGLISH
     try:
         return align(audio, text), ENGLISH
     except AlignmentError as error:
@@ -82,7 +89,9 @@ def _align_otherwise(audio: Path, text: str) -> tuple[SpeechAlignment, str]:
     return align_by_speech(audio, text, VOICE), "with speech of eSpeak NG"
 
 
-def align_long(audio: Path, text: str, voice: str | None) -> SpeechAlignment:
+def align_long(
+    audio: Path, text: str, voice: str | None, said: Sequence[Said] | None = None
+) -> SpeechAlignment:
     """Find the words and phones of a text in a recording of any length, also where some words are wrong.
 
     English (`voice` None) goes by the words that Whisper recognizes with the extra `recognize`, else, as
@@ -91,7 +100,7 @@ def align_long(audio: Path, text: str, voice: str | None) -> SpeechAlignment:
     if voice is None and can_recognize():
         from phonanim.aligners.anchors import align_by_anchors
 
-        return align_by_anchors(audio, text)
+        return align_by_anchors(audio, text, said)
     if not can_speak():
         raise AlignmentError(
             f"{audio}: long recordings are aligned by the words recognized in them (pip install "

@@ -41,6 +41,8 @@ ALIKE, MISFIT = 0.5, 0.4  # weights of what sounds alike, and of each nat by whi
 WORST = 5.0  # nats from which a phone does not fit at all
 WAITING = 0.3  # price of a silent frame between two words
 RIDGE = 30.0  # frames: how firmly the map between voices keeps to no change
+STOPS = frozenset("pbtdkg\u0261")
+CLOSED = 0.07, 0.12  # seconds that a stop after silence lasts at least and at most
 ROWS = 256  # frames whose prices are in memory at once
 EARLY = 0.008  # seconds: a window meets a sound before its centre does
 LONGEST = 120.0  # seconds; the table of paths grows with the square
@@ -76,7 +78,14 @@ def align_by_speech(audio: Path, text: str, voice: str) -> SpeechAlignment:
 
 def words_along(spoken: SpokenText, path: NDArray[np.int64]) -> tuple[Interval, ...]:
     """The words of made speech in the recording onto which it was warped."""
-    return tuple(Interval(word.label, *_moved(path, word.start, word.end)) for word in spoken.words)
+    moved = zip(spoken.phones, phones_along(spoken, path), strict=True)
+    begins = {phone.start: there.start for phone, there in moved}
+    found = []
+    for word in spoken.words:
+        start, end = _moved(path, word.start, word.end)
+        start = begins.get(word.start, start)
+        found.append(Interval(word.label, start, max(end, start + HOP / RATE)))
+    return tuple(found)
 
 
 def phones_along(spoken: SpokenText, path: NDArray[np.int64]) -> tuple[Interval, ...]:
@@ -238,13 +247,20 @@ def _moved(path: NDArray[np.int64], start: float, end: float) -> tuple[float, fl
 
 
 def _in_order(phones: tuple[Interval, ...], path: NDArray[np.int64]) -> tuple[Interval, ...]:
-    """The phones in the recording, each at least one frame long, none before the one before it ends."""
-    moved, end = [], 0.0
+    """The phones in the recording, each at least one frame long, none before the one before it ends.
+
+    A stop after silence makes no sound until it is released, and lasts as long before as stops do.
+    """
+    moved: list[Interval] = []
+    end = 0.0
     for number, phone in enumerate(phones):
         start, stop = _moved(path, phone.start, phone.end)
         start = max(start, end)
         end = max(stop, start + HOP / RATE)
         if number + 1 < len(phones) and phones[number + 1].start - phone.end < 1e-6:
             end = max(_moved(path, phones[number + 1].start, phone.end)[0], start + HOP / RATE)
+        if phone.label[:1] in STOPS and (number == 0 or phone.start - phones[number - 1].end > 1e-6):
+            before = moved[-1].end if moved else 0.0
+            start = max(before, min(max(start, end - CLOSED[1]), end - CLOSED[0]))
         moved.append(Interval(phone.label, start, end))
     return tuple(moved)

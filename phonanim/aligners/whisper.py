@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -58,6 +58,16 @@ def recognize(sound: Sound, name: str) -> Transcript:
         if recognized.no_speech_prob < SILENT and recognized.sequences[0]:
             parts.append(_text(recognized.sequences[0]))
             scores.append(recognized.scores[0])
+    return _transcript(parts, scores, name)
+
+
+def transcript_of(words: Sequence[tuple[str, float]], name: str) -> Transcript:
+    """The transcript of recognized words and their probabilities. Raises AudioError where there are none."""
+    logs = [float(np.log(max(probability, 1e-9))) for _, probability in words]
+    return _transcript([word for word, _ in words], logs, name)
+
+
+def _transcript(parts: Sequence[str], scores: Sequence[float], name: str) -> Transcript:
     text = " ".join(" ".join(parts).split())
     if not text:
         raise AudioError(f"{name}: no English speech is recognized in it; give the words with --text")

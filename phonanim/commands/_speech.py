@@ -12,8 +12,12 @@ from phonanim.speech.doubts import doubts
 from phonanim.speech.textgrid import write_textgrid
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from phonanim.aligners._slots import Said
     from phonanim.aligners.espeak import SpokenText
     from phonanim.aligners.pocketsphinx import SpeechAlignment
+    from phonanim.aligners.whisper import Transcript
     from phonanim.commands import Console
     from phonanim.options import Options
 
@@ -33,8 +37,8 @@ def align_recording(
         raise OptionError(f"{path}: already exists; animate it, or remove it to make it again")
     from phonanim.aligners.long import align_recording as align_by_text
 
-    words = understand(recording, voice, console) if text is None else text
-    found, language = align_by_text(recording, words, voice)
+    words, said = understand(recording, voice, console) if text is None else (text, None)
+    found, language = align_by_text(recording, words, voice, said)
     print_notes(found, console)
     write_textgrid(path, found.tiers, found.duration)
     return path, language
@@ -84,21 +88,18 @@ def why_no_words(voice: str | None) -> str:
     return f"recognizing words, which is better, needs pip install 'phonanim[{absent}]'" if absent else ""
 
 
-def understand(recording: Path, voice: str | None, console: Console) -> str:
-    """The words of an English recording, by Whisper; they are printed.
+def understand(recording: Path, voice: str | None, console: Console) -> tuple[str, Sequence[Said] | None]:
+    """The words of an English recording, by Whisper; they are printed. Of a long one, with their times.
 
     Raises OptionError for another language and where the words are not clear, and MissingExtraError without
     the extra `recognize`.
     """
-    from phonanim.aligners.whisper import recognize
-    from phonanim.media.audio import read_sound
-
     if voice is not None and not voice.startswith("en"):
         raise OptionError(
             f"{recording}: words are recognized in English only; give them with --text, or choose --model "
             "audio, which recognizes phones of any language"
         )
-    words = recognize(read_sound(recording), str(recording))
+    words, said = _recognized(recording)
     if words.confidence < CLEAR:
         raise OptionError(
             f"{recording}: its words are not clear ({words.confidence:.0%} sure: {words.text!r}); give them "
@@ -106,7 +107,21 @@ def understand(recording: Path, voice: str | None, console: Console) -> str:
             "audio, which recognizes phones"
         )
     console.print(f"understood ({words.confidence:.0%} sure): {words.text}")
-    return words.text
+    return words.text, said
+
+
+def _recognized(recording: Path) -> tuple[Transcript, Sequence[Said] | None]:
+    """The transcript of a recording; long ones are recognized in windows, whose words are aligned later."""
+    from phonanim.aligners.long import AT_ONCE
+    from phonanim.aligners.whisper import recognize, transcript_of
+    from phonanim.media.audio import audio_duration, read_sound
+
+    if audio_duration(recording) <= AT_ONCE:
+        return recognize(read_sound(recording), str(recording)), None
+    from phonanim.aligners.anchors import recognize_said
+
+    said = recognize_said(recording)
+    return transcript_of([(one.word, one.probability) for one in said], str(recording)), said
 
 
 def speak_text(text: str, voice: str, beside: Path, console: Console) -> Path:

@@ -95,9 +95,10 @@ def align_english(audio: Path, text: str | None, console: Console) -> SpeechAlig
     from phonanim.aligners.whisper import can_recognize
     from phonanim.commands._speech import understand
 
+    said = None
     if text is None and can_recognize():
-        text = understand(audio, None, console)
-    return align(audio, None) if text is None else align_recording(audio, text, None)[0]
+        text, said = understand(audio, None, console)
+    return align(audio, None) if text is None else align_recording(audio, text, None, said)[0]
 
 
 def align_with_espeak(audio: Path, text: str | None, voice: str | None) -> SpeechAlignment:

@@ -1,8 +1,10 @@
 from __future__ import annotations
 
 import json
+import wave
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -56,6 +58,30 @@ def test_other_speech_is_not_overwritten(tmp_path: Path, monkeypatch: pytest.Mon
         run("--text", "My mother.", "-o", "line.csv")
     assert Path("line.wav").read_bytes() == b"mine"
     assert not Path("line.TextGrid").exists()
+
+
+def test_a_long_recording_is_recognized_once(
+    shared_data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("ctranslate2", reason="needs the extra recognize")
+    pytest.importorskip("pocketsphinx")
+    from phonanim.aligners import anchors
+    from phonanim.commands.align import command as align_command
+    from phonanim.media.audio import read_sound
+
+    sound = read_sound(shared_data / "textgrids" / "002_en_LJ006-0114.wav")
+    with wave.open(str(tmp_path / "a.wav"), "wb") as stream:
+        stream.setparams((1, 2, sound.rate, 0, "NONE", ""))
+        stream.writeframes((np.tile(sound.samples, 6) * 32767).astype("<i2").tobytes())
+    windows: list[int] = []
+    recognize = anchors.recognize_words
+    monkeypatch.setattr(
+        anchors, "recognize_words", lambda samples: (windows.append(len(samples)), recognize(samples))[1]
+    )
+    monkeypatch.setattr("phonanim.aligners.whisper.recognize", lambda *_: pytest.fail("recognized again"))
+    done = CliRunner().invoke(align_command, [str(tmp_path / "a.wav"), "--json"], catch_exceptions=False)
+    assert sum(windows) == pytest.approx(6 * len(sound.samples) * 16000 / sound.rate, rel=0.01)
+    assert json.loads(done.stdout)["words"].count("offices") >= 5
 
 
 def test_neither_text_nor_alignment() -> None:
