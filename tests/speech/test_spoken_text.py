@@ -39,7 +39,7 @@ from phonanim.speech.spoken_text import espeak_voice, prepare_text, readable_wor
         ("en-us", "He said: no.\nShe went.", "He said: no. She went."),
         ("en-us", "Remember: no.", "Remember: no."),
         ("en-us", "1\n00:00:00,000 --> 00:00:04,000\nHello.\n", "Hello."),
-        ("en-us", "At 3:30, 50% left", "At 3:30, 50 percent left"),
+        ("en-us", "At 3:30, 50% left", "At three thirty, 50 percent left"),
     ],
 )
 def test_what_is_spoken(voice: str, text: str, spoken: str) -> None:
