@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 
-FIRST_LOOK = 16  # frames; doubled until a key is found
+FIRST_LOOK = 4  # frames; doubled until a key is found
 PART = 1024  # frames between keys that are always set in longer takes, so that parts are reduced side by side
 PATIENCE = 32  # frames that are tried after the last one that can be a key
 
@@ -46,9 +46,9 @@ def reduce_curves(curves: NDArray[np.floating], tolerance: float) -> Keys:
         raise ValueError("curves of no frames have no keys")
     if len(dense) > PART:
         return _keys_at(_side_by_side(dense, len(dense), tolerance), dense)
-    places = [0]
+    places, moving = [0], dense[:, (dense != dense[0]).any(axis=0)]
     while places[-1] < len(dense) - 1:
-        places.append(_farthest(dense, places[-1], tolerance))
+        places.append(_farthest(moving, places[-1], tolerance))
     return _keys_at(np.array(places, np.int64), dense)
 
 
@@ -138,13 +138,13 @@ def _farthest(dense: NDArray[np.float64], first: int, tolerance: float) -> int:
         rise = dense[first + 1 : last + 1] - dense[first]
         low = np.maximum.accumulate((rise - tolerance) / steps)
         high = np.minimum.accumulate((rise + tolerance) / steps)
-        closed = np.flatnonzero((low > high).any(axis=1))
+        (closed,) = (low > high).any(axis=1).nonzero()
         if len(closed) or last == len(dense) - 1:
             break
         ahead *= 2
     slopes = rise[1:] / steps[1:]
     fits = ((slopes >= low[:-1]) & (slopes <= high[:-1])).all(axis=1)
-    reached = np.flatnonzero(fits[: closed[0]] if len(closed) else fits)
+    (reached,) = (fits[: closed[0]] if len(closed) else fits).nonzero()
     return first + 2 + int(reached[-1]) if len(reached) else first + 1
 
 
@@ -158,7 +158,11 @@ def _single(curve: NDArray[np.float64], tolerance: float) -> NDArray[np.int64]:
             rise = values[first + step] - start
             if low <= rise / step <= high:
                 reached = first + step
-            low, high = max(low, (rise - tolerance) / step), min(high, (rise + tolerance) / step)
+            lowest, highest = (rise - tolerance) / step, (rise + tolerance) / step
+            if lowest > low:  # in place of max and min, which would take most of the time
+                low = lowest
+            if highest < high:
+                high = highest
             if low > high or first + step - reached >= PATIENCE:
                 break
         places.append(reached)

@@ -132,5 +132,5 @@ def _performed(line: Line, given: Prepared) -> AnimationResult:
 def make_folder_within(place: Path, folder: Path) -> None:
     """Make a folder within another. Raises OptionError where a link on the way leads elsewhere."""
     place.mkdir(parents=True, exist_ok=True)
-    if not place.resolve().is_relative_to(folder.resolve()):
+    if place != folder and not place.resolve().is_relative_to(folder.resolve()):
         raise OptionError(f"{place}: a link points outside the output folder; remove the link")

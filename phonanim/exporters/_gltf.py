@@ -17,7 +17,7 @@ from phonanim.errors import OutputError, RigError
 from phonanim.exporters._curves import estimate_rate, merge_target_curves
 from phonanim.exporters._take import build_take, check_times, sample_curves, take_grid
 from phonanim.exporters._twin import without_twin
-from phonanim.media.glb import Glb, glb_bytes, read_glb
+from phonanim.media.glb import Glb, glb_bytes, kept_glb, read_glb
 from phonanim.media.gltf import WIDTHS
 from phonanim.rig.head import TONGUE
 from phonanim.rig.morphs import Morphs, find_morphs, moving_morphs
@@ -32,7 +32,7 @@ ROUNDING = 1e-6  # seconds: a key that is stored as float32 may be this far afte
 
 def add_to_character(animation: Animation, path: Path, character: Path, keys: float | None) -> None:
     """Write a character's file with the animation added; see `glb.write`. Raises RigError, OutputError."""
-    glb = read_glb(character)
+    glb = kept_glb(character)
     with atomic_path(path) as partial:
         partial.write_bytes(add_animation(glb, animation, path.name.split(".")[0], keys))
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.animation.keys import reduce_curve, reduce_curves
-from phonanim.media.glb import Glb, read_glb
+from phonanim.media.glb import Glb, kept_glb
 from phonanim.rig.head import SHIPPED
 from phonanim.rig.morphs import moving_morphs
 from phonanim.rig.neck import find_bone, is_turn, turns_of
@@ -53,10 +53,10 @@ def shape_curves(
     shipped head. Raises RigError when the character cannot be read or has no such shape.
     """
     if character is None:
-        place = node or path_of(read_glb(SHIPPED), 0)
+        place = node or path_of(kept_glb(SHIPPED), 0)
         names = [name for name in animation.channels if not is_turn(name)]
         return [ShapeCurve(place, name, animation.channel(name).astype(float)) for name in names]
-    glb = read_glb(character)
+    glb = kept_glb(character)
     found: dict[tuple[str, str], ShapeCurve] = {}
     for morphs in moving_morphs(glb, animation.channels):
         weights = morphs.weights(animation.values, animation.channels)
@@ -91,7 +91,7 @@ def head_turn(animation: Animation, character: Path | None) -> HeadTurn | None:
     turns = turns_of(animation.values, animation.channels)
     if character is None or turns is None:
         return None
-    glb = read_glb(character)
+    glb = kept_glb(character)
     bone = find_bone(glb)
     if bone is None:
         return None

@@ -62,8 +62,9 @@ def fits(channels: Sequence[str]) -> bool:
 
 def _pieces(animation: Animation, names: tuple[str, ...], clock: Timecode, origin: float) -> Iterator[bytes]:
     """The rows as text, in pieces; controls that never move have the same text in every row."""
-    shown = {name: animation.channel(name) for name in names if name in animation.channels}
-    moving = {name: curve for name, curve in shown.items() if curve.any() or np.signbit(curve).any()}
+    values = animation.values
+    written = values.view(f"u{values.itemsize}").any(axis=0)  # a negative zero, too
+    moving = {name for name, moves in zip(animation.channels, written.tolist(), strict=True) if moves}
     cells = [bytes(CELL) if name in moving else ZERO for name in names]
     row = np.frombuffer(b"".join([clock.mark.join(LABEL).encode(), b",%d," % len(names), *cells]), np.uint8)
     ends = np.cumsum([len(cell) for cell in cells]) + len(row) - sum(map(len, cells))
@@ -72,7 +73,7 @@ def _pieces(animation: Animation, names: tuple[str, ...], clock: Timecode, origi
     turned = [name in turns() for name in names if name in moving]
     times = origin + animation.times
     for begin in range(0, len(times), PIECE):
-        block = animation.values[begin : begin + PIECE, chosen].astype(np.float64)
+        block = values[begin : begin + PIECE, chosen].astype(np.float64)
         block[:, turned] = np.radians(block[:, turned])
         yield _rows(row, clock.counts(times[begin : begin + PIECE]), block, places)
 

@@ -11,7 +11,7 @@ from phonanim.exporters._gltf import add_animation
 from phonanim.exporters._gltf import read as read
 from phonanim.exporters._head import RIG as RIG
 from phonanim.exporters._head import fits as fits
-from phonanim.media.glb import parse_glb, read_glb
+from phonanim.media.glb import kept_glb, parse_glb
 from phonanim.media.gltf_text import data_uri
 from phonanim.rig.head import SHIPPED
 
@@ -20,7 +20,7 @@ SUMMARY = "glTF as text, its data within: the shipped head, or your own characte
 
 def write(animation: Animation, path: Path, character: Path = SHIPPED, keys: float | None = None) -> None:
     """Write what `glb.write` writes, as JSON whose buffer is a data URI. Raises RigError, OutputError."""
-    packed = add_animation(read_glb(character), animation, path.name.split(".")[0], keys)
+    packed = add_animation(kept_glb(character), animation, path.name.split(".")[0], keys)
     glb = parse_glb(packed, str(path))
     buffer = {**glb.tree["buffers"][0], "uri": data_uri(glb.binary)}
     tree = {**glb.tree, "buffers": [buffer, *glb.tree["buffers"][1:]]}

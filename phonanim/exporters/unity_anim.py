@@ -104,10 +104,10 @@ CURVE = """  - curve:
     script: {{fileID: 0}}
 """
 KEY = """      - serializedVersion: 3
-        time: {:.9g}
-        value: {:.7g}
-        inSlope: {:.7g}
-        outSlope: {:.7g}
+        time: %.9g
+        value: %.7g
+        inSlope: %.7g
+        outSlope: %.7g
         tangentMode: {}
         weightedMode: 0
         inWeight: 0
@@ -224,9 +224,9 @@ def _float_curve(
     node: str, attribute: str, kind: int, times: NDArray[np.float64], values: NDArray[np.float64]
 ) -> str:
     before, after = _slopes(times, values)
-    rows = zip(times.tolist(), values.tolist(), before.tolist(), after.tolist(), strict=True)
+    numbers = np.stack([times, values, before, after], axis=1)
     return CURVE.format(
-        keys="".join(KEY.format(*row, STRAIGHT) for row in rows),
+        keys=KEY.format(STRAIGHT) * len(times) % tuple(numbers.ravel().tolist()),
         attribute=_text(attribute),
         path=_text(node),
         renderer=kind,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import struct
+import time
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,9 @@ BINARY_CHUNK = 0x004E4942
 COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
 MAX_BYTES = 1 << 30
 """Largest file that is read."""
+KEPT_BYTES = 1 << 26
+"""Largest file that is kept."""
+SETTLED = 2_000_000_000  # nanoseconds after which a further change of a file gets another time, on any system
 
 Array = NDArray[np.float64]
 
@@ -133,6 +137,27 @@ def read_glb(path: Path) -> Glb:
     if path.suffix.lower() == ".gltf" and not data.startswith(b"glTF"):
         return _parse_gltf(data, path)
     return parse_glb(data, str(path))
+
+
+def kept_glb(path: Path) -> Glb:
+    """The same, read once for the many lines of a run that use it; its tree is shared, so nobody changes it.
+
+    A file is read again when its size or time has changed, or has changed just now, and when it is large or
+    names others. Raises RigError as `read_glb` does.
+    """
+    try:
+        found = path.stat()
+    except OSError:
+        return read_glb(path)
+    settled = time.time_ns() - found.st_mtime_ns > SETTLED
+    if not settled or found.st_size > KEPT_BYTES or path.suffix.lower() == ".gltf":
+        return read_glb(path)
+    return _kept(path, found.st_size, found.st_mtime_ns)
+
+
+@lru_cache(maxsize=2)
+def _kept(path: Path, size: int, changed: int) -> Glb:
+    return read_glb(path)
 
 
 def parse_glb(data: bytes, source: str) -> Glb:

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 from phonanim.core.decode import DecodeError
@@ -34,6 +34,7 @@ Shares = tuple[tuple[str, float], ...]
 _added: ContextVar[Mapping[str, Shares]] = ContextVar("added_names")
 
 
+@lru_cache(maxsize=4096)
 def plain_name(name: str) -> str:
     """The plain form of a name, without what programs add: `head.jawOpen`, `JawOpen` and `jaw_open` match.
 

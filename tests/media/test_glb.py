@@ -1,4 +1,5 @@
 import copy
+import os
 import struct
 
 import numpy as np
@@ -7,7 +8,7 @@ from animations import line
 
 from phonanim.errors import RigError
 from phonanim.exporters import load, save
-from phonanim.media.glb import Glb, glb_bytes, parse_glb, read_glb
+from phonanim.media.glb import Glb, glb_bytes, kept_glb, parse_glb, read_glb
 from phonanim.rig.character import load_character
 from phonanim.rig.head import SHIPPED, load_head
 
@@ -143,3 +144,29 @@ def test_quantized_meshes_stand_where_their_node_puts_them(tmp_path):
     path = tmp_path / "a.glb"
     path.write_bytes(quantized(read_glb(SHIPPED)))
     np.testing.assert_allclose(load_character(path).vertices, load_head().vertices, atol=2e-5)
+
+
+def test_a_file_is_kept_until_it_changes(tmp_path):
+    path = tmp_path / "a.glb"
+
+    def put(name, seconds):
+        path.write_bytes(glb_bytes({"asset": {"version": "2.0"}, "name": name}, b""))
+        os.utime(path, (seconds, seconds))
+
+    put("one", 1e9)
+    first = kept_glb(path)
+    assert kept_glb(path) is first
+    put("two", 1e9 + 1)
+    assert kept_glb(path).tree["name"] == "two"
+    path.write_bytes(glb_bytes({"asset": {"version": "2.0"}, "name": "now"}, b""))
+    assert kept_glb(path) is not kept_glb(path)  # it may change again within the same instant of the clock
+    path.unlink()
+    with pytest.raises(RigError, match="a.glb: cannot be read: No such file"):
+        kept_glb(path)
+
+
+def test_animations_leave_what_is_kept_as_it_was(tmp_path):
+    before = copy.deepcopy(kept_glb(SHIPPED).tree)
+    for name in ("a.glb", "a.gltf", "a.anim", "a.unity.anim", "a.tres"):
+        save(line(), tmp_path / name)
+    assert kept_glb(SHIPPED).tree == before
