@@ -63,8 +63,8 @@ def fits(channels: Sequence[str]) -> bool:
 def _pieces(animation: Animation, names: tuple[str, ...], clock: Timecode, origin: float) -> Iterator[bytes]:
     """The rows as text, in pieces; controls that never move have the same text in every row."""
     values = animation.values
-    written = values.view(f"u{values.itemsize}").any(axis=0)  # a negative zero, too
-    moving = {name for name, moves in zip(animation.channels, written.tolist(), strict=True) if moves}
+    written = np.flatnonzero(values.view(f"u{values.itemsize}").any(axis=0))  # a negative zero, too
+    moving = {animation.channels[column] for column in written.tolist()}
     cells = [bytes(CELL) if name in moving else ZERO for name in names]
     row = np.frombuffer(b"".join([clock.mark.join(LABEL).encode(), b",%d," % len(names), *cells]), np.uint8)
     ends = np.cumsum([len(cell) for cell in cells]) + len(row) - sum(map(len, cells))
