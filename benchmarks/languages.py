@@ -29,7 +29,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
 from label_lines import Notation, read_dictionary, read_notations, speller  # noqa: E402
 
 from phonanim.speech.labels import load_language  # noqa: E402
-from phonanim.speech.language_choice import SURE, rank_languages  # noqa: E402
+from phonanim.speech.language_choice import rank_languages  # noqa: E402
 from phonanim.speech.language_names import find_language  # noqa: E402
 
 SETS = Path(__file__).parent / "mfa_label_sets.tsv"
@@ -50,11 +50,7 @@ class Judged:
     found: str
     certainty: float
     right: bool
-
-    @property
-    def sure(self) -> bool:
-        """Whether the line is not flagged."""
-        return self.certainty >= SURE
+    sure: bool  # not flagged
 
 
 def phrases(path: Path, odd: bool) -> list[str]:
@@ -123,7 +119,7 @@ def judge(language: str, notation: str, labels: tuple[str, ...]) -> Judged:
     choice = rank_languages(labels)
     own = load_language(language)
     right = all(choice.language.resolve(label) == own.resolve(label) for label in labels)
-    return Judged(language, notation, labels, choice.language.name, choice.certainty, right)
+    return Judged(language, notation, labels, choice.language.name, choice.certainty, right, choice.sure)
 
 
 def report(title: str, judged: list[Judged]) -> str:

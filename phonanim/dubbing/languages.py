@@ -35,7 +35,8 @@ def is_open(outcome: Outcome) -> bool:
     if not outcome.done:
         return False
     if _read_as(outcome) == AUTO:
-        return float(_language(outcome).get("certainty", 1.0)) < SURE
+        facts = _language(outcome)
+        return not facts.get("sure", float(facts.get("certainty", 1.0)) >= SURE)
     return is_auto(_read_as(outcome))
 
 

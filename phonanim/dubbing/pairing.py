@@ -15,6 +15,8 @@ from phonanim.dubbing.storage import Place
 ALIGNMENTS = (
     *(".textgrid", ".phn", ".lab", ".ctm", ".eaf", ".par", ".pgo", ".pg2", ".ds", ".ustx", ".pho", ".xra"),
     ".xtiming",
+    ".utt",
+    ".cha",
     ".anno",
     ".pam",
 )

@@ -26,8 +26,11 @@ from phonanim.speech.labels import LONGEST, Language, is_silent, load_language
 from phonanim.speech.language_names import language_names, language_weights
 from phonanim.speech.letters import script_languages
 
-SURE = 0.95
-"""Certainty from which a choice is not questioned."""
+SURE, SURE_OF_FEW = 0.95, 0.985
+"""Certainty from which a choice is not questioned, and that for a line of at most FEW labels.
+
+Of short lines that were wrong, the surest had 0.983 (benchmarks/languages.py).
+"""
 
 EXPECTED = 0.97
 """Share of lines in the languages that are expected, as the lines of a batch are in one language or a few."""
@@ -82,7 +85,7 @@ class LanguageChoice:
     `probability` is that of the language; `certainty` is that of all languages that read the labels as the
     same phones. `runner_up` is the most probable of those that read them otherwise ("" without one), and
     `runner_up_probability` is that of all that read them as it does. `candidates` are the most probable
-    languages with their probabilities.
+    languages with their probabilities. `needed` is the certainty from which the choice is not questioned.
     """
 
     language: Language
@@ -91,11 +94,12 @@ class LanguageChoice:
     runner_up: str = ""
     runner_up_probability: float = 0.0
     candidates: tuple[tuple[str, float], ...] = ()
+    needed: float = SURE
 
     @property
     def sure(self) -> bool:
         """Whether the phones can be relied on."""
-        return self.certainty >= SURE
+        return self.certainty >= self.needed
 
 
 def choose_language(labels: Iterable[str]) -> Language:
@@ -133,6 +137,7 @@ def rank_languages(labels: Iterable[str], expected: Sequence[str] = ()) -> Langu
         runner_up=others[0][0] if others else "",
         runner_up_probability=sum(shares[name] for name in others[0]) if others else 0.0,
         candidates=tuple((name, shares[name]) for names in ranked for name in names if shares[name] >= TOLD),
+        needed=SURE if expected or len(spoken) > FEW else SURE_OF_FEW,
     )
 
 

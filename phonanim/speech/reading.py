@@ -24,7 +24,7 @@ class ReadingLanguage:
     `probability` is that of the language alone, since others may read the labels alike.
     `runner_up` is the most probable language that reads them otherwise, with its probability. `asked` is the
     language that was named but does not exist, where `fallback` decided. `candidates` are the languages that
-    the labels may be in, with their probabilities.
+    the labels may be in, with their probabilities. `needed` is the certainty from which no check is needed.
     """
 
     language: Language
@@ -35,14 +35,17 @@ class ReadingLanguage:
     runner_up_probability: float = 0.0
     asked: str = ""
     candidates: tuple[tuple[str, float], ...] = ()
+    needed: float = SURE
 
     @property
     def sure(self) -> bool:
         """Whether the choice needs no check."""
-        return self.certainty >= SURE
+        return self.certainty >= self.needed
 
     def doubt(self) -> tuple[str, ...]:
         """A note where the choice is unsure."""
+        if self.sure:
+            return ()
         return doubt_of(self.language.name, self.certainty, self.runner_up, self.runner_up_probability)
 
     def facts(self) -> dict[str, Any]:
@@ -53,7 +56,7 @@ class ReadingLanguage:
             "certainty": round(self.certainty, 3),
         }
         if self.by == "labels":
-            found["probability"] = round(self.probability, 3)
+            found |= {"probability": round(self.probability, 3), "sure": self.sure}
         if self.runner_up:
             found |= {
                 "runner_up": self.runner_up,
@@ -65,9 +68,7 @@ class ReadingLanguage:
 
 
 def doubt_of(name: str, certainty: float, runner_up: str, probability: float) -> tuple[str, ...]:
-    """A note where a choice of a language is unsure."""
-    if certainty >= SURE:
-        return ()
+    """A note that a choice of a language is unsure."""
     other = f" or {runner_up} ({share_of(probability)})" if runner_up else ""
     shown = f"{name} ({share_of(certainty)}){other}"
     return (f"the language is unsure: {shown}, which differ in phones; name it with --language",)
@@ -91,6 +92,7 @@ def find_reading_language(
             runner_up=chosen.runner_up,
             runner_up_probability=chosen.runner_up_probability,
             candidates=chosen.candidates,
+            needed=chosen.needed,
         )
     by: By = "format" if is_auto(name) else "option"
     name = alignment.language if is_auto(name) else name

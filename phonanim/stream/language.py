@@ -64,10 +64,10 @@ class StreamedLanguage:
             return ()
         decided = () if self.told else (self._line(self.choice),)
         choice = self.choice
-        return (
-            *decided,
-            *doubt_of(choice.language.name, choice.certainty, choice.runner_up, choice.runner_up_probability),
-        )
+        if choice.sure:
+            return decided
+        told = (choice.language.name, choice.certainty, choice.runner_up, choice.runner_up_probability)
+        return (*decided, *doubt_of(*told))
 
     def _line(self, choice: LanguageChoice) -> str:
         shown = f"language {choice.language.name}, by the first {len(self.labels)} labels"

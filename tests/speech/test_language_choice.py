@@ -47,7 +47,16 @@ def line(labels: str, language: str = "") -> Alignment:
 def test_short_lines_are_in_their_language(labels: str, language: str) -> None:
     choice = rank_languages(labels.replace("~", "").split())
     assert choice.language.name == language
-    assert choice.sure
+    assert choice.certainty > 0.95
+
+
+def test_a_short_line_needs_more_certainty() -> None:
+    labels = list("iɹʉkkirʌdʉ")  # Tamil, by eSpeak: Indian English has the same sounds
+    choice = rank_languages(labels)
+    assert 0.95 < choice.certainty < choice.needed
+    assert not choice.sure
+    assert "the language is unsure" in " ".join(read_phones(line(" ".join(labels))).notes)
+    assert rank_languages(labels * 2).needed == 0.95
 
 
 @pytest.mark.parametrize(
