@@ -66,7 +66,8 @@ def test_a_long_recording_is_recognized_once(
     pytest.importorskip("ctranslate2", reason="needs the extra recognize")
     pytest.importorskip("pocketsphinx")
     from phonanim.aligners import anchors
-        from phonanim.media.audio import read_sound
+    from phonanim.commands.align import command as align_command
+    from phonanim.media.audio import read_sound
 
     sound = read_sound(shared_data / "textgrids" / "002_en_LJ006-0114.wav")
     with wave.open(str(tmp_path / "a.wav"), "wb") as stream:
