@@ -20,7 +20,7 @@ FEWEST_TICKS = 40_000
 
 def lines(source: AlignmentFile) -> list[str]:
     """The lines that are not empty, stripped."""
-    return [line.strip() for line in source.text.splitlines() if line.strip()]
+    return list(source.lines)
 
 
 def match_row(pattern: re.Pattern[str], line: str) -> re.Match[str] | None:
@@ -30,7 +30,7 @@ def match_row(pattern: re.Pattern[str], line: str) -> re.Match[str] | None:
 
 def all_match(source: AlignmentFile, pattern: re.Pattern[str]) -> list[re.Match[str]]:
     """The matches of the first rows; empty if one of them does not match."""
-    found = [match_row(pattern, line) for line in lines(source)[:ROWS_LOOKED_AT]]
+    found = [match_row(pattern, line) for line in source.lines[:ROWS_LOOKED_AT]]
     matches = [match for match in found if match]
     return matches if len(matches) == len(found) else []
 

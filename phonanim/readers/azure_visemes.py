@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from phonanim.readers._rows import LONGEST_ROW, from_starts, lines
+from phonanim.readers._rows import LONGEST_ROW, ROWS_LOOKED_AT, from_starts, lines
 from phonanim.readers._visemes import AZURE, NOTE, merge_repeats
 from phonanim.readers._words import tables
 from phonanim.speech.alignment import Recording, Tier
@@ -34,7 +34,7 @@ _LOGGED = re.compile(
 
 def recognizes(source: AlignmentFile) -> bool:
     """Whether there are numbers of visemes with offsets."""
-    return next(_events(source), None) is not None
+    return next(_events(source, ROWS_LOOKED_AT), None) is not None
 
 
 def read(source: AlignmentFile) -> Recording:
@@ -57,9 +57,9 @@ def _unit(times: list[float]) -> float:
     return TICK if mean >= FEWEST_TICKS else MILLISECOND if mean >= FEWEST_MILLISECONDS else 1.0
 
 
-def _events(source: AlignmentFile) -> Iterator[tuple[dict[str, Any], str]]:
+def _events(source: AlignmentFile, most: int | None = None) -> Iterator[tuple[dict[str, Any], str]]:
     """Each event with plain keys, and the name of its offset."""
-    for table in tables(source.json_lines) if source.json_lines else _rows(source):
+    for table in tables(source.json_lines) if source.json_lines else _rows(source, most):
         event = {_plain(key): value for key, value in table.items()}
         name = next((name for name in OFFSETS if name in event), "")
         if "visemeid" in event and name:
@@ -71,9 +71,9 @@ def _plain(key: str) -> str:
     return re.sub(r"[^a-z]", "", key.lower()).removeprefix("priv")
 
 
-def _rows(source: AlignmentFile) -> Iterator[dict[str, Any]]:
-    """The events of a table with a header, or of a log."""
-    rows = lines(source)
+def _rows(source: AlignmentFile, most: int | None) -> Iterator[dict[str, Any]]:
+    """The events in the first rows of a table with a header, or of a log."""
+    rows = lines(source)[:most]
     if not rows or len(rows[0]) > LONGEST_ROW:
         return
     if "visemeid" in _plain(rows[0]) and not _LOGGED.search(rows[0]):

@@ -31,9 +31,10 @@ def recognizes(source: AlignmentFile) -> bool:
         return all(isinstance(line, dict) and {"b", "d", "t", "w"} <= line.keys() for line in _values(source))
     if _SEGMENTED.search(source.text[:4000]) or _TRACED.search(source.text):
         return True
-    rows = _rows(source)
-    enough = len(rows) >= ENOUGH_ROWS * len(lines(source)[:ROWS_LOOKED_AT])
-    return enough and any(row[1] in ("<s>", "<sil>", "</s>") for row in rows[:ROWS_LOOKED_AT])
+    first = lines(source)[:ROWS_LOOKED_AT]
+    rows = [match for line in first if (match := match_row(_ROW, line))]
+    enough = len(rows) >= ENOUGH_ROWS * len(first)
+    return enough and any(row[1] in ("<s>", "<sil>", "</s>") for row in rows)
 
 
 def read(source: AlignmentFile) -> Recording:

@@ -37,6 +37,11 @@ class AlignmentFile:
         return "" if "\0" in text else text.replace("\r\n", "\n").replace("\r", "\n")
 
     @cached_property
+    def lines(self) -> tuple[str, ...]:
+        """The lines that are not empty, stripped."""
+        return tuple(line.strip() for line in self.text.splitlines() if line.strip())
+
+    @cached_property
     def json(self) -> Any:
         """The content as parsed JSON; None when it is not one JSON value."""
         return parse_value(self.text)
