@@ -35,6 +35,8 @@ HOLD = 0.12  # seconds before and after a contact in which the mouth's overlay f
 SHARE = 0.5  # share of an overlay that the mouth takes during speech; set by eye
 LARGEST = 1e9  # of a value of a pose
 MOVES = 1e-4  # of full weight; less counts as no motion
+SILENT = INVENTORY.where(kind="silence")
+BOUND = INVENTORY.mask(*(phone for contact in CONTACTS for phone in contact.phones))
 # Controls that move the lips, besides those that the line's speech moves.
 MOUTH = re.compile(r"jaw|mouth|lip|tongue|cheek_?puff|nose_?sneer|viseme", re.IGNORECASE)
 
@@ -65,8 +67,7 @@ def apply_overlays(
 
 def overlay_weight(track: PhoneTrack, times: Array) -> Array:
     """The share of an overlay that the mouth takes at instants, (frames,) seconds -> (frames,) 0 to 1."""
-    silent = INVENTORY.where(kind="silence")[track.codes]
-    bound = INVENTORY.mask(*(p for contact in CONTACTS for p in contact.phones))[track.codes]
+    silent, bound = SILENT[track.codes], BOUND[track.codes]
     spoken = SHARE + (1 - SHARE) * _eased(track.distance_to(~silent, times) / EASE)
     return np.asarray(np.minimum(spoken, _eased(track.distance_to(bound, times) / HOLD)))
 

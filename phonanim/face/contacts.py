@@ -59,6 +59,7 @@ CONTACTS = (
     Contact(("f", "v"), "gap", limit=1.9, core=0.3, ramp=0.06, rise=14.0),
     Contact(("sh", "zh", "ch", "jh"), "width", limit=49.5, core=0.3, ramp=0.09, rise=10.0),
 )
+PHONES = [INVENTORY.mask(*contact.phones) for contact in CONTACTS]
 MEASURED = (
     UPPER_LIP_OUTER,
     UPPER_LIP_INNER,
@@ -92,8 +93,10 @@ def enforce_lip_contacts(
 def contact_limits(track: PhoneTrack, times: Array, measure: Measure) -> Array:
     """The largest allowed value at rising instants, (times,) seconds -> (times,) mm; inf without a bound."""
     limits = np.full(len(times), np.inf)
-    for contact in (c for c in CONTACTS if c.measure == measure):
-        segments = np.flatnonzero(INVENTORY.mask(*contact.phones)[track.codes])
+    for contact, phones in zip(CONTACTS, PHONES, strict=True):
+        segments = np.flatnonzero(phones[track.codes])
+        if contact.measure != measure or len(segments) == 0:
+            continue
         begin, end = track.bounds[segments], track.bounds[segments + 1]
         middle, half = (begin + end) / 2, (end - begin) / 2 * contact.core
         reach = half + contact.ramp

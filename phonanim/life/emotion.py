@@ -30,6 +30,7 @@ FOLDER = LEXICON / "emotions"
 BLEND = 0.6  # seconds of the transition between emotions, half of them before the instant
 
 
+@cache
 def emotion_names() -> tuple[str, ...]:
     """The names of the emotions."""
     return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
