@@ -20,6 +20,7 @@ ALIGNMENTS = (
     ".anno",
     ".pam",
 )
+PLAIN = ".txt"  # a transcript where it stands beside a recording that has nothing else
 TRANSCRIPT = ".lab"  # the Montreal Forced Aligner takes words from such files, HTK writes times into them
 MOST = 64 << 10  # bytes of a transcript
 _TIME = re.compile(r"\s*-?\d+(?:[.,]\d+)?\s")
@@ -29,6 +30,7 @@ def split_files(files: Sequence[Place]) -> tuple[list[Place], dict[Place, str], 
     """The alignments of a folder, the transcripts of recordings that have none, and remarks.
 
     A `.lab` file without times is a transcript: beside an alignment of the same name it belongs to that line.
+    So is a `.txt` file beside a recording without an alignment.
     """
     groups: dict[str, list[Place]] = {}
     for file in files:
@@ -38,6 +40,8 @@ def split_files(files: Sequence[Place]) -> tuple[list[Place], dict[Place, str], 
     passed = 0
     for group in groups.values():
         found = [file for file in group if file.suffix.lower() in ALIGNMENTS]
+        if not found and (told := _plain_transcript(group)):
+            spoken |= told
         timed = [file for file in found if file.suffix.lower() != TRANSCRIPT]
         for file in found:
             text = "" if file in timed else _transcript(file)
@@ -58,9 +62,18 @@ def _plain(stem: str) -> str:
 
 
 def _recording(group: Iterable[Place]) -> Place | None:
-    from phonanim.media.audio import SUFFIXES
+    """The recording of a group; that of a film where there is no other."""
+    from phonanim.media.audio import RECORDINGS, SUFFIXES
 
-    return next((file for file in group if file.suffix.lower() in SUFFIXES), None)
+    sounds = [file for file in group if file.suffix.lower() in RECORDINGS]
+    return next((file for file in sounds if file.suffix.lower() in SUFFIXES), next(iter(sounds), None))
+
+
+def _plain_transcript(group: Sequence[Place]) -> dict[Place, str]:
+    """The recording of a group and its text in a plain file, if it has both."""
+    texts = [text for file in group if file.suffix.lower() == PLAIN and (text := _transcript(file))]
+    recording = _recording(group) if texts else None
+    return {recording: texts[0]} if recording else {}
 
 
 def _transcript(file: Place) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 from textgrid_text import BEAM, WORDS, long_text
 
 from phonanim.dubbing.lines import read_lines
+from phonanim.dubbing.pairing import split_files
 from phonanim.dubbing.row import Common
 
 GRID = long_text([("words", WORDS), ("phones", BEAM)])
@@ -62,3 +63,15 @@ def test_a_line_that_names_the_separator(tmp_path: Path) -> None:
     assert [(fault.place, "samples@RATE" in fault.message) for fault in lines.faults] == [
         ("t.csv row 4", True)
     ]
+
+
+def test_a_plain_text_beside_a_recording_is_its_transcript(tmp_path: Path) -> None:
+    for name in ("a.m4a", "b.mp4", "c.wav", "c.TextGrid"):
+        put(tmp_path, name)
+    for name in ("a.txt", "b.lab", "c.txt", "readme.txt"):
+        (tmp_path / name).write_text("Hello there.")
+    (tmp_path / "d.wav").touch()
+    (tmp_path / "d.txt").write_text("0.0 1.0 hello\n")
+    alignments, spoken, _ = split_files(sorted(tmp_path.iterdir()))
+    assert alignments == [tmp_path / "c.TextGrid"]
+    assert spoken == {tmp_path / "a.m4a": "Hello there.", tmp_path / "b.mp4": "Hello there."}
