@@ -85,11 +85,15 @@ def damage(words: list[str], share: float, seed: int) -> list[str]:
 
 def measured(path: Path, text: str, voice: str | None) -> tuple[SpeechAlignment, float, float, float]:
     """The alignment, seconds of processor, and the most MB of memory before and after."""
-    before, start = resource.getrusage(resource.RUSAGE_SELF), time.process_time()
+    before, start = most_memory(), time.process_time()
     found = align_long(path, text, voice)
     seconds = time.process_time() - start + resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return found, seconds, before.ru_maxrss / 1024, most / 1024
+    return found, seconds, before, most_memory()
+
+
+def most_memory() -> float:
+    """The most MB that this process has had, without that of the process that started it (Linux)."""
+    return int(re.findall(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())[0]) / 1024
 
 
 def main() -> None:

@@ -195,6 +195,8 @@ def open_engine(
     from phonanim.errors import OptionError
     from phonanim.inputs.speech_input import is_recording
     from phonanim.pipeline import load_model
+    from phonanim.recognition.recognizer import mean_of
+    from phonanim.recognition.spectrum import VoiceMean
     from phonanim.stream import inputs
     from phonanim.stream.engine import PhoneStream
     from phonanim.stream.recognized import RecognizedStream
@@ -216,7 +218,9 @@ def open_engine(
         else:
             rate, pieces = inputs.recording(Path(source))
         if modality == "recognized":
-            listening = RecognizedStream(options, rate, look_ahead, line)
+            whole = look_ahead is None and sounds and not microphone
+            mean = mean_of(Path(source)) if whole else VoiceMean()
+            listening = RecognizedStream(options, rate, look_ahead, line, mean)
             waits = listening.look_ahead
             return listening, pieces, None if waits is None else waits + SLACK
         engine = SoundStream(options, rate, line)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import AudioError
-from phonanim.media.audio import Sound, level, resample
+from phonanim.media.audio import Sound, level, read_sound, resample
 from phonanim.recognition.decoding import LAG, Decoder
 from phonanim.recognition.network import Network, NetworkStream, load_network
 from phonanim.recognition.spectrum import RATE, STEP, WINDOW, MelSpectrum, VoiceMean, voice_mean
@@ -81,6 +81,12 @@ class PhoneRecognizer:
 def look_ahead(network: Network) -> float:
     """Seconds of sound after an instant that its phone needs."""
     return (network.ahead + LAG + 0.5) * STEP + WINDOW / 2 / RATE
+
+
+def mean_of(path: Path) -> VoiceMean:
+    """The mean of the voice of a recording at its start. Raises AudioError."""
+    sound = read_sound(path)
+    return voice_mean(level(resample(sound.samples, sound.rate, RATE)))
 
 
 def label_of(code: int) -> str:

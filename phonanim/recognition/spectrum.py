@@ -23,7 +23,7 @@ QUIET = -9.0  # nats of power below which nothing counts as speech
 FALL = 0.003  # nats that the peak falls at each step
 SPEECH, SLOPE = 6.0, 2.0  # nats below the peak at which a step counts as speech, and over which it does
 PRIOR, MEMORY = 50.0, 800.0  # steps of speech that the usual spectrum counts for, and that are remembered
-START = 2.0  # nats below the loudest step of a whole recording at which its peak begins
+START = 4.0  # nats below the loudest step of a whole recording at which its peak begins
 PIECE = 10 * RATE  # samples that are analysed at once
 LOWEST, HIGHEST, SCALE = -8.0, 6.0, 2.0  # nats from the mean, and the unit of the network's input
 USUAL = np.linspace(0.5, -4.0, BANDS, dtype=np.float32) - 2.5  # of speech, in nats below the peak

@@ -14,7 +14,7 @@ from phonanim.options import Options
 from phonanim.pipeline import load_model
 from phonanim.recognition.network import load_network
 from phonanim.recognition.recognizer import LANGUAGE, PhoneRecognizer, look_ahead
-from phonanim.recognition.spectrum import RATE
+from phonanim.recognition.spectrum import RATE, VoiceMean
 from phonanim.speech.intervals import Interval
 from phonanim.stream.engine import PhoneStream
 from phonanim.stream.events import Event, Samples
@@ -31,13 +31,15 @@ class RecognizedStream:
 
     `ahead` is the number of seconds of sound after a frame that it waits for, the time that recognition takes
     included; None waits until no later sound can change it. The phone that is being spoken counts as far as
-    it is known. `line` is the name for the seed of the life layer.
+    it is known. `line` is the name for the seed of the life layer. `mean` is that of the voice at the start,
+    which knows the loudest step of a recording (`voice_mean`) and of no other sound.
     """
 
     options: Options
     rate: int = RATE
     ahead: float | None = None
     line: str = "stream"
+    mean: VoiceMean = field(default_factory=VoiceMean)
     level: Level = field(default_factory=Level)
     spoken: bool = False  # whether a phone was recognized
     patience: ClassVar[float] = 0.25  # seconds that a due frame waits for its audio
@@ -46,7 +48,7 @@ class RecognizedStream:
         model = load_model(self.options.model)
         assert model.recognizer is not None
         network = load_network(model.recognizer)
-        self.recognizer, self.resampler = PhoneRecognizer(network), Resampler(self.rate)
+        self.recognizer, self.resampler = PhoneRecognizer(network, mean=self.mean), Resampler(self.rate)
         self.slowest = look_ahead(network)
         phones_ahead = None if self.ahead is None else max(self.ahead - self.slowest, 0.0)
         options = replace(self.options, language=LANGUAGE)

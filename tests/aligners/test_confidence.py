@@ -53,7 +53,7 @@ def test_exchanged_words_are_doubtful(recording: Path) -> None:
 
 def test_words_beside_what_the_text_lacks_are_doubtful(recording: Path) -> None:
     found = sure(recording, SAID.replace("from one another ", ""))
-    assert "('and were thus'" in found.notes[-1]
+    assert "('and" in found.notes[-1]
 
 
 def test_sound_without_words_is_told(root: Path) -> None:

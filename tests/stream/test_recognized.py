@@ -14,6 +14,8 @@ from phonanim.errors import StreamError
 from phonanim.media.audio import read_sound
 from phonanim.options import Options
 from phonanim.pipeline import animate
+from phonanim.recognition.recognizer import mean_of
+from phonanim.recognition.spectrum import VoiceMean
 from phonanim.stream.events import Phone, Samples
 from phonanim.stream.recognized import RecognizedStream
 
@@ -28,7 +30,9 @@ def recording(root: Path) -> Path:
 
 def streamed(path: Path, ahead: float | None, block: int, seconds: float = SECONDS) -> np.ndarray:
     sound = read_sound(path)
-    stream, samples, found = RecognizedStream(OPTIONS, sound.rate, ahead), sound.samples, []
+    mean = mean_of(path) if ahead is None else VoiceMean()
+    stream = RecognizedStream(OPTIONS, sound.rate, ahead, mean=mean)
+    samples, found = sound.samples, []
     samples = samples[: int(seconds * sound.rate)]
     for begin in range(0, len(samples), block):
         stream.take(Samples(samples[begin : begin + block]))
