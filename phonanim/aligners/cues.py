@@ -15,7 +15,7 @@ from phonanim.aligners.warping import phones_along, warp, words_along
 from phonanim.errors import AudioError, LabelError, MissingExtraError, PhonanimError
 from phonanim.media.audio import Sound, read_sound
 from phonanim.options import Options
-from phonanim.readers import find_reader
+from phonanim.readers import read_recording
 from phonanim.readers._words import SPREAD
 from phonanim.speech.alignment import Interval, Recording
 from phonanim.speech.alignment_file import open_alignment_file
@@ -36,7 +36,7 @@ def align_cues(path: Path, audio: Path, options: Options) -> tuple[SpeechAlignme
     Raises AlignmentError when the file cannot be read.
     """
     source = open_alignment_file(path)
-    recording = find_reader(source).read(source)
+    recording = read_recording(source)
     words = _spread_words(recording, options)
     voice = _voice(recording, options)
     if not words or not _can_align(voice):

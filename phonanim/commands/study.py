@@ -139,6 +139,7 @@ def tongues(lines: tuple[Path, ...], output: Path, kind: str, console: Console) 
     """
     from dataclasses import replace
 
+    from phonanim.core.files import make_folder_within
     from phonanim.exporters import find_exporter, load
     from phonanim.media.audio import find_audio
     from phonanim.study.tongues import SYSTEMS, partners, tongue_takes
@@ -148,8 +149,7 @@ def tongues(lines: tuple[Path, ...], output: Path, kind: str, console: Console) 
     read = [replace(load(path), audio=find_audio(path) or load(path).audio) for path in lines]
     for path, animation, other in zip(lines, read, others, strict=True):
         for system, take in tongue_takes(animation, read[other]).items():
-            (output / system).mkdir(parents=True, exist_ok=True)
-            take.save(output / system / f"{path.stem}.{kind}")
+            take.save(make_folder_within(output / system, output) / f"{path.stem}.{kind}")
     folders = [str(output / system) for system in SYSTEMS]
     console.print(f"wrote {len(lines)} takes each into {', '.join(folders)}")
     console.print_result({"takes": len(lines), "folders": folders})

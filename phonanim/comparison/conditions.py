@@ -22,7 +22,7 @@ from phonanim.comparison.folds import all_frames, speech_frames
 from phonanim.comparison.plan import Condition, Plan
 from phonanim.comparison.scores import scores_by_frames
 from phonanim.core.decode import DAMAGE, decode_list, read_json
-from phonanim.core.files import write_text
+from phonanim.core.files import make_folder_within, write_text
 from phonanim.corpus.corpus import Corpus
 from phonanim.encoders._cache import fingerprint
 from phonanim.errors import AlignmentError, ModelError
@@ -67,7 +67,7 @@ def clip_inputs(
 def _take(condition: Condition, seed: int, corpus: Corpus, clip: int, work: Path) -> ClipInput:
     sound = apply_condition(condition, seed, corpus, clip)
     text = " ".join(word.label for word in corpus.words[clip]) if condition.text else None
-    track = align_clip(sound, text, corpus.clips[clip], work / "alignments")
+    track = align_clip(sound, text, corpus.clips[clip], make_folder_within(work / "alignments", work))
     return ClipInput(clip, sound, track or silent_track(sound.duration), track is not None)
 
 

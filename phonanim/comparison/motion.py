@@ -24,6 +24,7 @@ from phonanim.comparison.motion_folds import MotionFold, motion_folds, training_
 from phonanim.comparison.motion_scores import clip_sums, curve_names
 from phonanim.comparison.plan import LEFT_OUT, Plan
 from phonanim.comparison.run import Document, Progress, with_seeds
+from phonanim.core.files import make_folder_within
 from phonanim.corpus.motion import MotionCorpus
 from phonanim.errors import EvaluationError, ModelError
 from phonanim.evaluation.corpora import STILL, check_same_motion, mean_frame, motion_of, predict_frames
@@ -101,6 +102,7 @@ def _jobs(plan: Plan, fold: MotionFold, work: Path) -> Iterator[Job]:
     for name, where in plan.models.items():
         for seed, folder in model_folders(plan, name, fold, work):
             if where.is_file() and fold.name == fold.model:
+                make_folder_within(folder, work)
                 yield Job(where, plan.corpus, fold.train, (), folder, seed=seed)
 
 

@@ -18,6 +18,7 @@ from phonanim.comparison.report import DATA, write_pages
 from phonanim.comparison.run import Document, model_rows, seeded_rows
 from phonanim.comparison.scores import measure_value
 from phonanim.comparison.tables import Table, interval, interval_text
+from phonanim.core.files import make_folder_within
 from phonanim.evaluation.corpora import STILL
 from phonanim.evaluation.heat import Heat, draw_heat
 
@@ -39,7 +40,7 @@ MEANINGS = {
 def write_motion_report(document: Document, plan: Plan, folder: Path) -> Path:
     """Write benchmark.md into a folder, and into benchmark/ its figures, the details and benchmark.json."""
     pages = {"details": details(document, plan)}
-    draw_figures(document, folder / DATA)
+    draw_figures(document, make_folder_within(folder / DATA, folder))
     return write_pages(overview(document, plan), pages, folder)
 
 

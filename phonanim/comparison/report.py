@@ -14,7 +14,7 @@ from phonanim.comparison.pages import CAPTIONS, Part, all_pages
 from phonanim.comparison.plan import Plan
 from phonanim.comparison.tables import SHOWN, markdown
 from phonanim.core.decode import read_json
-from phonanim.core.files import write_text
+from phonanim.core.files import make_folder_within, write_text
 from phonanim.errors import ModelError
 
 Document = dict[str, Any]
@@ -51,7 +51,7 @@ def write_report(document: Document, plan: Plan, folder: Path) -> Path:
     face = reference_face(plan.corpus, tuple(corpus.clips_of("train").tolist()))
     clip = corpus.clips.index(document["folds"]["test"]["clips"][0])
     captured = face.project(corpus.landmarks[corpus.rows([clip])])[:, 0]
-    figures = draw_all(document, face, corpus.fps, captured, "raw", folder / DATA)
+    figures = draw_all(document, face, corpus.fps, captured, "raw", make_folder_within(folder / DATA, folder))
     pages = all_pages(document, plan, figures)
     return write_pages(_overview(document, plan, pages, spoken_seconds(corpus)), pages, folder)
 

@@ -30,6 +30,7 @@ from phonanim.comparison.plan import Plan
 from phonanim.comparison.scores import Scores, scores_by_frames
 from phonanim.comparison.sweeps import run_sweeps, sweep_jobs
 from phonanim.comparison.tools import read_tools
+from phonanim.core.files import make_folder_within
 from phonanim.corpus.corpus import Corpus
 from phonanim.face import contacts
 from phonanim.face.model import FaceModel
@@ -97,6 +98,7 @@ def _jobs(plan: Plan, fold: Fold, work: Path) -> Iterable[Job]:
     for name, where in plan.models.items():
         for seed, folder in model_folders(plan, name, fold, work):
             if where.is_file():
+                make_folder_within(folder, work)
                 train = tuple(fold.train.tolist())
                 yield Job(where, plan.corpus, train, fold.face_clips, folder, seed=seed)
 

@@ -49,6 +49,22 @@ def atomic_path(path: Path) -> Iterator[Path]:
         partial.unlink(missing_ok=True)
 
 
+def make_folder_within(place: Path, folder: Path) -> Path:
+    """Make a folder within another, and return it; nothing is made where a link on the way leads elsewhere.
+
+    Raises OutputError.
+    """
+    try:
+        if place != folder and not place.resolve().is_relative_to(folder.resolve()):
+            raise OutputError(f"{place}: a link points outside the output folder; remove the link")
+        place.mkdir(parents=True, exist_ok=True)
+    except (OSError, RuntimeError) as error:  # RuntimeError: links that lead to themselves
+        raise OutputError(
+            f"{place}: cannot be created ({getattr(error, 'strerror', '') or error}); name another folder"
+        ) from error
+    return place
+
+
 def is_leftover(path: Path) -> bool:
     """Whether a plain file is an unfinished one of ours, of a process that has ended."""
     match = PARTIAL_NAME.fullmatch(path.name)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from phonanim.core.decode import DAMAGE, DecodeError, decode_number, decode_part, decode_whole, fault_reason
-from phonanim.core.files import atomic_path, write_text
+from phonanim.core.files import atomic_path, make_folder_within, write_text
 from phonanim.datasets import Dataset, Frames, Recording, load_dataset
 from phonanim.errors import CorpusError
 from phonanim.media.audio import HIGHEST_RATE, Sound
@@ -48,7 +48,7 @@ def import_dataset(
     for one in recordings:
         _check_name(one.name)
     for part in ("motion", "audio", "textgrid"):
-        (output / part).mkdir(parents=True, exist_ok=True)
+        make_folder_within(output / part, output)
     rows, frames = [], Frames(np.zeros((0, 0), np.float32), 0.0)
     for number, recording in enumerate(recordings, start=1):
         with _told_of(f"{folder}: {recording.name}"):
@@ -76,8 +76,8 @@ def write_templates(dataset: Dataset, folder: Path, output: Path) -> None:
         rests = templates(folder) if templates else {}
     for subject, rest in rests.items():
         _check_name(subject)
-        (output / "templates").mkdir(parents=True, exist_ok=True)
-        with atomic_path(output / "templates" / f"{subject}.npy") as partial, partial.open("wb") as file:
+        place = make_folder_within(output / "templates", output) / f"{subject}.npy"
+        with atomic_path(place) as partial, partial.open("wb") as file:
             np.save(file, rest)
 
 

@@ -30,7 +30,7 @@ from phonanim.core.decode import (
     read_json,
     read_tensors,
 )
-from phonanim.core.files import atomic_path, write_text
+from phonanim.core.files import atomic_path, make_folder_within, write_text
 from phonanim.corpus.document import decode_track, decode_word
 from phonanim.errors import CorpusError
 from phonanim.speech.alignment import Interval
@@ -178,7 +178,7 @@ def _place_within(path: Path, folder: Path, kind: str, name: str) -> str:
     if source.is_relative_to(home):
         return source.relative_to(home).as_posix()
     target = home / kind / f"{name}{path.suffix}"
-    target.parent.mkdir(parents=True, exist_ok=True)
+    make_folder_within(target.parent, home)
     with atomic_path(target) as partial:
         try:
             os.link(source, partial)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from phonanim.aligners.pocketsphinx import align
 from phonanim.core.decode import MAX_TEXT, DecodeError, read_utf8
-from phonanim.core.files import atomic_path, write_text
+from phonanim.core.files import atomic_path, make_folder_within, write_text
 from phonanim.corpus.tracking import Quality, Track, Tracker, measure_quality, track_film
 from phonanim.errors import AlignmentError, CorpusError, OptionError, PhonanimError
 from phonanim.face.model import OUTER_LIPS, SUBNASALE
@@ -125,7 +125,7 @@ def process_film(
     words, phones = transcribe(find_text(path), film, sound)
     track = track_film(film, tracker, progress)
     for folder in ("audio", "textgrid", "mouth"):
-        (destination / folder).mkdir(parents=True, exist_ok=True)
+        make_folder_within(destination / folder, destination)
     write_sound(sound, destination / "audio" / f"{path.stem}.flac")
     duration = max(len(track.landmarks) / float(film.rate), len(sound) / SOUND_RATE, phones[-1].end)
     write_textgrid(

@@ -8,6 +8,7 @@ from typing import cast
 
 from phonanim.aligners.espeak import VOICE, can_speak, reading_language, speak, write_speech
 from phonanim.aligners.long import align_recording
+from phonanim.core.files import make_folder_within
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError
@@ -65,8 +66,11 @@ def prepare_line(line: Line, folder: Path) -> Prepared:
     target = folder / f"{line.output}{SUFFIX}"
     if line.text is None:
         given = Prepared(cast("Path", line.alignment), audio, line.options)
-        return _with_lines_aligned(given, target) if has_timed_lines(line) else given
-    target.parent.mkdir(parents=True, exist_ok=True)
+        if not has_timed_lines(line):
+            return given
+        make_folder_within(target.parent, folder)
+        return _with_lines_aligned(given, target)
+    make_folder_within(target.parent, folder)
     if line.is_spoken:
         options, notes = speak_line(line, target, cast("Path", audio))
         return Prepared(target, audio, options, notes, (target, cast("Path", audio)))
@@ -83,7 +87,6 @@ def _with_lines_aligned(given: Prepared, target: Path) -> Prepared:
     if aligned is None:
         return given
     found, language = aligned
-    target.parent.mkdir(parents=True, exist_ok=True)
     write_textgrid(target, found.tiers, found.duration)
     options = replace(given.options, language=language)
     return Prepared(target, given.audio, options, found.notes, (target,))
@@ -123,7 +126,6 @@ def align_line(line: Line, target: Path) -> tuple[Options, tuple[str, ...]]:
             "'phonanim[espeak]', or give an alignment (phonanim align --aligner mfa makes one)"
         )
     found, _ = align_recording(recording, text, None if code.startswith("en") else code)
-    target.parent.mkdir(parents=True, exist_ok=True)
     write_textgrid(target, found.tiers, found.duration)
     return aligned_options(line), found.notes
 

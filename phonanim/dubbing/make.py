@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import cast
 
-from phonanim.core.files import content_hash
+from phonanim.core.files import content_hash, make_folder_within
 from phonanim.core.plugins import find_culprit
 from phonanim.correcting import animate_corrected
 from phonanim.dubbing.align_lines import Prepared, prepare_line
@@ -127,10 +127,3 @@ def _performed(line: Line, given: Prepared) -> AnimationResult:
     files = cast("list[Path]", [file for file in (line.edits, line.corrections) if file is not None])
     performance = animate_corrected(given.alignment, given.options, given.audio, files)
     return replace(performance, notes=tuple(dict.fromkeys((*given.notes, *performance.notes))))
-
-
-def make_folder_within(place: Path, folder: Path) -> None:
-    """Make a folder within another. Raises OptionError where a link on the way leads elsewhere."""
-    place.mkdir(parents=True, exist_ok=True)
-    if place != folder and not place.resolve().is_relative_to(folder.resolve()):
-        raise OptionError(f"{place}: a link points outside the output folder; remove the link")

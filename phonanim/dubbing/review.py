@@ -13,14 +13,13 @@ from phonanim.animation.correction_file import parse_corrections
 from phonanim.animation.corrections import Corrections
 from phonanim.animation.other_rig import move_to_rig
 from phonanim.core.decode import DAMAGE, read_utf8
-from phonanim.core.files import write_text
+from phonanim.core.files import make_folder_within, write_text
 from phonanim.core.pages import fill_page, script_data
 from phonanim.dubbing.align_lines import SOUND, SUFFIX, sound_place
 from phonanim.dubbing.decisions import Decisions, State
 from phonanim.dubbing.ledger import read_ledger
 from phonanim.dubbing.line import Line
 from phonanim.dubbing.lines import Lines
-from phonanim.dubbing.make import make_folder_within
 from phonanim.dubbing.outcome import Outcome
 from phonanim.dubbing.report import worst_first
 from phonanim.dubbing.row import CORRECTIONS

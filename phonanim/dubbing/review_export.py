@@ -8,12 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from phonanim.core.files import write_text
+from phonanim.core.files import make_folder_within, write_text
 from phonanim.core.pages import page_policy
 from phonanim.dubbing.correct_line import make_take, shown_head
 from phonanim.dubbing.decisions import State
 from phonanim.dubbing.languages import keep_expected
-from phonanim.dubbing.make import make_folder_within
 from phonanim.dubbing.review import (
     PAGE,
     Review,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.core.decode import map_array
-from phonanim.core.files import atomic_path
+from phonanim.core.files import atomic_path, make_folder_within
 from phonanim.corpus.motion import MotionClip, MotionCorpus, save_motion_corpus
 from phonanim.corpus.motion_build import read_imported
 from phonanim.ema.articulation import Articulation, standard_name
@@ -62,7 +62,7 @@ def build_sensor_corpus(
         raise CorpusError(f"{folder}: no recording has a split; import those of the split train")
     names, clips, left_out = common_sensors(sensed), list[MotionClip](), dict[str, str]()
     rate = preparation.rate or RATE
-    (destination / MOTION).mkdir(parents=True, exist_ok=True)
+    make_folder_within(destination / MOTION, destination)
     for number, one in enumerate(sensed, start=1):
         values, lost = sensor_frames(one, names, rate)
         if lost > MOST_LOST:

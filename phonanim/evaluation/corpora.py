@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.animation.own_motion import rig_of_names
-from phonanim.core.files import atomic_path
+from phonanim.core.files import atomic_path, make_folder_within
 from phonanim.corpus.examples import read_clip_sound, style_name
 from phonanim.corpus.motion import MotionCorpus
 from phonanim.errors import EvaluationError
@@ -203,8 +203,7 @@ def mean_frame(corpus: MotionCorpus) -> NDArray[np.float64]:
 def write_motions(motions: Mapping[str, Motion], clip: str, output: Path) -> None:
     """Write the motion of a clip, a folder for each name: .npz of curves, .npy of vertices."""
     for name, motion in motions.items():
-        folder = output / Path(name).name
-        folder.mkdir(parents=True, exist_ok=True)
+        folder = make_folder_within(output / Path(name).name, output)
         if isinstance(motion, Animation):
             motion.save(folder / f"{clip}.npz")
         else:

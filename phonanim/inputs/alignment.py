@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from phonanim.errors import AudioError, MissingExtraError
-from phonanim.readers import find_reader
+from phonanim.readers import read_recording
 from phonanim.speech.alignment import Alignment
 from phonanim.speech.alignment_file import open_alignment_file
 from phonanim.speech.clock import Clock
@@ -50,7 +50,7 @@ def read_alignment(
     """
     source = open_alignment_file(Path(path))
     clock = Clock(unit, offset, _length(audio))
-    recording = find_reader(source).read(source)
+    recording = read_recording(source)
     recording = replace(recording, notes=(*recording.notes, *recorded_doubts(recording)))
     return Alignment.from_recording(recording, source, tier, speaker, lexicon, unknown, language, clock)
 

@@ -11,7 +11,7 @@ from typing import Protocol, cast
 from phonanim.core.plugins import Registry
 from phonanim.errors import AlignmentError
 from phonanim.speech.alignment import Recording
-from phonanim.speech.alignment_file import AlignmentFile
+from phonanim.speech.alignment_file import AlignmentFile, TooManyWordsError
 
 READERS = Registry("phonanim.readers", needs=("FORMAT", "recognizes", "read"))
 LINES = (
@@ -73,3 +73,11 @@ def find_reader(source: AlignmentFile) -> Reader:
     kind = "not an alignment in a known format" if source.text else "a binary file of an unknown format"
     known = f"{load_reader(COMMONEST).FORMAT} and {len(reader_names()) - 1} others, listed by `phonanim info`"
     raise source.error(f"is {kind}; readable formats: {known}; `phonanim align` makes one")
+
+
+def read_recording(source: AlignmentFile) -> Recording:
+    """Every tier of a file, by the reader that recognizes it. Raises AlignmentError."""
+    try:
+        return find_reader(source).read(source)
+    except TooManyWordsError as error:
+        raise source.error(f"{error}; split the recording") from error

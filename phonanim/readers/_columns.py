@@ -76,12 +76,22 @@ def plain_name(name: str) -> str:
 
 def find_column(names: Iterable[str], wanted: Iterable[str]) -> str:
     """The first of the wanted names that is there, as it is written; "" for none."""
+    return _find_column(tuple(names), tuple(wanted))
+
+
+@lru_cache(maxsize=256)  # the tables of a file have few sets of names
+def _find_column(names: tuple[str, ...], wanted: tuple[str, ...]) -> str:
     plain = {plain_name(name): name for name in names}
     return next((plain[name] for name in wanted if name in plain), "")
 
 
 def find_times(names: Iterable[str]) -> Times | None:
     """The columns that give the times of a row; None where there is neither a start nor a length."""
+    return _find_times(tuple(names))
+
+
+@lru_cache(maxsize=256)
+def _find_times(names: tuple[str, ...]) -> Times | None:
     columns = [_column(name) for name in names]
     start = _first(columns, STARTS)
     end = _first([one for one in columns if one is not start], ENDS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from phonanim.readers._words import SPREAD, TimedWord, spread_text, word_recording
+from phonanim.readers._words import SPREAD, TimedWord, check_count, spread_text, word_recording
 from phonanim.speech.alignment import Recording
 from phonanim.speech.intervals import ROUNDING
 
@@ -38,6 +38,7 @@ def cue_recording(cues: Iterable[Cue], spoken: str = "", notes: tuple[str, ...] 
         for cue in apart:
             found, shared = _words(cue)
             words += found
+            check_count(words)
             spread = spread or shared
     told = (*notes, *((CUT,) if cut else ()), *((SPREAD,) if spread else ()))
     return word_recording(words, max((cue.end for cue in ordered), default=0.0), told, spoken=spoken)

@@ -6,6 +6,8 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import count
 from typing import Any
 
 from phonanim.core.decode import DecodeError, parse_json
@@ -24,6 +26,12 @@ from phonanim.readers._columns import (
 
 MOST_NESTED = 16
 ROUNDING = 1e-3
+MOST_TABLES = 300_000
+"""Tables of a file: two hours of speech have about 150,000 labels."""
+
+MOST_NAMES = 200
+"""Names of a table that is a label, or that has lists side by side; larger ones hold other tables."""
+
 KINDS = {"phones": PHONES, "visemes": VISEMES, "words": WORDS, "labels": LABELS}
 TYPES = {"phone": "phones", "phoneme": "phones", "viseme": "visemes", "word": "words"}
 """What the field `type` of an entry makes of it; other entries that have types are of no kind."""
@@ -57,26 +65,32 @@ UNTIMED = object()  # the first part of the key of labels without times
 def find_lists(content: list[Any]) -> list[Found]:
     """The entries of each place of a file that has labels with times. Raises ValueError for damaged times."""
     groups: Groups = {}
+    tables = count(1)
     for line in content:
-        _walk(line, (), {}, groups)
+        _walk(line, (), {}, groups, tables)
     untimed = {key[1:]: found for key, found in groups.items() if key[0] is UNTIMED}
     timed = {key: found for key, found in groups.items() if key[0] is not UNTIMED}
-    for path, lost in untimed.items():
-        for found in (found for key, found in timed.items() if _is_table_of(path, key)):
-            if lost.names:
-                raise ValueError(lost.names)
-            found.untimed += [label for label, *_ in lost.entries]
+    for key, found in timed.items():
+        lost = untimed.get(key[:-3]) if _is_of_tables(key) else None
+        if lost and lost.names:
+            raise ValueError(lost.names)
+        found.untimed += [label for label, *_ in lost.entries] if lost else []
     return list(timed.values())
 
 
-def _is_table_of(path: tuple[object, ...], key: tuple[object, ...]) -> bool:
-    """Whether a key of groups is that of tables, each a label with its times, at a path."""
-    return len(key) == len(path) + 3 and key[: len(path)] == path and isinstance(key[-2], Times)
+def _is_of_tables(key: tuple[object, ...]) -> bool:
+    """Whether a key of groups is that of tables, each a label with its times."""
+    return len(key) >= 3 and isinstance(key[-2], Times)
 
 
-def _walk(value: Any, path: tuple[str, ...], around: dict[str, Any], groups: Groups) -> None:
-    """Collect what lies in a value; `around` has the speaker and the frame rate of what it lies in."""
-    if len(path) > MOST_NESTED:
+def _walk(
+    value: Any, path: tuple[str, ...], around: dict[str, Any], groups: Groups, tables: Iterator[int]
+) -> None:
+    """Collect what lies in a value; `around` has the speaker and the frame rate of what it lies in.
+
+    `tables` counts them. Raises ValueError for too many.
+    """
+    if not value or len(path) > MOST_NESTED:
         return
     if isinstance(value, str) and value[:1] in ("{", "[") and len(value) > 2:
         value = _parsed(value)
@@ -87,16 +101,25 @@ def _walk(value: Any, path: tuple[str, ...], around: dict[str, Any], groups: Gro
         if plain_name(_key(path)) in RANKED or _are_candidates(value, path):
             value = value[:1]
         for item in value:
-            _walk(item, (*path, "*"), around, groups)
+            if isinstance(item, (dict, list, str)):
+                _walk(item, (*path, "*"), around, groups, tables)
     elif isinstance(value, dict):
-        _add_table(
-            value, path, around | {key: told for key, told in _told(value).items() if key != "tier"}, groups
-        )
-        around = around | _told(value)
-        _add_columns(value, path, around, groups)
+        if next(tables) > MOST_TABLES:
+            raise ValueError(f"it has more than {MOST_TABLES:,} tables")
+        around = _add_entries(value, path, around, groups) if len(value) <= MOST_NAMES else around
         for name, inner in value.items():
-            if isinstance(inner, (dict, list, str)):
-                _walk(inner, (*path, name), around, groups)
+            _walk(inner, (*path, name), around, groups, tables)
+
+
+def _add_entries(
+    table: dict[str, Any], path: tuple[str, ...], around: dict[str, Any], groups: Groups
+) -> dict[str, Any]:
+    """Collect what a table itself has; returns what is around the values in it."""
+    told = _told(table)
+    _add_table(table, path, around | {key: told[key] for key in told if key != "tier"}, groups)
+    around = around | told
+    _add_columns(table, path, around, groups)
+    return around
 
 
 def _are_candidates(value: list[Any], path: tuple[str, ...]) -> bool:
@@ -194,6 +217,7 @@ def _key(path: tuple[str, ...]) -> str:
     return next((part for part in reversed(path) if part != "*"), "")
 
 
+@lru_cache(maxsize=256)  # the tables of a file have few names
 def _kind_of(name: str) -> str:
     """The kind of labels that a tier of this name has, "" where the name does not tell."""
     return next((kind for kind in ("phones", "visemes", "words") if _has_word(name, KINDS[kind])), "")

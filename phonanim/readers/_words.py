@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sized
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 from phonanim.speech.alignment import Interval, Recording, Tier
+from phonanim.speech.alignment_file import TooManyWordsError
+
+MOST_NESTED = 12
+MOST_WORDS = 200_000
+"""Words of a file: two hours of fast speech have about 40,000."""
 
 UNTIMED = math.nan
 UNNAMED = "unnamed"  # the speaker of words that name none, in a file where others do
@@ -50,9 +56,10 @@ def word_recording(
 def spread_text(text: str, start: float, end: float, speaker: str = "") -> list[TimedWord]:
     """The words of a text, which share the time from `start` to `end` by their letters.
 
-    A sound in brackets, such as (door slams), is one word.
+    A sound in brackets, such as (door slams), is one word. Raises TooManyWordsError.
     """
-    words = _WORD.findall(text)
+    words = [found[0] for found in islice(_WORD.finditer(text), MOST_WORDS + 1)]
+    check_count(words)
     weights = [len(re.sub(r"\W", "", word)) + 1 for word in words]
     total = sum(weights)
     spread = []
@@ -62,6 +69,12 @@ def spread_text(text: str, start: float, end: float, speaker: str = "") -> list[
         spread.append(TimedWord(word, time, last, speaker))
         time = last
     return spread
+
+
+def check_count(words: Sized) -> None:
+    """Raise TooManyWordsError when there are more words than a recording has."""
+    if len(words) > MOST_WORDS:
+        raise TooManyWordsError(f"has more than {MOST_WORDS:,} words")
 
 
 def split_speaker(text: str) -> tuple[str, str]:
@@ -76,6 +89,7 @@ def spread_lines(lines: Iterable[Interval]) -> list[TimedWord]:
     for line in lines:
         speaker, text = split_speaker(line.label)
         words += spread_text(text, line.start, line.end, speaker)
+        check_count(words)
     return words
 
 
@@ -97,12 +111,15 @@ def seconds(value: Any, unit: float = 1.0) -> float:
     return UNTIMED if value is None else float(value) * unit
 
 
-def tables(content: Any, depth: int = 0) -> Iterator[dict[str, Any]]:
+def tables(content: Any) -> Iterator[dict[str, Any]]:
     """Every table of a JSON value, from the outside in."""
-    if isinstance(content, dict):
-        yield content
-        for value in content.values() if depth < 12 else ():
-            yield from tables(value, depth + 1)
-    elif isinstance(content, list) and depth < 12:
-        for value in content:
-            yield from tables(value, depth + 1)
+    waiting = [(content, 0)]
+    while waiting:
+        value, depth = waiting.pop()
+        if isinstance(value, dict):
+            yield value
+            inner = list(value.values())
+        else:
+            inner = value if isinstance(value, list) else []
+        if depth < MOST_NESTED:
+            waiting += [(one, depth + 1) for one in reversed(inner) if isinstance(one, (dict, list))]

@@ -6,7 +6,7 @@ import re
 from typing import Any
 
 from phonanim.readers._rows import all_match, split
-from phonanim.readers._words import SPREAD, TimedWord, spread_text, word_recording
+from phonanim.readers._words import SPREAD, TimedWord, check_count, spread_text, word_recording
 from phonanim.speech.alignment import Recording
 from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 
@@ -32,6 +32,7 @@ def read(source: AlignmentFile) -> Recording:
         for fragment in fragments:
             begin, last = float(fragment["begin"]), float(fragment["end"])
             words += spread_text(" ".join(map(str, fragment["lines"])), begin, last)
+            check_count(words)
             end = max(end, last)
     except DAMAGE as error:
         raise source.error(f"has a damaged fragment ({error!r}); align again") from error

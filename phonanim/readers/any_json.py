@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import pairwise
 
 from phonanim.readers._columns import guess_unit
 from phonanim.readers._json_lists import Found, find_lists
 from phonanim.readers._visemes import AZURE, NOTE, oculus_phone
-from phonanim.readers._words import SPREAD, TimedWord, spread_text, word_recording
+from phonanim.readers._words import SPREAD, TimedWord, check_count, spread_text, word_recording
 from phonanim.speech.alignment import Interval, Recording, Tier
 from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 
@@ -18,6 +19,7 @@ GUESSES = True
 """Whether this reader is tried after all that know their format."""
 
 LAST_SHAPE = 0.1  # seconds of the last label where no end is given
+SAME_START = 20  # labels that may start at once
 SHOWN = 5  # labels that a note names
 OCULUS = 14  # the largest number of a viseme of Oculus; those of Azure go to 21
 
@@ -25,7 +27,7 @@ OCULUS = 14  # the largest number of a viseme of Oculus; those of Azure go to 21
 def recognizes(source: AlignmentFile) -> bool:
     """Whether a place of the file has labels and times."""
     try:
-        return bool(find_lists(source.json_lines))
+        return bool(_lists(source))
     except DAMAGE:
         return True
 
@@ -33,7 +35,7 @@ def recognizes(source: AlignmentFile) -> bool:
 def read(source: AlignmentFile) -> Recording:
     """The words and the phones, else the visemes or labels; a note says where they were found."""
     try:
-        used = _used(find_lists(source.json_lines))
+        used = _used(_lists(source))
         _check_shapes(used, source)
         tiers: list[Tier] = []
         words: list[TimedWord] = []
@@ -62,6 +64,11 @@ def read(source: AlignmentFile) -> Recording:
     told = tuple(dict.fromkeys(notes))
     language = "english" if shapes else ""
     return Recording((*whole.tiers, *tiers), 0.0, whole.end, told, language, whole.unit, likely=likely)
+
+
+@lru_cache(maxsize=1)  # for recognizes and read
+def _lists(source: AlignmentFile) -> list[Found]:
+    return find_lists(source.json_lines)
 
 
 def _used(lists: Sequence[Found]) -> list[Found]:
@@ -129,6 +136,7 @@ def _words(found: Found, unit: float) -> list[TimedWord]:
             words[-1] = TimedWord(last.text + text, last.start, end, last.speaker)
         elif _is_line(text) and math.isfinite(end - start):
             words += spread_text(text, start, end, speaker)
+            check_count(words)
         elif any(c.isalnum() for c in text):
             words.append(TimedWord(text, start, end, speaker))
     return words
@@ -157,7 +165,7 @@ def _intervals(found: Found, unit: float) -> list[Interval]:
         if math.isnan(start):
             start, end = time, time + end
         if math.isnan(end):
-            later = (found.entries[m][1] for m in range(n + 1, len(found.entries)))
+            later = (other for _, other, *_ in found.entries[n + 1 : n + 1 + SAME_START])
             end = next((other for other in later if other > start), start + LAST_SHAPE / unit)
         intervals.append(Interval(shapes[n].strip(), start * unit, end * unit))
         time = end

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 
 from phonanim.readers._services import Entry, Layout, entries, find_layouts, language_of
-from phonanim.readers._words import SPREAD, UNTIMED, TimedWord, spread_text, word_recording
+from phonanim.readers._words import SPREAD, UNTIMED, TimedWord, check_count, spread_text, word_recording
 from phonanim.speech.alignment import Interval, Recording, Tier
 from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 
@@ -60,6 +60,7 @@ def _words(layout: Layout, given: Iterable[Entry]) -> list[TimedWord]:
             words[-1] = TimedWord(last.text + entry.label, last.start, max(last.end, end), last.speaker)
         elif layout.gives == "lines":
             words += spread_text(entry.label, start, end, entry.speaker)
+            check_count(words)
         elif any(c.isalnum() for c in entry.label):
             words.append(TimedWord(entry.label, start, end, entry.speaker))
     return words

@@ -20,7 +20,7 @@ from phonanim.readers._columns import (
     values_at,
 )
 from phonanim.readers._rows import LONGEST_ROW
-from phonanim.readers._words import SPREAD, TimedWord, spread_text, word_recording
+from phonanim.readers._words import SPREAD, TimedWord, check_count, spread_text, word_recording
 from phonanim.speech.alignment import Interval, Recording, Tier
 from phonanim.speech.alignment_file import DAMAGE, AlignmentFile, quote_label
 
@@ -110,6 +110,7 @@ def _words(rows: list[Row], unit: float) -> Recording:
     words: list[TimedWord] = []
     for _, speaker, one in rows:
         words += spread_text(one.label, one.start, one.end, speaker)
+        check_count(words)
     notes = (SPREAD,) if len(words) > len(rows) else ()
     return word_recording(words, max(one.end for *_, one in rows), notes, unit)
 

@@ -11,6 +11,7 @@ from phonanim.readers._words import (
     SPREAD,
     UNTIMED,
     TimedWord,
+    check_count,
     first_value,
     seconds,
     spread_text,
@@ -53,6 +54,7 @@ def read(source: AlignmentFile) -> Recording:
             word = _word(item)
             if " " in word.text and math.isfinite(word.end - word.start):
                 words += spread_text(word.text, word.start, word.end, word.speaker)
+                check_count(words)
                 spread = spread or words[-1].text != word.text
             else:
                 words.append(word)

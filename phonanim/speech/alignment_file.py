@@ -22,6 +22,10 @@ DAMAGE = (KeyError, IndexError, TypeError, AttributeError, ValueError, Arithmeti
 """The exceptions that parsed data of the wrong structure raise."""
 
 
+class TooManyWordsError(ValueError):
+    """More words than a recording has."""
+
+
 @dataclass(frozen=True)
 class AlignmentFile:
     """The content of a file, decoded once; `name` is its path for messages, `stem` its base name."""

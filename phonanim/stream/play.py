@@ -115,10 +115,11 @@ class Player:
         number, values = self.last
         rest = self.engine.rig.rest.astype(np.float32)
         frames = max(round(REST * self.fps), 1)
+        began = time.monotonic()
         for frame in range(1, frames + 1):
             share = np.float32((1 - np.cos(np.pi * frame / frames)) / 2)
             self.send(number + frame, values + (rest - values) * share)
-            time.sleep(1 / self.fps)
+            sleep_until(began + min(frame / self.fps, REST))
 
     def run(self, events: Iterator[Event]) -> None:
         """Send every frame as soon as it is decided."""

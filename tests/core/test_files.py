@@ -12,6 +12,7 @@ from phonanim.core.files import (
     concatenate_pieces,
     content_hash,
     is_leftover,
+    make_folder_within,
     read_bounded,
     write_text,
 )
@@ -67,6 +68,28 @@ def test_a_link_is_replaced_and_not_followed(tmp_path, caplog):
         )
     assert (tmp_path / "real.csv").read_text() == "old"
     assert not (tmp_path / "nowhere.csv").exists()
+
+
+@pytest.mark.parametrize("aim", ["../elsewhere", "../missing", "sub"])
+def test_no_folder_is_made_through_a_link_that_leads_out(tmp_path, aim):
+    for name in ("out", "elsewhere"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "out/sub").symlink_to(aim)
+    for place in ("out/sub", "out/sub/below"):
+        with pytest.raises(OutputError, match=r"sub.*: (a link points outside|cannot be created)"):
+            make_folder_within(tmp_path / place, tmp_path / "out")
+    assert not list((tmp_path / "elsewhere").iterdir())
+    assert not (tmp_path / "missing").exists()
+
+
+def test_folders_within_a_folder_that_is_a_link_itself(tmp_path):
+    (tmp_path / "real").mkdir()
+    (tmp_path / "out").symlink_to("real")
+    (tmp_path / "real/sub").symlink_to("other")
+    (tmp_path / "real/other").mkdir()
+    made = make_folder_within(tmp_path / "out/sub/below", tmp_path / "out")
+    assert made.is_dir()
+    assert (tmp_path / "real/other/below").is_dir()
 
 
 def test_the_links_of_the_system_stay(tmp_path):

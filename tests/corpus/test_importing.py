@@ -15,8 +15,21 @@ from phonanim.corpus.importing import import_dataset, write_templates
 from phonanim.corpus.motion import load_motion_corpus
 from phonanim.corpus.motion_build import build_motion_corpus, imported_templates
 from phonanim.datasets import dataset_names
-from phonanim.errors import CorpusError
+from phonanim.errors import CorpusError, OutputError
 from phonanim.media.audio import Sound, read_sound
+
+
+@pytest.mark.parametrize("part", ["motion", "audio", "textgrid"])
+def test_an_import_does_not_write_through_a_link(made, tmp_path, part):
+    folder, _ = made("mngu0")
+    for name in ("out", "elsewhere"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "out" / part).symlink_to("../elsewhere")
+    with pytest.raises(
+        OutputError, match=rf"{part}: a link points outside the output folder; remove the link"
+    ):
+        import_dataset("mngu0", folder, tmp_path / "out", 2)
+    assert not list((tmp_path / "elsewhere").iterdir())
 
 
 def test_import_brings_a_data_set_into_one_layout(made, tmp_path):

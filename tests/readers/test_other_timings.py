@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
+import sys
 from typing import Any
 
 import pytest
 from other_timings import ANNO, EXB, FACEPOSER, FRAMES, MARY, NUMBERS, TRS, UST, YOUTUBE_OLD
 
 from phonanim.errors import AlignmentError
-from phonanim.readers import find_reader, load_reader
+from phonanim.readers import find_reader, load_reader, read_recording
 from phonanim.speech.alignment_file import AlignmentFile
 from phonanim.speech.intervals import Recording
 
@@ -82,6 +84,69 @@ def test_an_empty_label_is_silence_that_ends_the_one_before() -> None:
 def test_words_whose_times_have_unknown_names_are_not_given_new_times() -> None:
     words = {"words": [{"word": "me", "start_time_ms": 700, "end_time_ms": 900}]}
     assert spans(read(words)) == [("me", 0.7, 0.9)]
+
+
+LABELLED = {"label": "M", "start": 0.1, "end": 0.5}
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"a": [{"b": 0}] * 300_001},
+        {"a": [json.dumps([{"b": 0}] * 100_001)] * 3},
+    ],
+)
+def test_json_of_too_many_tables_is_refused(content: Any) -> None:
+    with pytest.raises(AlignmentError, match=r"has damaged times \(it has more than 300,000 tables\)"):
+        load_reader("any_json").read(AlignmentFile("x", "x", json.dumps(content).encode()))
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {f"{n}": {**LABELLED, "start": n} for n in range(4_000)}
+        | {f"u{n}": {"label": "a"} for n in range(4_000)},
+        {f"{n}": ["a"] if n % 2 else [0.1] for n in range(4_000)},
+        {"phones": [{"phone": "M", "start": 0.0} for _ in range(4_000)]},
+    ],
+    ids=["places", "lists side by side", "labels that start at once"],
+)
+def test_the_work_grows_with_the_size_of_json_alone(content: Any) -> None:
+    calls = 0
+
+    def count(frame: Any, event: str, argument: Any) -> None:
+        nonlocal calls
+        calls += 1
+
+    sys.setprofile(count)
+    try:
+        with contextlib.suppress(AlignmentError):
+            load_reader("any_json").read(AlignmentFile("x", "x", json.dumps(content).encode()))
+    finally:
+        sys.setprofile(None)
+    assert calls < 4_000 * 1000
+
+
+def test_lists_side_by_side_of_a_table_with_many_other_names() -> None:
+    content = {f"n{n}": n for n in range(150)} | {
+        "phones": ["M", "AA"],
+        "start": [0.1, 0.2],
+        "end": [0.2, 0.5],
+    }
+    assert spans(read(content)) == [("M", 0.1, 0.2), ("AA", 0.2, 0.5)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"1\n00:00:00,000 --> 01:00:00,000\n{'a ' * 200_001}\n",
+        "".join(f"{n}\n00:00:{n:02},000 --> 00:00:{n:02},900\n{'a ' * 50_000}\n\n" for n in range(5)),
+        json.dumps([{"text": "a " * 200_001, "start": 0, "end": 5000}]),
+    ],
+)
+def test_more_words_than_a_recording_has(text: str) -> None:
+    with pytest.raises(AlignmentError, match=r"x: .*has more than 200,000 words"):
+        read_recording(AlignmentFile("x", "x", text.encode()))
 
 
 def test_json_without_times_is_no_alignment() -> None:

@@ -31,7 +31,7 @@ from phonanim.stream.sinks._visitors import BACKLOG, most_visitors, visitor_clas
 SUMMARY = "a WebSocket with a live page: open http://127.0.0.1:8765 in a browser"
 ADDRESS = ("127.0.0.1", 8765)
 PATH, TEXT_PATH = "/live", "/live.json"
-FAREWELL = 0.3  # seconds for clients to close the connection at the end
+FAREWELL = 0.1  # seconds for clients to close the connection at the end
 MOST_WAITING = 1 << 18  # bytes that wait for one client: a few seconds; a slower client is disconnected
 MOST_SAID = 1 << 10  # bytes of a message from a client
 READY = "ready"  # the only message that counts
