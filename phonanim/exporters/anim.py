@@ -22,8 +22,8 @@ UNITS = {24: "film", 25: "pal", 30: "ntsc", 48: "show", 50: "palf", 60: "ntscf"}
 FALLBACK = 60  # times of other rates are fractions of these frames
 EXACT = {"linear", "flat", "step"}  # kinds of tangents whose form the file tells
 WHOLE = 1e-3  # frames; a key closer than this to a frame is on it
-_UNIT = re.compile(r"^\s*timeUnit (\S+?);", re.MULTILINE)
-_CURVE = re.compile(r"^\s*anim (\S+) [^;{]*;\s*animData \{[^{}]*keys \{([^{}]*)\}", re.MULTILINE)
+_UNIT = re.compile(r"^[ \t]*timeUnit (\S+?);", re.MULTILINE)
+_CURVE = re.compile(r"^[ \t]*anim (\S+) [^;{\n]*;\s*animData \{[^{}]*keys \{([^{}]*)\}", re.MULTILINE)
 HEADER = """animVersion 1.1;
 mayaVersion 2022;
 timeUnit {unit};

@@ -33,7 +33,7 @@ PLAIN = re.compile(r"[A-Za-z_][\w./ -]*", re.ASCII)
 
 PREFIX = "blendShape."
 _SECTION = re.compile(r"^  m_FloatCurves:\n(.*?)^  [A-Za-z_]", re.MULTILINE | re.DOTALL)
-_CURVE = re.compile(r"m_Curve:(.*?)^    attribute: ([^\n]*)$", re.MULTILINE | re.DOTALL)
+_ATTRIBUTE = re.compile(r"^    attribute: ([^\n]*)$", re.MULTILINE)
 _KEY = re.compile(r"time: (\S+)\s+value: (\S+)\s+inSlope: (\S+)\s+outSlope: (\S+)")
 _RATE = re.compile(r"^  m_SampleRate: (\S+)", re.MULTILINE)
 _STOP = re.compile(r"^    m_StopTime: (\S+)", re.MULTILINE)
@@ -208,7 +208,11 @@ def read(path: Path) -> Animation:
 
 def _read_curves(section: str) -> Iterator[tuple[str, NDArray[np.float64]]]:
     """The shape, and times, values and slopes before and after of the keys, (4, k), of each curve."""
-    for body, attribute in _CURVE.findall(section):
+    for part in section.split("m_Curve:")[1:]:
+        found = _ATTRIBUTE.search(part)
+        if found is None:
+            continue
+        body, attribute = part[: found.start()], found[1]
         name = json.loads(attribute) if attribute.startswith('"') else attribute.strip().strip("'")
         keys = [[float(number) for number in key] for key in _KEY.findall(body)]
         if name.startswith(PREFIX) and keys:

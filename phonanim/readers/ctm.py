@@ -17,7 +17,7 @@ _NUMBER = r"\d+(?:\.\d*)?(?:[eE][-+]?\d{1,2})?"
 # Behind the label stand a confidence or "NA", a kind and a speaker.
 _REST = rf"({_NUMBER})\s+({_NUMBER})\s+(\S+)(?:\s+(?:-?{_NUMBER}|NA))?(?:\s+\S+){{0,3}}"
 _ROW = re.compile(rf"(\S+)\s+(\w+)\s+{_REST}")
-_ROW_WITHOUT_CHANNEL = re.compile(rf"(\S*[^\d.\s]\S*)()\s+{_REST}")
+_ROW_WITHOUT_CHANNEL = re.compile(rf"(?=\S*[^\d.\s])(\S+)()\s+{_REST}")
 _LABEL = re.compile(r"(?!-?[\d.]+$)(?!\".*\"$)\S+")
 _NUMBERED = re.compile(rf"\S*[^\d.\s]\S*\s+[1A]\s+{_NUMBER}\s+{_NUMBER}\s+\d+(?:\s+{_NUMBER})?")
 _OTHERWISE = re.compile(r"\S+\s+\S+\s+\*\s+\*\s+<(ALT_BEGIN|ALT|ALT_END)>")

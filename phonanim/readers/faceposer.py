@@ -10,8 +10,8 @@ from phonanim.speech.alignment_file import AlignmentFile
 FORMAT = "phonemes of Faceposer (Source engine)"
 
 _TIME = r"(-?\d+\.\d+)"
-_WORD = re.compile(rf"^\s*WORD\s+(\S+)\s+{_TIME}\s+{_TIME}\s*$", re.MULTILINE)
-_PHONE = re.compile(rf"^\s*\d+\s+(\S+)\s+{_TIME}\s+{_TIME}(?:\s+\S+)?\s*$", re.MULTILINE)
+_WORD = re.compile(rf"^[ \t]*WORD\s+(\S+)\s+{_TIME}\s+{_TIME}\s*$", re.MULTILINE)
+_PHONE = re.compile(rf"^[ \t]*\d+\s+(\S+)\s+{_TIME}\s+{_TIME}(?:\s+\S+)?\s*$", re.MULTILINE)
 
 
 def recognizes(source: AlignmentFile) -> bool:

@@ -15,8 +15,8 @@ from phonanim.speech.alignment_file import DAMAGE, AlignmentFile
 FORMAT = "OpenUtau project (.ustx)"
 HINTED = "the phones of a lyric share its note equally"
 
-_ANCHOR = re.compile(r"(?m)(?:^\s*-|:)\s+[&*]\w|^[&*]\w|[\[,{]\s*[&*]\w")
-_HINT = re.compile(r"(.*?)\[(.*)\]\s*")
+_ANCHOR = re.compile(r"(?m)(?:^[ \t]*-|:)\s+[&*]\w|^[&*]\w|[\[,{]\s*[&*]\w")
+_HINT = re.compile(r"([^\[]*)\[(.*)\]\s*")
 _EXTENDED = re.compile(r"\+[~*\d.]*|[-ー~]")
 
 

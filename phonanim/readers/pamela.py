@@ -16,7 +16,7 @@ STEPS = 15
 """Positions in a frame."""
 
 _SECTION = re.compile(r"^\[Speech\]\s*$(.*?)(?=^\[|\Z)", re.MULTILINE | re.DOTALL)
-_ROW = re.compile(r"^\s*(\d{1,9}):([A-Za-z]+\d?)\s*$", re.MULTILINE)
+_ROW = re.compile(r"^[ \t]*(\d{1,9}):([A-Za-z]+\d?)\s*$", re.MULTILINE)
 
 
 def recognizes(source: AlignmentFile) -> bool:

@@ -16,7 +16,7 @@ FORMAT = "SubStation Alpha subtitles (ASS, SSA)"
 CENTISECOND = 0.01
 USUAL = ["layer", "start", "end", "style", "name", "marginl", "marginr", "marginv", "effect", "text"]
 
-_MARKS = re.compile(r"\{([^}]*)\}")
+_MARKS = re.compile(r"\{([^{}]*)\}")
 _SYLLABLE = re.compile(r"\\(?:k|K|kf|ko)(\d+)")
 _DRAWING = re.compile(r"\\p[1-9]")
 

@@ -24,9 +24,9 @@ _PRINTED = re.compile(rf"^[ \t]*\[({_TIME})[ \t]+-->[ \t]+({_TIME})\][ \t]*(.*)$
 
 _INNER = re.compile(rf"<({_TIME})>")
 _STYLE = re.compile(r"<(/?(?:u|b|i|em|strong|font|c)\b[^>]{0,200})>")
-_VOICE = re.compile(r"<v(?:\.[^ >]*)? ([^>]*)>")
+_VOICE = re.compile(r"<v(?:\.[^ <>]*)? ([^<>]*)>")
 _LANGUAGE = re.compile(r"WEBVTT[^\n]*(?:\n[^\n]+)*?\nLanguage:\s*(\S+)")
-_TAG = re.compile(r"<[^>]*>|\{\\?[^}]*\}")
+_TAG = re.compile(r"<[^<>]*>|\{\\?[^{}]*\}")
 _ENTITIES = {"&amp;": "&", "&lt;": "<", "&gt;": ">", "&nbsp;": " ", "&lrm;": "", "&rlm;": ""}
 
 
@@ -140,7 +140,7 @@ def _cue(shown: _Shown) -> Cue:
 def _plain(text: str) -> str:
     """The text without its marks, and without the dash of a new speaker."""
     text = re.sub(r"\[br\]|<br\s*/?>", " ", text)  # of SubViewer
-    text = re.sub(r"^\s*-\s+|^-(?=\w)", "", _TAG.sub("", text), flags=re.MULTILINE)
+    text = re.sub(r"^[ \t]*-\s+|^-(?=\w)", "", _TAG.sub("", text), flags=re.MULTILINE)
     for entity, character in _ENTITIES.items():
         text = text.replace(entity, character)
     return text

@@ -22,7 +22,7 @@ from phonanim.core.tables import read_records
 from phonanim.errors import RigError
 
 SIDES = {"l": "left", "r": "right"}
-COPIED = re.compile(r"([._]\d{3}|_div\d)+$")  # what Blender adds to a copy, and DAZ to a level of detail
+COPIED = re.compile(r"([._]\d{3}|_div\d){1,8}$")  # what Blender adds to a copy, and DAZ to a level of detail
 SEPARATOR = re.compile(r"[._:|\s]+")
 SHORTEST_ENDING = 5  # letters of a name that is known behind any prefix
 FEWEST_SOUNDS = 4  # shapes with short known names behind one prefix, such as `mouth_aa`, that make it known

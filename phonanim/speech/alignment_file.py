@@ -15,6 +15,9 @@ from phonanim.speech.text_encoding import decode_text
 MAX_BYTES = 64 << 20
 """Largest file that is read: two hours of speech are about 10 MB, so a larger file is of another kind."""
 
+MOST_TABLES = 1_000_000
+"""Tables of a JSON file: two hours of speech with every detail of its sounds have fewer."""
+
 MAX_QUOTE = 40
 """Maximum number of characters that a message quotes from a file."""
 
@@ -22,7 +25,7 @@ DAMAGE = (KeyError, IndexError, TypeError, AttributeError, ValueError, Arithmeti
 """The exceptions that parsed data of the wrong structure raise."""
 
 
-class TooManyWordsError(ValueError):
+class TooManyWordsError(Exception):
     """More words than a recording has."""
 
 
@@ -85,4 +88,6 @@ def open_alignment_file(path: Path) -> AlignmentFile:
         raise AlignmentError(f"{path}: cannot be read: {reason}") from error
     if not data.strip():
         raise AlignmentError(f"{path}: is empty; align the recording again")
+    if data.lstrip()[:1] in (b"{", b"[") and data.count(b"{") > MOST_TABLES:
+        raise AlignmentError(f"{path}: has more than {MOST_TABLES:,} tables of JSON; split the recording")
     return AlignmentFile(str(path), path.stem, data)

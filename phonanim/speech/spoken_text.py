@@ -35,7 +35,7 @@ _EMOJI = re.compile(
 _STUTTER = re.compile(r"\b([bcdfghjklmnpqrstvwyz]|th|sh|ch|wh)-(?=\1)", re.IGNORECASE)
 _AMOUNT = re.compile(r"\b\d{1,3}(?:,\d{3})+(?:\.\d+)?\b")
 _DATE = re.compile(r"\b(\d{1,2})/(\d{1,2})/(\d{2,4})\b")
-_TIMES = re.compile(r"^(?:\d+\s*\n)?\s*[\d:.,]+\s*-->.*$|^WEBVTT.*$", re.MULTILINE)
+_TIMES = re.compile(r"^(?:\d+[ \t]*\n)?[ \t]*[\d:.,]+[ \t]*-->.*$|^WEBVTT.*$", re.MULTILINE)
 _SPEAKER = re.compile(
     r"^[ \t]*(?:>>[ \t]*)?(\w[\w .'\u2019-]{0,30}?)([ \t]*\([^()\n]{1,60}\))?[ \t]*[:\uff1a](?!\d)",
     re.MULTILINE,

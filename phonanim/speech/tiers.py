@@ -18,7 +18,7 @@ WORD_NAMES = ("words", "word", "ort", "ort-mau", "orthography", "wrd", "text", "
 UNNAMED = ("labels",)  # of files that do not name what their labels are
 
 # A speaker and a kind in one word; these kinds have no other meaning.
-_JOINED = re.compile(r"(.+?)[ _:/-]+(phones?|phonemes?|segments?|words?)", re.IGNORECASE)
+_JOINED = re.compile(r"(.*?[^ _:/-])[ _:/-]+(phones?|phonemes?|segments?|words?)", re.IGNORECASE)
 
 ENOUGH_KNOWN = 0.8
 """Share of a tier's labels that one language must have for the tier to count as phones."""
