@@ -33,6 +33,8 @@ from threading import Thread
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from benchmarks.crafted import CRAFTED
+from benchmarks.crafted_archives import ARCHIVES
+from benchmarks.crafted_patterns import PATTERNS
 from benchmarks.crafted_sizes import GROWING
 from benchmarks.hostile import KINDS, Attack, Samples, make_samples
 from benchmarks.hostile_documents import DOCUMENTS
@@ -109,7 +111,7 @@ def list_attacks(
                 return make(samples, folder, random.Random(number))  # type: ignore[operator]
 
             found.append((kind, f"seed {number}", prepare))
-    for name, craft in (CRAFTED if small else CRAFTED | GROWING).items():
+    for name, craft in (CRAFTED | ARCHIVES if small else CRAFTED | ARCHIVES | GROWING | PATTERNS).items():
 
         def prepare_crafted(folder: Path, craft: object = craft) -> Attack:
             return craft(samples, folder)  # type: ignore[operator]

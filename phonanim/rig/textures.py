@@ -13,8 +13,10 @@ from phonanim.core.decode import DAMAGE
 from phonanim.media.glb import Glb
 
 Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
 
-LARGEST = 8192 * 8192  # pixels of a texture
+LARGEST = 8192 * 8192  # pixels of a texture; of WebP, which takes twice the memory, half
+AT_FULL_SIZE, MOST = 12, 64  # pictures that may have so many, where there are more each fewer; pictures
 SOLID = 0.5  # alpha from which a surface is drawn
 SIDE = 1024  # pixels to which a texture is reduced: points are farther apart
 
@@ -63,7 +65,7 @@ def seen_faces(
         return all_seen
 
 
-def _texture(glb: Glb, primitive: dict[str, Any], count: int) -> tuple[Array, Array] | None:
+def _texture(glb: Glb, primitive: dict[str, Any], count: int) -> tuple[Picture, Array] | None:
     """The picture of a primitive's base colour and the places of its points in it, (count, 2); or None."""
     surface = glb.tree["materials"][primitive["material"]].get("pbrMetallicRoughness", {})
     if "baseColorTexture" not in surface:
@@ -78,42 +80,52 @@ def _texture(glb: Glb, primitive: dict[str, Any], count: int) -> tuple[Array, Ar
     return picture, places
 
 
-def _sampled(picture: Array, places: Array) -> Array:
-    """A picture at places, (n, 2) -> (n, 4)."""
+def _sampled(picture: Picture, places: Array) -> Array:
+    """Linear light and alpha of a picture at places, (n, 2) -> (n, 4)."""
     size = np.array(picture.shape[1::-1])
     across, down = np.minimum((places % 1.0) * size, size - 1).astype(int).T
-    return np.asarray(picture[down, across])
+    return linear_light(picture[down, across])
 
 
-def _picture(glb: Glb, number: int) -> Array | None:
-    """A picture of the file as linear light and alpha, (height, width, 4)."""
-    image = glb.tree["images"][number]
-    if "bufferView" not in image:
+def _picture(glb: Glb, number: int) -> Picture | None:
+    """A picture of the file as sRGB and alpha, (height, width, 4)."""
+    images = glb.tree["images"]
+    image = images[number]
+    if not 0 <= number < MOST or "bufferView" not in image:
         return None
     view = glb.tree["bufferViews"][image["bufferView"]]
     if view.get("buffer", 0) != 0:
         return None
     first = view.get("byteOffset", 0)
-    return decode_picture(glb.binary[first : first + view["byteLength"]])
+    most = LARGEST * AT_FULL_SIZE // max(len(images), AT_FULL_SIZE)
+    return decode_picture(glb.binary[first : first + view["byteLength"]], most)
 
 
-@lru_cache(maxsize=8)
-def decode_picture(data: bytes) -> Array | None:
-    """A PNG, JPEG or WebP as linear light and alpha, (height, width, 4), reduced to SIDE; None if damaged."""
+@lru_cache(maxsize=MOST)
+def decode_picture(data: bytes, most: int = LARGEST) -> Picture | None:
+    """A PNG, JPEG or WebP as sRGB and alpha, (height, width, 4), reduced to SIDE.
+
+    None if it is damaged, or has more than `most` pixels.
+    """
     try:
         from PIL import Image, UnidentifiedImageError
     except ImportError:
         return None
     try:
         with Image.open(io.BytesIO(data), formats=("PNG", "JPEG", "WEBP")) as picture:
-            if picture.width * picture.height > LARGEST:
+            if picture.width * picture.height * (2 if picture.format == "WEBP" else 1) > most:
                 return None
             picture.draft("RGB", (SIDE, SIDE))
             small = picture.convert("RGBA")
         small.thumbnail((SIDE, SIDE))
     except (UnidentifiedImageError, OSError, SyntaxError, Image.DecompressionBombError, *DAMAGE):
         return None
-    light = np.asarray(small, float) / 255
+    return np.asarray(small, np.uint8)
+
+
+def linear_light(pixels: Picture) -> Array:
+    """Pixels of sRGB and alpha, (..., 4), as linear light and alpha."""
+    light = pixels / 255.0
     light[..., :3] = np.where(
         light[..., :3] <= 0.04045, light[..., :3] / 12.92, ((light[..., :3] + 0.055) / 1.055) ** 2.4
     )

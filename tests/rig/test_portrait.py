@@ -13,12 +13,13 @@ from animations import line
 from conventions import write_convention
 
 from phonanim.errors import RigError
-from phonanim.media.glb import glb_bytes, read_glb
+from phonanim.media.glb import Glb, glb_bytes, read_glb
+from phonanim.rig import textures
 from phonanim.rig.character import load_dressed_character
 from phonanim.rig.head import load_head
 from phonanim.rig.portrait import FACE, load_portrait
 from phonanim.rig.render import render
-from phonanim.rig.textures import decode_picture
+from phonanim.rig.textures import decode_picture, linear_light
 from phonanim.viewer.sheet import save_sheet
 
 MOUTH = ("jawOpen", "mouthFunnel", "eyeBlinkLeft")
@@ -120,9 +121,21 @@ def test_glass_is_not_drawn(hero):
 def test_pictures_are_decoded_or_left():
     picture = decode_picture(picture_of((255, 0, 0)))
     assert picture is not None
-    assert picture is not None
-    np.testing.assert_array_equal(picture, np.broadcast_to([1.0, 0, 0, 1], (4, 4, 4)))
+    np.testing.assert_array_equal(linear_light(picture), np.broadcast_to([1.0, 0, 0, 1], (4, 4, 4)))
     assert decode_picture(b"\x89PNG nothing") is None
+    assert decode_picture(picture_of((255, 0, 0)), most=15) is None
+
+
+def test_the_pixels_of_all_pictures_of_a_character_are_bounded(monkeypatch):
+    asked = []
+    monkeypatch.setattr(textures, "decode_picture", lambda data, most: asked.append(most))
+    for count in (1, 12, 48, 2000):
+        tree = {"images": [{"bufferView": 0}] * count, "bufferViews": [{"byteLength": 1}]}
+        for number in (*range(-count, 0), *range(count)):
+            textures._picture(Glb(tree, b"a", "a.glb"), number)
+        assert sum(asked) <= 12 * 8192 * 8192
+        assert len(asked) == min(count, 64)
+        asked.clear()
 
 
 def test_a_sheet_shows_the_character(tmp_path, hero):
