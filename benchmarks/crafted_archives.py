@@ -111,7 +111,18 @@ def _picture(*pictures: bytes) -> Craft:
 
     def craft(samples: Samples, folder: Path) -> Attack:
         (folder / "c.glb").write_bytes(textured_head(*pictures))
-        return ["convert", str(samples.folder / "a.npz"), "-o", "o.png", "--character", "c.glb"]
+        return [
+            "animate",
+            str(LINE),
+            "-o",
+            "o.glb",
+            "--fps",
+            "25",
+            "--character",
+            "c.glb",
+            "--sheet",
+            "o.png",
+        ]
 
     return craft
 

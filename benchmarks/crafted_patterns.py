@@ -58,6 +58,7 @@ ALIGNMENTS: dict[str, tuple[str, Callable[[], str]]] = {
     ),
     "labels at places of their own": ("a.json", lambda: _places(MANY // 10)),
     "empty tables": ("a.json", lambda: json.dumps([{}] * 2 * MANY)),
+    "lists of labels that begin again": ("a.json", lambda: json.dumps([[["M", 0, 1]]] * (MANY // 4))),
     "labels that start at once": (
         "a.json",
         lambda: json.dumps({"phones": [{"phone": "AA", "start": 0} for _ in range(MANY // 4)]}),

@@ -27,6 +27,7 @@ from phonanim.speech.labels import is_silent
 
 SUMMARY = "film of the head speaking, H.264 with the sound (needs the extra video)"
 FASTEST = 30.0  # frames per second of the film; an animation with more is sampled
+MOST_PICTURES = 27_000  # 15 minutes; each takes 25 ms
 THREADS = 1  # so that the bytes do not depend on scheduling
 SOUND_RATE = 48000  # hertz
 INK, FAINT = (236, 238, 242), (170, 176, 186)
@@ -39,14 +40,23 @@ def write(
     size: int = 512,
     samples: int = 1,
     yaw: float = -12.0,
+    most_pictures: int = MOST_PICTURES,
 ) -> None:
     """Render the head at `size` x `size` pixels, with words and phones below, and mux the recording.
 
-    `samples` 2 is finer and four times as slow; `yaw` in degrees turns the head. Raises RigError when the
-    head has none of the channels, AudioError when the recording cannot be decoded, OutputError when the
-    destination cannot be written, MissingExtraError without the extra `video`.
+    `samples` 2 is finer and four times as slow; `yaw` in degrees turns the head. A film of more than
+    `most_pictures` is refused. Raises RigError when the head has none of the channels, AudioError when the
+    recording cannot be decoded, OutputError for such a film and when the destination cannot be written,
+    MissingExtraError without the extra `video`.
     """
     av = library()
+    rate = _film_rate(animation.fps)
+    if (pictures := _count(animation, rate)) > most_pictures:
+        minutes = most_pictures / float(rate) / 60
+        raise OutputError(
+            f"{path}: would have {pictures:,} pictures, more than {most_pictures:,} ({minutes:.0f} minutes); "
+            "cut the line, or give most_pictures in Python"
+        )
     if size < 64 or size % 2:
         raise OutputError(f"{path}: a video of {size} pixels cannot be made; choose an even size from 64")
     if character == SHIPPED:
@@ -56,7 +66,6 @@ def write(
         portrait = load_portrait(character, animation.channels, size, size, yaw)
         head, view = portrait.head, portrait.view
     view = replace(view, samples=samples)
-    rate = _film_rate(animation.fps)
     with atomic_path(path) as partial:
         try:
             with av.open(str(partial), "w") as film:
@@ -80,13 +89,16 @@ def _film_rate(fps: float) -> Fraction:
     return rate / max(1, -(-round(rate) // round(FASTEST)))
 
 
+def _count(animation: Animation, rate: Fraction) -> int:
+    """The number of pictures."""
+    return int(float(animation.times[-1]) * rate + 1e-6) + 1
+
+
 def _pictures(animation: Animation, head: Head, rate: Fraction, view: View) -> Iterator[Image]:
     """One picture per video frame, from time zero to the end of the animation."""
-    last = float(animation.times[-1])
-    times = np.arange(int(last * rate + 1e-6) + 1) / float(rate)
     weights = head.weights(animation.values, animation.channels)
     turns = turns_of(animation.values, animation.channels)
-    for time in times:
+    for time in np.arange(_count(animation, rate)) / float(rate):
         now = _between(time, animation, weights)
         turn = None if turns is None else _between(time, animation, turns)
         picture = render(turned(head.shape(now), head.neck, turn), head, view)

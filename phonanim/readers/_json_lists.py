@@ -29,6 +29,9 @@ ROUNDING = 1e-3
 MOST_TABLES = 300_000
 """Tables of a file: two hours of speech have about 150,000 labels."""
 
+MOST_BEGINNINGS = 100
+"""Lists of labels, side by side, that each begin again: of phones, words, speakers."""
+
 MOST_NAMES = 200
 """Names of a table that is a label, or that has lists side by side; larger ones hold other tables."""
 
@@ -98,11 +101,9 @@ def _walk(
         if rows := _rows(value):
             _add_rows(rows, path, groups)
             return
-        if plain_name(_key(path)) in RANKED or _are_candidates(value, path):
-            value = value[:1]
-        for item in value:
-            if isinstance(item, (dict, list, str)):
-                _walk(item, (*path, "*"), around, groups, tables)
+        ranked = plain_name(_key(path)) in RANKED or _are_candidates(value, path)
+        for item in value[:1] if ranked else value:
+            _walk(item, (*path, "*"), around, groups, tables)
     elif isinstance(value, dict):
         if next(tables) > MOST_TABLES:
             raise ValueError(f"it has more than {MOST_TABLES:,} tables")
@@ -343,5 +344,7 @@ def _add_rows(rows: list[tuple[str, float, float]], path: tuple[str, ...], group
     number = 0  # lists that begin again are of another kind, such as words after phones
     while (last := groups.get((*path, "rows", number))) and last.entries[-1][2] > rows[0][1] + ROUNDING:
         number += 1
+        if number > MOST_BEGINNINGS:
+            raise ValueError(f"more than {MOST_BEGINNINGS} lists of labels begin again")
     found = groups.setdefault((*path, "rows", number), Found(kind, None, "lists of a label and two times"))
     found.entries += [(label, start, end, "") for label, start, end in rows]

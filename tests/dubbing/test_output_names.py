@@ -23,7 +23,21 @@ def test_good_ids_stay(id, name):
 
 
 @pytest.mark.parametrize(
-    "id", ["take:1", "what?", "con", "NUL.txt", "dot.", "trailing ", ".hidden", "x" * 300, "a\nb"]
+    "id",
+    [
+        "take:1",
+        "what?",
+        "con",
+        "NUL.txt",
+        "dot.",
+        "trailing ",
+        ".hidden",
+        "x" * 300,
+        "a\nb",
+        "COM¹",
+        "nul .x",
+        "CONIN$",
+    ],
 )
 def test_ids_that_some_file_system_refuses_are_changed_and_stay_apart(id):
     name = safe_name(id).name
@@ -37,6 +51,12 @@ def test_ids_that_some_file_system_refuses_are_changed_and_stay_apart(id):
 )
 def test_ids_that_lead_out_are_refused(id):
     with pytest.raises(OptionError, match="is outside the output folder; use a relative path"):
+        safe_name(id)
+
+
+@pytest.mark.parametrize("id", ["x/" * 501, "é" * 90 + "/" + ("y" * 180 + "/") * 9])
+def test_ids_that_are_too_long_for_a_path_are_refused(id):
+    with pytest.raises(OptionError, match="is too long for a path; give the line a shorter one"):
         safe_name(id)
 
 

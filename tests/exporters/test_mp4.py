@@ -57,6 +57,17 @@ def test_picture_and_sound_are_in_step(tmp_path):
     assert seen == pytest.approx(0.5, abs=1 / 60)
 
 
+@pytest.mark.parametrize("changes", [{"start": 1e6}, {}])
+def test_a_film_has_so_many_pictures_at_most(tmp_path, changes):
+    animation = replace(line(), **changes)
+    most = {} if changes else {"most_pictures": 10}
+    with pytest.raises(
+        OutputError, match=r"a\.mp4: would have [\d,]+ pictures, more than (27,000|10) .*cut the"
+    ):
+        save(animation, tmp_path / "a.mp4", **most)
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_film_has_every_frame_and_no_sound_without_a_recording(tmp_path):
     save(line(), tmp_path / "a.mp4", **SMALL)
     frames = pictures(tmp_path / "a.mp4")
