@@ -18,7 +18,9 @@ MOST_WORDS = 200_000
 
 UNTIMED = math.nan
 UNNAMED = "unnamed"  # the speaker of words that name none, in a file where others do
-_SPEAKER = re.compile(r"\s*(?:\[([A-Z]{1,20}[_ ]?\d{1,3})\]:?|([A-Z][A-Z0-9 .'_-]{1,30}):)\s+(?=\S)")
+_SPEAKER = re.compile(
+    r"\s*(?:\[((?:[A-Z]{1,20}|[Ss]peaker)[_ ]?\d{1,3})\]:?|([A-Z][A-Z0-9 .'_-]{1,30}):)\s+(?=\S)"
+)
 _WORD = re.compile(r"[\[(][^\])]{0,200}[\])]|\S+")
 SPREAD = "the words of a line of text share its time by their letters"
 

@@ -69,6 +69,7 @@ LATE = (
         SRT % ("JOHN: maybe", "JOHN: Bobby"),
         SRT % ("maybe", "JOHN: Bobby"),
         SRT % ("[SPEAKER_00]: maybe", "[SPEAKER_00]: Bobby"),
+        SRT % ("[speaker 0]\nmaybe", "[speaker 0]\nBobby"),
         ASS % ("{\\1c&HFF00&}maybe{\\r} Bobby", "maybe {\\1c&HFF00&}Bobby{\\r}"),
         ASS % ("{\\c&H3d&}maybe{\\c&H00&} {\\c&Hc7&}Bobby", "{\\c&H00&}maybe {\\c&H3d&}Bobby"),
         APPLE.format('a:timing="Word"'),
