@@ -123,30 +123,32 @@ def make(
 @click.option(
     "-o", "--output", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder."
 )
+@click.option(
+    "--sounds",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="Folder of the recordings, by the names of the lines; beside them by default.",
+)
 @click.option("--format", "kind", default="mp4", help="Format of the takes.")
 @console_options
-def tongues(lines: tuple[Path, ...], output: Path, kind: str, console: Console) -> None:
+def tongues(lines: tuple[Path, ...], output: Path, sounds: Path | None, kind: str, console: Console) -> None:
     """Write takes that differ in the tongue alone, for `phonanim study make`.
 
-    LINES are animations with a tongue (--rig arkit_tongue), each with its recording beside it. OUTPUT gets
-    three folders: tongue (as it is), mismatch (the tongue of the next line), null (a still tongue).
+    LINES are animations with a tongue (--rig arkit_tongue), each with its recording beside it or in --sounds.
+    OUTPUT gets three folders: tongue (as it is), mismatch (the tongue of the next line), null (a still one).
 
     \b
     Example:
       phonanim batch lines/ -o work/lines --rig arkit_tongue --format npz
-      phonanim study tongues work/lines/*.npz -o takes
+      phonanim study tongues work/lines/*.npz --sounds lines/ -o takes
       phonanim study make takes/tongue takes/mismatch takes/null -o study.html
     """
-    from dataclasses import replace
-
     from phonanim.core.files import make_folder_within
-    from phonanim.exporters import find_exporter, load
-    from phonanim.media.audio import find_audio
-    from phonanim.study.tongues import SYSTEMS, partners, tongue_takes
+    from phonanim.exporters import find_exporter
+    from phonanim.study.tongues import SYSTEMS, load_with_sound, partners, tongue_takes
 
     others = partners(len(lines))
     find_exporter(output / f"x.{kind}")
-    read = [replace(load(path), audio=find_audio(path) or load(path).audio) for path in lines]
+    read = [load_with_sound(path, sounds) for path in lines]
     for path, animation, other in zip(lines, read, others, strict=True):
         for system, take in tongue_takes(animation, read[other]).items():
             take.save(make_folder_within(output / system, output) / f"{path.stem}.{kind}")

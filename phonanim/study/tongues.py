@@ -5,18 +5,34 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.errors import StudyError
+from phonanim.exporters import load
+from phonanim.media.audio import find_audio
 from phonanim.pipeline import load_cached_rig
 from phonanim.rig.read import rig_names
 
 TONGUE = re.compile("tongue", re.IGNORECASE)
 SYSTEMS = ("tongue", "mismatch", "null")
 STILL = 1e-3  # largest change of a control that does not move
+
+
+def load_with_sound(path: Path, sounds: Path | None = None) -> Animation:
+    """A line with its recording: the one of the same stem in `sounds`, else beside the line.
+
+    Raises StudyError where a line that had a recording has none now.
+    """
+    line = load(path)
+    found = find_audio(sounds / path.name) if sounds else None
+    found = found or find_audio(path) or line.audio
+    if found is not None and not found.is_file():
+        raise StudyError(f"{path}: its recording {found.name} is not beside it; name its folder by --sounds")
+    return replace(line, audio=found)
 
 
 def tongue_takes(animation: Animation, other: Animation) -> Mapping[str, Animation]:

@@ -7,15 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from speech import write_wav
 
 import phonanim
 from phonanim.__main__ import run
 from phonanim.animation.animation import Animation
 from phonanim.errors import StudyError
 from phonanim.exporters import load
+from phonanim.media.audio import Sound
 from phonanim.speech.alignment import Interval
 from phonanim.speech.textgrid import write_textgrid
-from phonanim.study.tongues import partners, tongue_channels, tongue_takes
+from phonanim.study.tongues import load_with_sound, partners, tongue_channels, tongue_takes
 
 
 @pytest.fixture(scope="module")
@@ -61,6 +63,27 @@ def test_the_command_writes_a_folder_for_each(lines: list[Path], tmp_path: Path)
     np.testing.assert_array_equal(load(output / "tongue/a.npz").values, load(lines[0]).values)
     mismatched, other = load(output / "mismatch/b.npz"), load(lines[0])
     assert np.abs(mismatched.values[0] - other.values[0])[tongue_channels(other)].max() < 1e-6
+
+
+def test_the_recordings_may_be_elsewhere(
+    lines: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As `phonanim batch` leaves them: the recordings are beside the alignments, not beside the takes."""
+    sounds, made = tmp_path / "sounds", tmp_path / "made"
+    for folder in (sounds, made):
+        folder.mkdir()
+    for line in lines:
+        write_wav(sounds / f"{line.stem}.wav", Sound(np.zeros(8000, np.float32), 8000))
+        replace(load(line), audio=sounds / f"{line.stem}.wav").save(made / line.name)
+    given = ["study", "tongues", *map(str, sorted(made.glob("*.npz"))), "--format", "npz", "-q"]
+    assert run([*given, "-o", str(tmp_path / "none")]) == 2
+    assert (
+        "a.npz: its recording a.wav is not beside it; name its folder by --sounds" in capsys.readouterr().err
+    )
+    assert not (tmp_path / "none").exists()
+    assert run([*given, "-o", str(tmp_path / "takes"), "--sounds", str(sounds)]) == 0
+    found = load_with_sound(made / "a.npz", sounds)
+    assert found.audio == sounds / "a.wav"
 
 
 def test_lines_without_a_tongue(lines: list[Path]) -> None:
