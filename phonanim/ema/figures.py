@@ -18,6 +18,7 @@ from phonanim.errors import MissingExtraError
 DOTS = 100  # per inch
 MOST = 30  # bars in a chart
 QUIVERS = 6  # pairs of phones with arrows
+SPARE = 2.0  # mm around the arrows of a quiver
 DRAWN = 4000  # points in a scatter plot, so that a long recording does not make a large picture
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito 2008
 STROKES = ("-", "--")
@@ -97,28 +98,32 @@ def _quivers(figure: Any, report: Report) -> None:
 
     An arrow for each example, from the middle of the first phone to that of the second, and their mean.
     """
-    figure.set_size_inches(8, 4.6)
     frequent = sorted(report.motions, key=lambda name: (-len(report.motions[name]), name))[:QUIVERS]
-    every = figure.subplots(2, -(-len(frequent) // 2), sharex=True, sharey=True, squeeze=False).ravel()
+    ends = np.concatenate([report.motions[name].reshape(-1, 3)[:, (0, 2)] for name in frequent]) * (-1, 1)
+    low, high = np.nanmin(ends, axis=0) - SPARE, np.nanmax(ends, axis=0) + SPARE
+    tall = high[1] - low[1] > high[0] - low[0]
+    figure.set_size_inches(8, 5.2 if tall else 4.6)
+    rows = 1 if tall else 2
+    columns = -(-len(frequent) // rows)
+    every = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     names = [sensor_label(name) for name in report.first.articulation.names]
     for axes, pair in zip(every, frequent, strict=False):
         motions = np.ma.masked_invalid(report.motions[pair][..., (0, 2)] * (-1, 1))
         for place, name in enumerate(names):
             colour, one = f"C{place % 10}", motions[:, :, place]
-            for paths, width, shade in ((one, 0.006, 0.4), (one.mean(axis=0)[None], 0.012, 1.0)):
+            for paths, width, shade in ((one, 0.01, 0.4), (one.mean(axis=0)[None], 0.025, 1.0)):
                 axes.quiver(
                     *paths[:, 0].T, *(paths[:, 1] - paths[:, 0]).T,
-                    angles="xy", scale_units="xy", scale=1, width=width, color=colour, alpha=shade,
+                    angles="xy", scale_units="xy", scale=1, units="inches", width=width, color=colour,
+                    alpha=shade,
                     label=name if shade == 1.0 else None,
                 )  # fmt: skip
-        axes.set_title(f"{pair}, {len(motions)} examples", fontsize="medium")
-        axes.set_aspect("equal")
+        axes.set_title(f"{pair}\n{len(motions)} examples", fontsize="medium")
+        axes.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     for axes in every[len(frequent) :]:
         axes.set_visible(False)
-    for axes in every:
-        axes.margins(0.1)
-    for axes in every[-(len(every) // 2) :]:
-        axes.set_xlabel("backward, mm")
+    for axes in every[-columns:]:
+        axes.set_xlabel("backward, mm", fontsize="small")
     figure.supylabel(AXES[2], fontsize="medium")
     figure.legend(
         *every[0].get_legend_handles_labels(), fontsize="small", ncols=3, loc="outside lower center"
