@@ -19,6 +19,7 @@ from phonanim.articulation.channels import CHANNELS
 from phonanim.articulation.table import read_targets
 from phonanim.articulation.trajectories import articulate
 from phonanim.encoders import Encoder, Features, encode, load_encoder
+from phonanim.encoders.precomputed import Precomputed, read_features
 from phonanim.errors import ModelError
 from phonanim.media.audio import Sound
 from phonanim.speech.gestures import GESTURES
@@ -61,7 +62,7 @@ class AudioArticulation:
                 f"the articulation was learned with {self.identity!r}, but the encoder is "
                 f"{encoder.identity!r}: set PHONANIM_ENCODERS to its weights, or train the model again"
             )
-        features, values = encode(encoder, sound), np.empty((len(times), OUTPUTS))
+        features, values = _read(encoder, sound), np.empty((len(times), OUTPUTS))
         for start in range(0, len(times), BLOCK):
             rows = slice(start, start + BLOCK)
             values[rows] = (_features(features, times[rows]) - self.mean) @ self.weights + self.offset
@@ -106,7 +107,7 @@ def fit_audio_articulation(
     known = _encoder(encoder)
     sums = [np.zeros(()) for _ in range(5)]  # of frames, inputs, targets, and their products
     for track, times, sound in clips:
-        seen = _features(encode(known, sound), times).astype(np.float64)
+        seen = _features(_read(known, sound), times).astype(np.float64)
         silent, rounded = silence_and_rounding(track, times)
         wanted = np.column_stack([articulate(track, times).values, silent, rounded])
         found = len(times), seen.sum(axis=0), wanted.sum(axis=0), seen.T @ seen, seen.T @ wanted
@@ -123,6 +124,11 @@ def fit_audio_articulation(
 @lru_cache(maxsize=2)
 def _encoder(name: str) -> Encoder:
     return load_encoder(name)
+
+
+def _read(encoder: Encoder, sound: Sound) -> Features:
+    """Features of a sound; those of another program come from its file."""
+    return read_features(sound) if isinstance(encoder, Precomputed) else encode(encoder, sound)
 
 
 def _features(features: Features, times: Array) -> NDArray[np.float32]:

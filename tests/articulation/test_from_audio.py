@@ -152,3 +152,19 @@ def test_streams_hear_too_little_ahead() -> None:
     assert can_predict_articulation("whisper")
     assert not can_predict_articulation("mfcc_live")
     assert not can_predict_articulation("phones")
+
+
+def test_features_of_another_program_are_read_from_their_files(tmp_path: Path) -> None:
+    """The encoder "precomputed" runs nothing: the features lie beside each recording."""
+    clips = []
+    for seed in range(3):
+        track = babble(seed)
+        sound = replace(tones(track), features=tmp_path / f"{seed}.features.npy")
+        steps = (np.arange(round(sound.duration * 50)) + 0.5) / 50
+        np.save(tmp_path / f"{seed}.features.npy", np.eye(41, dtype=np.float32)[track.sample(steps)])
+        clips.append((track, np.arange(0, track.duration, 0.04), sound))
+    learned = fit_audio_articulation("precomputed", clips[:2])
+    track, times, sound = clips[2]
+    found, wanted = learned.at(sound, times)[0], articulate(track, times).values
+    jaw = CHANNELS.index("jaw")
+    assert correlation(found[:, jaw], wanted[:, jaw]) > 0.5
