@@ -66,7 +66,8 @@ class Options:
     from the line's name when it is None; `blinks` is a separate seed for blinks. `look_at` is the position of
     the listener's eyes, in metres to the left, up and ahead of the speaker's.
     `closures` hold lips closed, or keep them apart, for spans of time.
-    `seed`, `steps`, `guidance` and `model_style` are settings of a model that samples; its own when None.
+    `seed`, `steps` and `guidance` are settings of a model that samples, `model_style` is the style of one
+    that has several; the model's own when None.
     `features` is the file of precomputed features of the recording, for a model that was trained on such;
     NAME.features.npy beside the recording when it is None.
     60 frames per second show a closure of 30 ms, which 24 or 30 may miss. `most_frames` is the longest line

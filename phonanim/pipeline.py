@@ -255,7 +255,7 @@ def load_model(name: str | Path) -> regressors.Model:
 
 
 def model_with_settings(options: Options) -> regressors.Model:
-    """The model of the options with their seed, steps, guidance and style, if it is one that samples.
+    """The model of the options with their seed, steps and guidance, if it samples, and their style.
 
     Raises OptionError when another model is given such a setting, or features that it does not read, and
     ModelError when it does not take the value.
@@ -267,11 +267,13 @@ def model_with_settings(options: Options) -> regressors.Model:
     given = {name: value for name, value in values.items() if value is not None}
     if not given:
         return model
-    change = getattr(model.regressor, "with_settings", None)
-    if change is None:
-        first = next(iter(given))
-        raise OptionError(f"the model {options.model} does not sample: leave out --{first}")
-    return replace(model, regressor=change(**given))
+    config, change = model.regressor.config, getattr(model.regressor, "with_settings", None)
+    samples, styles = hasattr(config, "seed"), getattr(config, "styles", 1)
+    for name in given:
+        if change is None or not (samples or (name == "style" and styles > 1)):
+            lacks = "has no styles" if name == "style" else "does not sample"
+            raise OptionError(f"the model {options.model} {lacks}: leave out --{name}")
+    return replace(model, regressor=change(**given)) if change else model
 
 
 @lru_cache(maxsize=8)

@@ -100,7 +100,7 @@ def test_takes_are_listed_as_data(wav: Path, model: Path, capsys: pytest.Capture
     [
         (["--seed", "1"], "the model default does not sample: leave out --seed"),
         (["--takes", "2"], "the model default does not sample: leave out --takes"),
-        (["--style", "1"], "the model default does not sample: leave out --style"),
+        (["--style", "1"], "the model default has no styles: leave out --style"),
     ],
 )
 def test_other_models_do_not_sample(
