@@ -10,6 +10,7 @@ it the probability that the word is said there.
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -76,7 +77,22 @@ def with_confidence(found: SpeechAlignment, audio: Path, language: str) -> Speec
         judged = judge(samples, _earlier(words, begin), _earlier(phones, begin), language)
         sure = 1 / (1 + np.exp(weights[0] + judged.features @ weights[1:]))
         told += _told(words, sure, judged.sound + begin)
+    told = list(_apart(told, found.words))
     return replace(found, confidence=tuple(told), notes=(*found.notes, *doubts(found.words, told)))
+
+
+def _apart(told: Sequence[Interval], words: Sequence[Interval]) -> Iterator[Interval]:
+    """The same, with sound only where no word of another window is."""
+    spoken = {(word.start, word.end) for word in words}
+    ordered = sorted(told, key=lambda one: one.start)
+    for place, one in enumerate(ordered):
+        if (one.start, one.end) not in spoken:
+            begin = max(one.start, max((before.end for before in ordered[:place][-2:]), default=0.0))
+            after = ordered[place + 1].start if place + 1 < len(ordered) else one.end
+            one = replace(one, start=begin, end=min(one.end, after))
+            if one.end - one.start < SPEECH:
+                continue
+        yield one
 
 
 def _earlier(intervals: Sequence[Interval], by: float) -> list[Interval]:
@@ -115,6 +131,7 @@ def judge(
         counts.append(len(said))
     fit, rank, longest = np.array(rows).T
     sound = _sound((prices[:, 0] > HEARD) & _loud(samples, len(prices)), words)
+    sound = np.minimum(sound, len(samples) // round(STEP * RATE) * STEP)
     return Judged(_features(fit, rank, longest, np.array(counts), sound[:, 1] - sound[:, 0]), sound)
 
 
@@ -150,8 +167,8 @@ def _loud(samples: NDArray[np.float32], steps: int) -> NDArray[np.bool_]:
 def _sound(heard: NDArray[np.bool_], words: Sequence[Interval]) -> Array:
     """Begin and end in seconds of the longest sound before, between and after words, (words + 1, 2)."""
     heard = np.convolve(heard, np.ones(AROUND) / AROUND, "same") > 0.5
-    begins = [0, *(round(word.end / STEP) for word in words)]
-    ends = [*(round(word.start / STEP) for word in words), len(heard)]
+    begins = [0, *(math.ceil(word.end / STEP) for word in words)]  # so that no sound overlaps a word
+    ends = [*(math.floor(word.start / STEP) for word in words), len(heard)]
     return STEP * np.array([_longest(heard, a, max(a, b)) for a, b in zip(begins, ends, strict=True)])
 
 

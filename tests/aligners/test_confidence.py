@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from phonanim.aligners.confidence import SPEECH, judge, with_confidence
+from phonanim.aligners.confidence import SPEECH, _apart, _sound, judge, with_confidence
 from phonanim.aligners.long import align_recording
 from phonanim.aligners.pocketsphinx import SpeechAlignment, align
 from phonanim.commands.align import command
@@ -64,6 +64,27 @@ def test_sound_without_words_is_told(root: Path) -> None:
     assert (gap.start, gap.end) == pytest.approx((1.9, 3.1), abs=0.15)
     assert "(sound without words of the text)" in found.notes[-1]
     assert not [one for one in sure(line, LINE).confidence if one.label == "0.00"]
+
+
+def test_sound_never_overlaps_a_word() -> None:
+    words = [Interval("a", 0.1234, 0.2526), Interval("b", 0.8014, 0.9)]
+    (_, between, _) = _sound(np.ones(120, bool), words)
+    assert words[0].end <= between[0] < between[1] <= words[1].start
+    assert between[1] - between[0] > 0.5
+
+
+def test_sound_is_apart_from_words_of_another_window() -> None:
+    words = [Interval("a", 0.0, 1.0), Interval("b", 2.0, 3.0)]
+    told = [Interval("0.90", 0.0, 1.0), Interval("0.00", 0.8, 2.2), Interval("0.90", 2.0, 3.0)]
+    assert list(_apart(told, words)) == [told[0], Interval("0.00", 1.0, 2.0), told[2]]
+    assert list(_apart([told[0], Interval("0.00", 0.9, 1.1)], words)) == [told[0]]
+
+
+def test_sound_ends_with_the_recording() -> None:
+    chance = np.random.default_rng(0)
+    samples = chance.normal(0, 0.1, 16_099).astype(np.float32)
+    sound = judge(samples, [Interval("a", 0.1, 0.2)], [Interval("AH", 0.1, 0.2)], "english").sound
+    assert sound.max() <= 16_099 / 16_000
 
 
 def test_silence_is_no_sound(root: Path) -> None:
