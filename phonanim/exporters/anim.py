@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from phonanim.animation.animation import Animation
 from phonanim.animation.keys import Keys, reduce_channels
 from phonanim.core.decode import DAMAGE, DecodeError, decode_rate, read_utf8
-from phonanim.core.files import write_text
+from phonanim.core.files import write_pieces
 from phonanim.errors import OutputError
 from phonanim.exporters._curves import estimate_rate, rig_of_channels, sample_tangents
 from phonanim.exporters._take import build_take, check_times, take_grid
@@ -55,12 +56,16 @@ def write(animation: Animation, path: Path, node: str = "blendShape1", keys: flo
     rate = round(animation.fps) if abs(animation.fps - round(animation.fps)) < 1e-6 else FALLBACK
     rate = rate if rate in UNITS else FALLBACK
     frames = animation.times * rate
-    lines = [HEADER.format(unit=UNITS[rate], first=frames[0], last=frames[-1])]
-    for number, (name, found) in enumerate(_keyed(animation, keys).items()):
-        pairs = zip(frames[found.frames].tolist(), found.values[:, 0].tolist(), strict=True)
-        rows = "\n".join(f"    {time:.9g} {value:.7g} linear linear 1 1 0;" for time, value in pairs)
-        lines.append(CURVE.format(name=name, node=node, number=number, keys=rows))
-    write_text(path, "".join(lines))
+    header = HEADER.format(unit=UNITS[rate], first=frames[0], last=frames[-1])
+    curves = enumerate(_keyed(animation, keys).items())
+    write_pieces(path, chain([header], (_curve(node, frames, *curve) for curve in curves)))
+
+
+def _curve(node: str, frames: NDArray[np.float64], number: int, curve: tuple[str, Keys]) -> str:
+    name, found = curve
+    pairs = zip(frames[found.frames].tolist(), found.values[:, 0].tolist(), strict=True)
+    rows = "\n".join(f"    {time:.9g} {value:.7g} linear linear 1 1 0;" for time, value in pairs)
+    return CURVE.format(name=name, node=node, number=number, keys=rows)
 
 
 def read(path: Path) -> Animation:

@@ -15,7 +15,7 @@ import numpy as np
 
 from phonanim.animation.animation import Animation
 from phonanim.core.decode import DAMAGE, read_utf8
-from phonanim.core.files import write_text
+from phonanim.core.files import atomic_path
 from phonanim.errors import OutputError
 from phonanim.exporters._take import build_take, check_times
 from phonanim.rig.morphs import plain_name
@@ -35,15 +35,14 @@ def write(animation: Animation, path: Path) -> None:
     """
     if not fits(animation.channels):
         raise OutputError(f"{path}: the rig {animation.rig} has no {PREFIX} curve; choose --rig metahuman")
-    stream = io.StringIO()
-    table = csv.writer(stream, lineterminator="\n")
-    table.writerow(["---", *(f"{time:.6f}" for time in animation.times)])
-    for name, curve in zip(animation.channels, np.asarray(animation.values).T.tolist(), strict=True):
-        table.writerow([name, *(f"{value:.6f}" for value in curve)])
-    if plain_name(TURNS[0]) in map(plain_name, animation.channels):
-        turns = turns_of(animation.values, animation.channels) is not None
-        table.writerow([SWITCH, *[f"{turns:.6f}"] * len(animation.times)])
-    write_text(path, stream.getvalue())
+    with atomic_path(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(["---", *(f"{time:.6f}" for time in animation.times)])
+        for name, curve in zip(animation.channels, np.asarray(animation.values).T, strict=True):
+            table.writerow([name, *(f"{value:.6f}" for value in curve.tolist())])
+        if plain_name(TURNS[0]) in map(plain_name, animation.channels):
+            turns = turns_of(animation.values, animation.channels) is not None
+            table.writerow([SWITCH, *[f"{turns:.6f}"] * len(animation.times)])
 
 
 def fits(channels: Sequence[str]) -> bool:

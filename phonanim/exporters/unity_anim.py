@@ -10,6 +10,7 @@ import json
 import re
 import zlib
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.core.decode import DAMAGE, DecodeError, decode_rate, read_utf8
-from phonanim.core.files import write_text
+from phonanim.core.files import write_pieces
 from phonanim.errors import OutputError
 from phonanim.exporters._curves import merge_target_curves, rig_of_channels, sample_tangents
 from phonanim.exporters._shapes import KEYS, ShapeCurve, curve_keys, head_turn, node_path, shape_curves
@@ -166,13 +167,15 @@ def write(
         name=_text(path.name.split(".")[0]),
         rate=f"{animation.fps:.9g}",
         stop=f"{(len(animation.values) - 1) / animation.fps + max(0.0, animation.start):.9g}",
-        curves="".join(_curve(animation, one, keys) for one in found),
+        curves="\0",
         bindings="".join(
             [_bound(one.node, f"{PREFIX}{one.shape}", RENDERER, SHAPE) for one in found]
             + ([] if turn is None else [_bound(place, QUATERNION, TRANSFORM, 0)])
         ),
     )
-    write_text(path, clip)
+    first, *rest = clip.split("\0")
+    curves = [_curve(animation, one, keys) for one in found]  # stand in the clip twice
+    write_pieces(path, chain([first], *(chain(curves, [part]) for part in rest)))
 
 
 def read(path: Path) -> Animation:
