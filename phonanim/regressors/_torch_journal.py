@@ -8,6 +8,7 @@ import io
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from pickle import UnpicklingError
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,10 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
+from phonanim.core.decode import DAMAGE, fault_reason
 from phonanim.core.device import PRECISION
 from phonanim.core.files import atomic_path, write_text
+from phonanim.errors import ModelError
 from phonanim.regressors import CHECKPOINT
 from phonanim.regressors._torch import device
 
@@ -99,12 +102,21 @@ class State:
         write_text(journal / CURVE, text.getvalue())
 
     def resume(self) -> None:
-        """Continue from the journal, if it is of the same training."""
+        """Continue from the journal, if it is of the same training. Raises ModelError when it is damaged."""
         if self.journal is None or not (self.journal / CHECKPOINT).is_file():
             return
-        parts = torch.load(self.journal / CHECKPOINT, weights_only=True, map_location=device())
-        if parts["key"] != self.key:
-            return
+        path = self.journal / CHECKPOINT
+        try:
+            parts = torch.load(path, weights_only=True, map_location=device())
+            if parts["key"] == self.key:
+                self._continue(parts)
+        except (*DAMAGE, OSError, EOFError, RuntimeError, UnpicklingError) as error:
+            reason = fault_reason(error)
+            raise ModelError(
+                f"{path}: is damaged ({reason}); delete it, and the training begins anew"
+            ) from error
+
+    def _continue(self, parts: dict[str, Any]) -> None:
         self.curve, self.best = [tuple(pair) for pair in parts["curve"]], parts["best"]
         self.network.load_state_dict(parts["network"])
         self.optimizer.load_state_dict(parts["optimizer"])

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from speech import made_up_examples
 
+from phonanim.errors import ModelError
 from phonanim.regressors import CHECKPOINT, Examples, make_config, regressor_class
 
 torch = pytest.importorskip("torch")
@@ -63,6 +64,26 @@ def test_it_continues_to_the_same_numbers(version: str, data: Examples, tmp_path
     assert set(whole) == set(resumed)
     for name, part in whole.items():
         assert np.array_equal(part, resumed[name]), name
+
+
+@pytest.mark.parametrize("damage", ["cut", "text", "empty", "program", "list", "other", "wrong weights"])
+def test_a_damaged_state_is_one_line(damage: str, data: Examples, tmp_path: Path) -> None:
+    with pytest.raises(CutError):
+        fitted("network", data, tmp_path, until=0.5)
+    path = next(tmp_path.rglob(CHECKPOINT))
+    parts = torch.load(path, weights_only=True)
+    if damage in ("cut", "text", "empty"):
+        path.write_bytes({"cut": path.read_bytes()[:-200], "text": b"text", "empty": b""}[damage])
+    else:
+        wrong = parts | {"network": {"a": torch.zeros(1)}}
+        made = {"program": print, "list": [1], "other": {}, "wrong weights": wrong}
+        torch.save(made[damage], path)
+    with pytest.raises(
+        ModelError, match=r"is damaged \(.*\); delete it, and the training begins anew"
+    ) as told:
+        fitted("network", data, tmp_path)
+    assert str(path) in str(told.value)
+    assert len(str(told.value).splitlines()) == 1
 
 
 def test_other_data_begin_anew(data: Examples, tmp_path: Path) -> None:
