@@ -2,7 +2,6 @@
 
     python benchmarks/animate.py            one figure for each step
     python benchmarks/animate.py --long     processor time and memory of lines of hours, to CSV
-    python benchmarks/animate.py --between  what it changes that high rates do not ask for every frame
 
 Makes its lines from examples/line.TextGrid, repeated. Each figure is the best of several runs.
 """
@@ -15,20 +14,16 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from unittest.mock import patch
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from phonanim import pipeline
 from phonanim.animation.rates import frame_count
 from phonanim.articulation.blend import blend_articulation
 from phonanim.face import contacts
-from phonanim.face.model import lip_aperture, lip_width
 from phonanim.inputs.alignment import read_alignment
 from phonanim.life import add_life, life_of, mouth_freedom
 from phonanim.options import DEFAULTS
@@ -130,30 +125,9 @@ def long_lines() -> None:
             out.unlink()
 
 
-def between() -> None:
-    """The lips and the controls at high rates, against those of a line whose every frame is asked for."""
-    print("| fps | lip gap, worst | rms | lip width, worst | rms | controls, worst | rms |")
-    print("|---|---|---|---|---|---|---|")
-    for fps in (144.0, 240.0, 480.0):
-        options = replace(DEFAULTS, fps=fps)
-        seldom = pipeline.animate_detailed(LINE, options)
-        with patch.object(pipeline, "frames_apart", lambda fps: 1):
-            always = pipeline.animate_detailed(LINE, options)
-        assert seldom.face
-        shapes = [seldom.face.instance(one.modes) for one in (seldom, always) if one.modes is not None]
-        off = [np.subtract(*(of(shape, seldom.face) for shape in shapes)) for of in (lip_aperture, lip_width)]
-        off.append(seldom.animation.values - always.animation.values)
-        cells = [(np.abs(one).max(), np.sqrt(np.mean(one**2))) for one in off]
-        mm = " | ".join(f"{value:.3f} mm" for pair in cells[:2] for value in pair)
-        print(f"| {fps:g} | {mm} | {cells[2][0]:.4f} | {cells[2][1]:.5f} |")
-
-
 def main() -> None:
     if sys.argv[1:] == ["--long"]:
         long_lines()
-        return
-    if sys.argv[1:] == ["--between"]:
-        between()
         return
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -18,7 +18,6 @@ from phonanim.animation.motion import (
     BLOCK,
     Motion,
     articulates,
-    frames_apart,
     predict_controls,
 )
 from phonanim.animation.overlay import apply_overlays, hash_overlays
@@ -133,14 +132,7 @@ def animate_detailed(
     follows = options.loudness > 0 and articulates(options, rig, line.track, line.sound)
     line = add_prosody(line, model.regressor, options, loudness=follows, prosody=life.moves(rig))
     motion = predict_controls(
-        line.track,
-        model,
-        rig,
-        options,
-        frames,
-        sound=line.sound,
-        loudness=line.loudness,
-        apart=frames_apart(options.fps) if line.sound is None else 1,
+        line.track, model, rig, options, frames, sound=line.sound, loudness=line.loudness
     )
     values, laid = _add_layers(motion, line, model.face, rig, options, life)
     remarks = (*unused_option_warnings(options, rig), *idle_life(options, rig), *laid, *_whispered(line))

@@ -25,7 +25,6 @@ from phonanim.speech.loudness import Loudness
 from phonanim.speech.phones import PhoneTrack
 
 BLOCK = 1 << 14  # frames that are moved at a time, so that memory grows by what is kept of each frame alone
-OFTEN, USUAL = 120.0, 60.0  # hertz: above the first, a model is asked about as often as the second
 
 
 class Motion(NamedTuple):
@@ -45,51 +44,22 @@ def predict_controls(
     start: float = 0.0,
     sound: Sound | None = None,
     loudness: Loudness | None = None,
-    apart: int = 1,
 ) -> Motion:
     """The motion at start + n / fps seconds of a track, at the level of `loudness`, or at the usual level.
 
-    A frame depends only on what is near it, so a stream can compute a few frames at a time. The model is
-    asked at every frame, or at frames that are so many `apart`, with a smooth curve between them.
+    A frame depends only on what is near it, so a stream can compute a few frames at a time.
     """
-    asked = frames if apart == 1 else -(-frames // apart) + 1
-    predicted = model.predict(track, options.fps / apart, asked, start, sound)
-    modes = np.empty((frames, *predicted.shape[1:]), np.float32)
+    predicted = model.predict(track, options.fps, frames, start, sound)
+    modes = np.empty(predicted.shape, np.float32)
     values = np.empty((frames, len(rig.controls)), np.float32)
     mouths = []
     for begin in range(0, max(frames, 1), BLOCK):
         block = slice(begin, begin + BLOCK)
         times = start + np.arange(begin, min(begin + BLOCK, frames)) / options.fps
-        near = predicted[block] if apart == 1 else rows_between(predicted, apart, begin, begin + len(times))
-        part = _move_block(near, times, track, model, rig, options, sound, loudness)
+        part = _move_block(predicted[block], times, track, model, rig, options, sound, loudness)
         modes[block], values[block] = part.modes, part.values
         mouths += [] if part.articulation is None else [part.articulation.values]
     return Motion(modes, values, Articulation(np.concatenate(mouths)) if mouths else None)
-
-
-def frames_apart(fps: float) -> int:
-    """How many frames apart a model is asked: one up to OFTEN hertz, then for about USUAL times a second.
-
-    A face does not move so fast that it is seen (docs/performance.md).
-    """
-    return int(fps / USUAL + 0.01) if fps > OFTEN else 1
-
-
-def rows_between(rows: NDArray[np.float32], apart: int, begin: int, end: int) -> NDArray[np.float32]:
-    """Rows at frames from `begin` to before `end`, of `rows` that are `apart` frames from each other.
-
-    A cubic through the rows, with the slopes of their neighbours (Catmull and Rom 1974); before the first row
-    and after the last one they repeat.
-    """
-    share = np.arange(apart) / apart
-    one, two, three = share, share**2, share**3
-    weights = (2 * two - one - three, 2 - 5 * two + 3 * three, one + 4 * two - 3 * three, three - two)
-    first, last = begin // apart, -(-end // apart)
-    found = np.zeros((last - first, apart, rows.shape[1]))
-    for step, weight in enumerate(weights, start=-1):
-        near = rows[np.clip(np.arange(first, last) + step, 0, len(rows) - 1), None]
-        found += weight[:, None] / 2 * near
-    return found.reshape(-1, rows.shape[1])[begin - first * apart : end - first * apart].astype(np.float32)
 
 
 def _move_block(
