@@ -57,6 +57,7 @@ def test_what_is_said(text: str, spoken: str) -> None:
     ],
 )
 def test_words_with_times(tmp_path: Path, word: str, phones: str) -> None:
+    pytest.importorskip("pocketsphinx")  # has the dictionary
     path = tmp_path / "x.json"
     path.write_text(f'{{"words": [{{"word": "{word}", "start": 0.2, "end": 1.4}}]}}')
     found = [one.label.rstrip("012") for one in read_alignment(path, language="en").intervals]
