@@ -56,7 +56,10 @@ def layouts() -> tuple[Layout, ...]:
 def find_layouts(lines: list[Any]) -> tuple[Layout, ...]:
     """The layouts of the service that wrote these JSON values; () for none."""
     roots = list(_roots(lines))
-    found = [one for one in layouts() if any(_fits(one, roots))]
+    names = {name for root in roots if isinstance(root, dict) for name in root}
+    lists = any(isinstance(root, list) for root in roots)
+    near = [one for one in layouts() if lists or one.items.partition(".")[0] in names]
+    found = [one for one in near if any(_fits(one, roots))]
     kinds = {one.gives for one in found if one.service == found[0].service}
     whole = "lines" not in kinds or kinds == {"lines"}  # words are used before the lines that they are in
     return tuple(one for one in found if one.service == found[0].service and (whole or one.gives != "lines"))

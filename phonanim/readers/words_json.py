@@ -40,9 +40,10 @@ SOUNDS = ("phonemes", "phones")
 def recognizes(source: AlignmentFile) -> bool:
     """Whether it is JSON with words or lines of text that have times in seconds; some may have null."""
     items = list(_items(source.json_lines))
-    others = any(_is_of_another(item) for item in items) or find_layouts(source.json_lines)
+    if not any(map(_has_times, items)) or any(_is_of_another(item) for item in items):
+        return False
     sounds = any(isinstance(line, dict) and any(map(line.get, SOUNDS)) for line in source.json_lines)
-    return any(map(_has_times, items)) and not others and not sounds
+    return not sounds and not find_layouts(source.json_lines)
 
 
 def read(source: AlignmentFile) -> Recording:
