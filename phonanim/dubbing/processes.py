@@ -93,13 +93,14 @@ def _start(job: Job, task: Task, tries: int = 1) -> Worker:
     try:
         ours, theirs = context.Pipe()
         process = context.Process(target=_serve, args=(theirs, task), daemon=True)
-        with _without_interrupts():
+        with _without_interrupts():  # one that comes while a pipe is deleted would be ignored
             process.start()
+            theirs.close()
+            del theirs
     except OSError as error:
         raise OutputError(
             f"a worker cannot be started: {error.strerror}; use fewer --workers, or raise the limit (ulimit)"
         ) from error
-    theirs.close()
     ours.send(job)
     return Worker(process, ours, task, job, tries)
 
