@@ -3,65 +3,30 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from functools import lru_cache
 from itertools import count
 from typing import Any
 
 from phonanim.core.decode import DecodeError, parse_json
-from phonanim.readers._columns import (
-    LABELS,
-    PHONES,
-    VISEMES,
-    WORDS,
-    Times,
-    find_column,
-    find_times,
-    plain_name,
-    read_time,
-    values_at,
-)
+from phonanim.readers._columns import Times, find_column, find_times, plain_name, read_time, values_at
+from phonanim.readers._json_columns import add_columns, add_rows, find_rows
+from phonanim.readers._json_found import KINDS, PAIRS, Found, Groups, is_pair, kind_of, last_name
 
 MOST_NESTED = 16
-ROUNDING = 1e-3
 MOST_TABLES = 300_000
 """Tables of a file: two hours of speech have about 150,000 labels."""
-
-MOST_BEGINNINGS = 100
-"""Lists of labels, side by side, that each begin again: of phones, words, speakers."""
 
 MOST_NAMES = 200
 """Names of a table that is a label, or that has lists side by side; larger ones hold other tables."""
 
-KINDS = {"phones": PHONES, "visemes": VISEMES, "words": WORDS, "labels": LABELS}
 TYPES = {"phone": "phones", "phoneme": "phones", "viseme": "visemes", "word": "words"}
 """What the field `type` of an entry makes of it; other entries that have types are of no kind."""
 
-PAIRS = ("timestamp", "timestamps", "extent", "interval", "span", "time", "bounds")
 SPEAKERS = ("speaker", "speakerid", "speakerlabel", "speakername")
 RATES = ("fps", "framerate")
 RANKED = ("alternatives", "nbest", "hypotheses")
 """Lists of which the first entry is the most probable, and the others say the same otherwise."""
 
-
-@dataclass
-class Found:
-    """Entries of one place: label, start and end as numbers, NaN where one is missing, and speaker.
-
-    `kind` is one of KINDS, `unit` the seconds of a number, None where the names do not tell, `names` how the
-    file calls the label and the times. `untimed` are labels of the same place that have no times.
-    """
-
-    kind: str
-    unit: float | None
-    names: str
-    entries: list[tuple[str, float, float, str]] = field(default_factory=list)
-    untimed: list[str] = field(default_factory=list)
-
-
-Groups = dict[tuple[object, ...], Found]
 UNTIMED = object()  # the first part of the key of labels without times
 
 
@@ -98,10 +63,10 @@ def _walk(
     if isinstance(value, str) and value[:1] in ("{", "[") and len(value) > 2:
         value = _parsed(value)
     if isinstance(value, list):
-        if rows := _rows(value):
-            _add_rows(rows, path, groups)
+        if rows := find_rows(value):
+            add_rows(rows, path, groups)
             return
-        ranked = plain_name(_key(path)) in RANKED or _are_candidates(value, path)
+        ranked = plain_name(last_name(path)) in RANKED or _are_candidates(value, path)
         for item in value[:1] if ranked else value:
             _walk(item, (*path, "*"), around, groups, tables)
     elif isinstance(value, dict):
@@ -119,13 +84,13 @@ def _add_entries(
     told = _told(table)
     _add_table(table, path, around | {key: told[key] for key in told if key != "tier"}, groups)
     around = around | told
-    _add_columns(table, path, around, groups)
+    add_columns(table, path, around, groups)
     return around
 
 
 def _are_candidates(value: list[Any], path: tuple[str, ...]) -> bool:
     """Whether a list of transcripts has several of one recording, by its confidences."""
-    ranked = plain_name(_key(path)) == "transcripts"
+    ranked = plain_name(last_name(path)) == "transcripts"
     return ranked and all(isinstance(one, dict) and "confidence" in one for one in value)
 
 
@@ -156,7 +121,7 @@ def _add_table(table: dict[str, Any], path: tuple[str, ...], around: dict[str, A
             _add_untimed(flat, name, path, groups)
         return
     if kind in ("words", "labels"):
-        kind = _kind_of(str(around.get("tier", ""))) or _kind_of(_key(path)) or kind
+        kind = kind_of(str(around.get("tier", ""))) or kind_of(last_name(path)) or kind
     typed = next((flat[key] for key in flat if plain_name(key) == "type" and isinstance(flat[key], str)), "")
     if typed and name != "type":
         kind = TYPES.get(_last_word(typed), kind if typed == "labels" else "")
@@ -191,7 +156,7 @@ def _flat(table: dict[str, Any]) -> dict[str, Any]:
     """A table with pairs of times as `start` and `end`, and small tables of times in it laid open."""
     flat: dict[str, Any] = {}
     for name, value in table.items():
-        if plain_name(name) in PAIRS and _is_pair(value):
+        if plain_name(name) in PAIRS and is_pair(value):
             flat |= {f"{name}.start": value[0], f"{name}.end": value[1], "start": value[0], "end": value[1]}
         elif isinstance(value, dict) and len(value) <= 4 and find_times(value):
             flat |= value
@@ -209,19 +174,8 @@ def _label(flat: dict[str, Any], path: tuple[str, ...]) -> tuple[str, str]:
             if name := find_column(usable, wanted):
                 return name, kind
     name = find_column(flat, ("viseme", "visemeid", "value", "id"))
-    shapes = plain_name(name).startswith("viseme") or plain_name(_key(path)) in ("visemes", "mouthcues")
+    shapes = plain_name(name).startswith("viseme") or plain_name(last_name(path)) in ("visemes", "mouthcues")
     return (name, "visemes") if name and shapes and isinstance(flat[name], int) else ("", "")
-
-
-def _key(path: tuple[str, ...]) -> str:
-    """The last name of a path."""
-    return next((part for part in reversed(path) if part != "*"), "")
-
-
-@lru_cache(maxsize=256)  # the tables of a file have few names
-def _kind_of(name: str) -> str:
-    """The kind of labels that a tier of this name has, "" where the name does not tell."""
-    return next((kind for kind in ("phones", "visemes", "words") if _has_word(name, KINDS[kind])), "")
 
 
 def _is_text(value: Any) -> bool:
@@ -230,10 +184,6 @@ def _is_text(value: Any) -> bool:
 
 def _text(value: Any) -> str:
     return str(value[0] if isinstance(value, list) else value).strip()
-
-
-def _is_pair(value: Any) -> bool:
-    return isinstance(value, list) and len(value) == 2 and all(isinstance(one, (int, float)) for one in value)
 
 
 def _is_timed(flat: dict[str, Any], times: Times) -> bool:
@@ -259,92 +209,3 @@ def _frame_unit(times: Times, around: dict[str, Any]) -> float:
     if not isinstance(rate, (int, float)) or rate <= 0:
         raise ValueError(f'"{times.start}" counts frames, and the file has no "fps"')
     return 1 / float(rate)
-
-
-def _add_columns(
-    table: dict[str, Any], path: tuple[str, ...], around: dict[str, Any], groups: Groups
-) -> None:
-    """Lists side by side: one of labels, and one or two of times."""
-    lists = {name: value for name, value in table.items() if isinstance(value, list) and value}
-    numbers = {name: value for name, value in lists.items() if all(map(_is_number, value))}
-    pairs = {
-        name: value for name, value in lists.items() if _has_word(name, PAIRS) and all(map(_is_pair, value))
-    }
-    for name, labels in _label_lists(table, lists):
-        same = {other: value for other, value in numbers.items() if len(value) == len(labels)}
-        times = find_times(_without_prefix(name, same))
-        both = next((value for value in pairs.values() if len(value) == len(labels)), None)
-        kind = _kind_of(name) or "labels"
-        if times is None and both is None:
-            continue
-        shown = " and ".join(f'"{one}"' for one in (same if times else pairs))
-        unit = times.unit if times else None
-        found = groups.setdefault((*path, name, "columns"), Found(kind, unit, f'"{name}" with {shown}'))
-        for place, label in enumerate(labels):
-            row = {short: value[place] for short, value in _without_prefix(name, same).items()}
-            start, end = both[place] if times is None and both else values_at(row, times)  # type: ignore[arg-type]
-            found.entries.append((label, float(start), float(end), str(around.get("speaker", ""))))
-
-
-def _label_lists(table: dict[str, Any], lists: dict[str, Any]) -> Iterator[tuple[str, list[str]]]:
-    """The lists of labels, and a text as the list of its words or signs."""
-    texts = {name: value for name, value in lists.items() if all(isinstance(one, str) for one in value)}
-    yield from texts.items()
-    if not texts:
-        for name, value in table.items():
-            if plain_name(name) in WORDS and isinstance(value, str) and value.strip():
-                words = value.split()
-                yield name, words
-                if len(words) == 1 and len(value) > 1:
-                    yield name, list(value)
-
-
-def _without_prefix(name: str, lists: dict[str, list[Any]]) -> dict[str, list[Any]]:
-    """Lists by what is left of their names without the word that the list of labels has as well."""
-    words = {word.rstrip("s") for word in _words(name)}
-    short: dict[str, list[Any]] = {}
-    for other, value in lists.items():
-        rest = [word for word in _words(other) if word.rstrip("s") not in words]
-        short["_".join(rest) or other] = value
-    return short
-
-
-def _words(name: str) -> list[str]:
-    """The words of a name such as word_start or wordStartTimes, in small letters."""
-    spaced = "".join(f" {c.lower()}" if c.isupper() else c for c in name)
-    return re.split(r"[^a-z0-9]+", spaced.strip())
-
-
-def _has_word(name: str, wanted: tuple[str, ...]) -> bool:
-    return plain_name(name) in wanted or any(word in wanted for word in _words(name))
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
-def _rows(value: list[Any]) -> list[tuple[str, float, float]]:
-    """Label, start and end of a list of lists such as ["b", 0.2, 0.3] or [0.2, 0.3, "b"]; [] for others."""
-    rows = []
-    for item in value:
-        if not isinstance(item, list) or not 3 <= len(item) <= 6:
-            return []
-        first = item[0] if isinstance(item[0], str) else item[2] if isinstance(item[2], str) else None
-        numbers = item[1:3] if isinstance(item[0], str) else item[:2]
-        if first is None or not all(map(_is_number, numbers)):
-            return []
-        rows.append((first, float(numbers[0]), float(numbers[1])))
-    if any(end < start for _, start, end in rows):  # the second number is a length
-        rows = [(label, start, start + length) for label, start, length in rows]
-    return rows
-
-
-def _add_rows(rows: list[tuple[str, float, float]], path: tuple[str, ...], groups: Groups) -> None:
-    kind = _kind_of(_key(path)) or "labels"
-    number = 0  # lists that begin again are of another kind, such as words after phones
-    while (last := groups.get((*path, "rows", number))) and last.entries[-1][2] > rows[0][1] + ROUNDING:
-        number += 1
-        if number > MOST_BEGINNINGS:
-            raise ValueError(f"more than {MOST_BEGINNINGS} lists of labels begin again")
-    found = groups.setdefault((*path, "rows", number), Found(kind, None, "lists of a label and two times"))
-    found.entries += [(label, start, end, "") for label, start, end in rows]

@@ -8,7 +8,8 @@ from functools import lru_cache
 from itertools import pairwise
 
 from phonanim.readers._columns import guess_unit
-from phonanim.readers._json_lists import Found, find_lists
+from phonanim.readers._json_found import Found
+from phonanim.readers._json_lists import find_lists
 from phonanim.readers._visemes import AZURE, NOTE, oculus_phone
 from phonanim.readers._words import SPREAD, TimedWord, check_count, spread_text, word_recording
 from phonanim.speech.alignment import Interval, Recording, Tier
