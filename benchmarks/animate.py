@@ -2,6 +2,7 @@
 
     python benchmarks/animate.py            one figure for each step
     python benchmarks/animate.py --long     processor time and memory of lines of hours, to CSV
+    python benchmarks/animate.py --formats  the same of the longest line that needs no option, in every format
 
 Makes its lines from examples/line.TextGrid, repeated. Each figure is the best of several runs.
 """
@@ -23,6 +24,7 @@ import numpy as np
 
 from phonanim.animation.rates import frame_count
 from phonanim.articulation.blend import blend_articulation
+from phonanim.exporters import suffixes
 from phonanim.face import contacts
 from phonanim.inputs.alignment import read_alignment
 from phonanim.life import add_life, life_of, mouth_freedom
@@ -38,7 +40,9 @@ ROOT = Path(__file__).resolve().parent.parent
 LINE = ROOT / "examples" / "line.TextGrid"
 TRIES = 5
 FPS = 60.0
-LONG = ((4980, 60), (7190, 60), (7190, 240))  # seconds and frames per second
+PICTURES = (".mp4", ".png", ".vrm")  # .vrm needs a character
+RIGS = {".dat": "preston_blair", ".tsv": "rhubarb", ".rhubarb.json": "rhubarb", ".vrma": "vrm", ".vmd": "vrm"}
+LONG = ((3650, 60), (7190, 60), (7190, 240))  # seconds and frames per second
 
 
 def lengthened(seconds: float, folder: Path) -> Path:
@@ -111,23 +115,42 @@ def long_lines() -> None:
         for seconds, fps in LONG:
             path = lengthened(seconds, Path(name))
             out = path.with_suffix(".csv")
-            words = ["animate", str(path), "-o", str(out), "-q", "--fps", str(fps)]
-            process = subprocess.Popen(
-                [sys.executable, "cli.py", *words, "--most-frames", "10000000"], cwd=ROOT
-            )
-            _, status, usage = os.wait4(process.pid, 0)
-            assert status == 0, status
+            words = ["--fps", str(fps), "--most-frames", "10000000"]
+            cost, memory, size = whole_command(path, out, words)
             frames = frame_count(read_alignment(path).duration, fps)
-            cost, size = usage.ru_utime + usage.ru_stime, out.stat().st_size / 1e6
-            print(
-                f"{seconds:7d} {fps:5d} {frames:8d} {cost:13.1f} {usage.ru_maxrss / 1024:9.0f} {size:11.0f}"
-            )
-            out.unlink()
+            print(f"{seconds:7d} {fps:5d} {frames:8d} {cost:13.1f} {memory:9.0f} {size:11.0f}")
+
+
+def all_formats() -> None:
+    """The same of the first of those lines, in every format but films and plots."""
+    print("format              processor s   peak MB     file MB")
+    with tempfile.TemporaryDirectory() as name:
+        path = lengthened(LONG[0][0], Path(name))
+        for suffix in suffixes():
+            if suffix in PICTURES:
+                continue
+            out = path.with_name(f"line{suffix}")
+            cost, memory, size = whole_command(path, out, ["--rig", RIGS[suffix]] if suffix in RIGS else [])
+            print(f"{suffix:18} {cost:13.1f} {memory:9.0f} {size:11.0f}", flush=True)
+
+
+def whole_command(path: Path, out: Path, options: list[str]) -> tuple[float, float, float]:
+    """Processor seconds and peak MB of `phonanim animate`, and the MB of the file, which is deleted."""
+    words = [sys.executable, "cli.py", "animate", str(path), "-o", str(out), "-q", *options]
+    process = subprocess.Popen(words, cwd=ROOT)
+    _, status, usage = os.wait4(process.pid, 0)
+    assert status == 0, f"{out.name}: {status}"
+    size = out.stat().st_size / 1e6
+    out.unlink()
+    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, size
 
 
 def main() -> None:
     if sys.argv[1:] == ["--long"]:
         long_lines()
+        return
+    if sys.argv[1:] == ["--formats"]:
+        all_formats()
         return
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

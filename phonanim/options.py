@@ -12,8 +12,8 @@ from phonanim.core.catalog import DEFAULT_MODEL
 from phonanim.core.typed import check_types
 from phonanim.errors import OptionError
 
-MOST_FRAMES = 300_000
-"""Frames of a line unless more are asked for: 83 minutes at 60 per second, in about 20 s and 0.5 GB."""
+MOST_FRAMES = 220_000
+"""Frames of a line unless more are asked for: an hour at 60 per second, for which no curves take 20 s or 1 GB."""
 
 
 @dataclass(frozen=True, slots=True)
