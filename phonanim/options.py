@@ -13,7 +13,7 @@ from phonanim.core.typed import check_types
 from phonanim.errors import OptionError
 
 MOST_FRAMES = 220_000
-"""Frames of a line unless more are asked for: an hour at 60 per second, for which no curves take 20 s or 1 GB."""
+"""Frames of a line unless more are asked for: an hour at 60 per second, in less than 20 s and 1 GB."""
 
 
 @dataclass(frozen=True, slots=True)
