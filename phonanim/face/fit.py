@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.errors import MissingExtraError
+from phonanim.errors import CorpusError, MissingExtraError
 from phonanim.face.model import (
     LOWER_LIP_INNER,
     MOUTH_CORNER_LEFT,
@@ -32,7 +32,8 @@ def fit_face(
     Only landmarks below the nose take part: blinks and brows are not speech. The sign of each mode is chosen
     so that its positive side opens the mouth (or, if it does not open it, raises the corners). So the poses
     can be named and the fit is repeatable. `known` is returned instead of a fit that equals it up to
-    rounding, because rigs depend on its exact values. Raises MissingExtraError without scikit-learn.
+    rounding, because rigs depend on its exact values. Raises MissingExtraError without scikit-learn, and
+    CorpusError without landmarks below the nose.
     """
     try:
         from sklearn.decomposition import PCA
@@ -42,6 +43,8 @@ def fit_face(
         ) from error
     mean = shapes.mean(axis=0, dtype=np.float64)
     moving = mean[:, 1] < mean[np.flatnonzero(indices == SUBNASALE)[0], 1]
+    if not moving.any():
+        raise CorpusError("no landmark of the corpus lies below the nose; track the clips again")
     centred = (shapes[:, moving] - mean[moving]).reshape(len(shapes), -1).astype(np.float64)
     pca = PCA(variance, svd_solver="covariance_eigh").fit(centred)
     energy = pca.explained_variance_ * (1 - 1 / len(centred))  # variance over n frames instead of n - 1

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from speech import made_up_face
 
-from phonanim.errors import MissingExtraError
+from phonanim.errors import CorpusError, MissingExtraError
 from phonanim.face.fit import fit_face
 from phonanim.face.model import FaceModel
 
@@ -58,6 +58,12 @@ def test_a_face_known_but_for_rounding_is_returned_itself(shapes: np.ndarray, in
         replace(stored, indices=indices[::-1]),
     ):
         np.testing.assert_array_equal(fit_face(shapes, indices, known=other).modes, fitted.modes)
+
+
+def test_a_face_without_landmarks_below_the_nose_is_refused(shapes: np.ndarray, indices: np.ndarray) -> None:
+    shapes[:, :, 1] = 0.0
+    with pytest.raises(CorpusError, match="no landmark of the corpus lies below the nose; track"):
+        fit_face(shapes, indices)
 
 
 def test_the_fit_needs_scikit_learn(
