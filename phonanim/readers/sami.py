@@ -13,6 +13,7 @@ from phonanim.speech.alignment_file import AlignmentFile
 FORMAT = "SAMI subtitles"
 LAST = 3.0  # seconds of a line that nothing ends
 MILLISECOND = 1e-3
+SHOWN = 5  # other languages that a note names
 
 _SYNC = re.compile(r"<SYNC\b[^>]{0,100}?\bStart\s*=\s*[\"']?(\d{1,9})[^>]{0,100}>", re.IGNORECASE)
 _CLASS = re.compile(r"<P\b[^>]{0,200}?\bClass\s*=\s*[\"']?([\w-]{1,40})[^>]{0,200}>", re.IGNORECASE)
@@ -31,7 +32,9 @@ def read(source: AlignmentFile) -> Recording:
     first = _CLASS.search(source.text)
     wanted = first[1] if first else ""
     cues = [cue for cue in _cues(source.text, wanted) if cue.pieces[0][1].strip()]
-    return cue_recording(cues, next((code for name, code in languages.items() if name == wanted), ""))
+    others = sorted({name for name in _CLASS.findall(source.text) if name != wanted})
+    notes = (f"lines of {wanted} are read, those of {', '.join(others[:SHOWN])} are not",) if others else ()
+    return cue_recording(cues, languages.get(wanted, ""), notes)
 
 
 def _cues(text: str, wanted: str) -> Iterator[Cue]:

@@ -179,3 +179,12 @@ def test_a_duration_ends_a_word() -> None:
 def test_speakers_that_are_numbers() -> None:
     content = [{"word": "me", "start": 0, "end": 1, "speaker": n} for n in (0, 1)]
     assert [tier.speaker for tier in read(content).tiers] == ["0", "1"]
+
+
+def test_a_note_names_the_languages_of_sami_that_are_not_read():
+    found = read(
+        "<SAMI><STYLE><!-- .A {lang: en-US;} .B {lang: fr-FR;} --></STYLE><BODY><SYNC Start=0><P Class=A>hello"
+        "<SYNC Start=0><P Class=B>bonjour<SYNC Start=900><P Class=A>&nbsp;</BODY></SAMI>"
+    )
+    assert found.notes == ("lines of A are read, those of B are not",)
+    assert [one.label for one in found.tiers[0].intervals] == ["hello"]
