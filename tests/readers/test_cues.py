@@ -183,7 +183,7 @@ def test_speakers_that_are_numbers() -> None:
 
 def test_a_note_names_the_languages_of_sami_that_are_not_read():
     found = read(
-        "<SAMI><STYLE><!-- .A {lang: en-US;} .B {lang: fr-FR;} --></STYLE><BODY><SYNC Start=0><P Class=A>hello"
+        "<SAMI><!-- .A {lang: en-US;} .B {lang: fr-FR;} --><BODY><SYNC Start=0><P Class=A>hello"
         "<SYNC Start=0><P Class=B>bonjour<SYNC Start=900><P Class=A>&nbsp;</BODY></SAMI>"
     )
     assert found.notes == ("lines of A are read, those of B are not",)
