@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ import numpy as np
 
 from phonanim.comparison import plots
 from phonanim.comparison.figures import SETTINGS, draw_file
+from phonanim.comparison.tables import NOTHING
 
 REFERENCE = "phonanim"
 Rows = list[list[str]]
@@ -45,7 +47,9 @@ def find(tables: list[dict[str, Any]], page: str, *columns: str, place: int = 0)
 
 
 def interval(cell: str) -> list[float]:
-    """Value, low and high of a cell such as "**0.455 [0.408, 0.505]**"."""
+    """Value, low and high of a cell such as "**0.455 [0.408, 0.505]**"; a dash is not a number."""
+    if cell == NOTHING:
+        return [math.nan] * 3
     return [
         float(part) for part in cell.strip("*").replace("[", "").replace("]", "").replace(",", "").split()
     ]

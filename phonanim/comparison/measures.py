@@ -8,12 +8,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.evaluation.statistics import Statistic, pearson, ratio
+from phonanim.evaluation.statistics import Statistic, pearson, pooled_sd_ratio, ratio
 
 Array = NDArray[np.float64]
 CURVE = 6  # sums of a curve beside the captured one, as of phonanim.evaluation.statistics.pearson_sums
-OURS, THEIRS = (1, 3), (2, 4)  # of them, the sum and the sum of squares of each curve
-ROUNDING = 1e-7  # of sums that are kept with nine digits
 
 
 @dataclass(frozen=True)
@@ -44,16 +42,12 @@ def root_ratio(totals: Array) -> Array:
 
 def curve_r(totals: Array) -> Array:
     """R of each of several curves, (..., curves * 6) -> (..., curves); NaN where either is still."""
-    sums = _curves(totals)
-    return np.where(_spread(sums, OURS) * _spread(sums, THEIRS) > 0, pearson(sums), np.nan)
+    return pearson(_curves(totals))
 
 
 def curve_sd_ratio(totals: Array) -> Array:
     """Deviation of each of several curves over the captured one; NaN where that is still."""
-    sums = _curves(totals)
-    theirs = _spread(sums, THEIRS)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(np.sqrt(_spread(sums, OURS) / np.where(theirs > 0, theirs, np.nan)))
+    return pooled_sd_ratio(_curves(totals))
 
 
 def mean_r(totals: Array) -> Array:
@@ -75,13 +69,6 @@ def mean_sd_ratio(totals: Array) -> Array:
 def _curves(totals: Array) -> Array:
     """(..., curves * 6) -> (..., curves, 6)."""
     return totals.reshape(*totals.shape[:-1], -1, CURVE)
-
-
-def _spread(sums: Array, which: tuple[int, int]) -> Array:
-    """N Σx² - (Σx)² of a curve, 0 where it is no more than the rounding of the sums."""
-    total, square = sums[..., which[0]], sums[..., which[1]]
-    spread = sums[..., 0] * square - total * total
-    return np.where(spread > ROUNDING * sums[..., 0] * square, spread, 0.0)
 
 
 def _mean(values: Array) -> Array:

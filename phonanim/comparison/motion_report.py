@@ -17,7 +17,7 @@ from phonanim.comparison.plan import LEFT_OUT, Plan
 from phonanim.comparison.report import DATA, write_pages
 from phonanim.comparison.run import Document, model_rows, seeded_rows
 from phonanim.comparison.scores import measure_value
-from phonanim.comparison.tables import Table, interval, interval_text
+from phonanim.comparison.tables import NOTHING, Table, interval, interval_text
 from phonanim.core.files import make_folder_within
 from phonanim.evaluation.corpora import STILL
 from phonanim.evaluation.heat import Heat, draw_heat
@@ -164,12 +164,9 @@ def units(document: Document, where: str) -> int:
 
 
 def cell(document: Document, rows: Array, measure: str) -> str:
-    """A value with its interval where there are enough clips, (clips, seeds, sums); empty for NaN."""
+    """A value with its interval where there are enough clips, (clips, seeds, sums)."""
     text = interval_text(document, rows, measure)
-    value, _, bounds = text.partition(" ")
-    if "nan" in value:
-        return ""
-    return value if len(rows) < FEWEST or "nan" in bounds else text
+    return text if len(rows) >= FEWEST else text.partition(" ")[0]
 
 
 def details(document: Document, plan: Plan) -> list[Part]:
@@ -183,7 +180,7 @@ def details(document: Document, plan: Plan) -> list[Part]:
             f"### Differences from {document['reference']}",
             "Errors change by a share, r by a difference. p by paired permutation over clips or pieces, "
             "Holm-corrected, in parentheses where it does not reach 0.05.",
-            blank(tables.differences_table(document, "raw", where, measures)),
+            tables.differences_table(document, "raw", where, measures),
         ]
     parts += [f"![{HEAT}](heat.png)\n\n*{HEAT}.*"]
     for fold, title, frames in _other_folds(document):
@@ -225,13 +222,8 @@ def curves_table(document: Document, where: str) -> Table:
             total = found["curves_r"].sum(axis=0)
             columns.append(zip(curve_r(total), curve_sd_ratio(total), strict=True))
             names.append(name)
-    cells = [[f"{r:.2f} ({sd:.2f})" if np.isfinite(r) else "" for r, sd in column] for column in columns]
+    cells = [[f"{r:.2f} ({sd:.2f})" if np.isfinite(r) else NOTHING for r, sd in column] for column in columns]
     return [["curve", *names], *[list(row) for row in zip(document["curves"], *cells, strict=True)]]
-
-
-def blank(table: Table) -> Table:
-    """A table without the cells that are not a number."""
-    return [["" if "nan" in cell else cell for cell in row] for row in table]
 
 
 def draw_figures(document: Document, folder: Path) -> None:

@@ -69,7 +69,7 @@ def name_inputs(figure: Any, models: Sequence[Shown]) -> None:
 def draw_grid(
     figure: Any, rows: Sequence[str], columns: Sequence[str], values: Array, label: str, best: float
 ) -> None:
-    """A table of numbers, (rows, columns), each cell the darker the nearer it is to `best` from 0."""
+    """A table of numbers, (rows, columns), each cell the darker the nearer to `best` from 0; NaN is "–"."""
     figure.set_size_inches(2.6 + 0.72 * len(columns), 1.4 + 0.28 * len(rows))
     axes = figure.subplots()
     shades = axes.imshow(values, cmap="Blues", vmin=0, vmax=best, aspect="auto")
@@ -78,7 +78,7 @@ def draw_grid(
         axes.text(
             column,
             row,
-            f"{value:.2f}".replace("-0.00", "0.00"),
+            f"{value:.2f}".replace("-0.00", "0.00").replace("nan", "–"),
             ha="center",
             va="center",
             color=ink,

@@ -26,14 +26,18 @@ Table = list[list[str]]
 Document = dict[str, Any]
 Sums = NDArray[np.float64]  # (clips, sums)
 SIGNIFICANT = 0.05
+NOTHING = "–"
+"""A value that does not exist: the correlation with a curve that does not move."""
 SHOWN = {"default": "phonanim", "procedural": "dominance (Cohen-Massaro)"}
 """Names of models in tables and figures, for models whose own names are unclear."""
 
 
 def markdown(table: Table) -> str:
-    """A table with its header row first, as Markdown; numbers are right-aligned."""
+    """A table with its header row first, as Markdown; numbers are right-aligned, dashes are explained."""
     rule = ["---", *["---:"] * (len(table[0]) - 1)]
-    return "\n".join("| " + " | ".join(row) + " |" for row in [table[0], rule, *table[1:]])
+    rows = "\n".join("| " + " | ".join(row) + " |" for row in [table[0], rule, *table[1:]])
+    dashed = any(cell.strip("*") == NOTHING for row in table[1:] for cell in row)
+    return f"{rows}\n\n{NOTHING}: no correlation, because a curve does not move." if dashed else rows
 
 
 def measure_heading(measure: str) -> str:
@@ -63,10 +67,15 @@ def _column(document: Document, names: list[str], variant: str, where: str, meas
 
 
 def interval_text(document: Document, rows: Sums, measure: str) -> str:
-    """A value with its 95 % interval over sentences, (clips, sums), or (clips, seeds, sums) over both."""
+    """A value with its 95 % interval over sentences, (clips, sums), or (clips, seeds, sums) over both.
+
+    NOTHING for a value that is not a number.
+    """
+    value = measure_value(measure, rows.sum(axis=1) if rows.ndim == 3 else rows)
+    if np.isnan(value):
+        return NOTHING
     low, high = interval(document, rows, MEASURES[measure].statistic)
-    alone = rows.sum(axis=1) if rows.ndim == 3 else rows
-    return f"{_number(measure_value(measure, alone))} [{_number(low)}, {_number(high)}]"
+    return f"{_number(value)} [{_number(low)}, {_number(high)}]"
 
 
 def interval(document: Document, rows: Sums, statistic: Statistic) -> tuple[float, float]:
@@ -91,7 +100,7 @@ def size_table(document: Document, variant: str, where: str) -> Table:
             for statistic in (pooled_slope, pooled_sd_ratio):
                 low, high = interval(document, rows[measure], statistic)
                 value = float(statistic(rows[measure].sum(axis=(0, 1))))
-                cells.append(f"{value:.2f} [{low:.2f}, {high:.2f}]")
+                cells.append(NOTHING if np.isnan(value) else f"{value:.2f} [{low:.2f}, {high:.2f}]")
         table.append([name, *cells])
     return table
 
@@ -129,15 +138,25 @@ def _p(document: Document, ours: Sums, theirs: Sums, measure: str) -> float:
     return paired_test(ours, theirs, rng, MEASURES[measure].statistic)
 
 
+def _tested(ours: Sums, theirs: Sums, measure: str, p: float) -> str:
+    """A change with its p value."""
+    change = _change(ours, theirs, measure)
+    return change if change == NOTHING else f"{change}, {_p_text(p)}"
+
+
 def _change(ours: Sums, theirs: Sums, measure: str) -> str:
     """Errors change by a share, correlations by a difference."""
     first, second = measure_value(measure, ours), measure_value(measure, theirs)
+    if np.isnan(first) or np.isnan(second):
+        return NOTHING
     if MEASURES[measure].better != "less":
         return f"{first - second:+.3f}"
     return f"{100 * (first / second - 1):+.1f} %"
 
 
 def _p_text(p: float) -> str:
+    if np.isnan(p):
+        return NOTHING
     return f"{p:.4f}" if p < SIGNIFICANT else f"({p:.2f})"
 
 
@@ -191,9 +210,7 @@ def _grid(
     """Pairs of sums by model and condition: a row per model, each change with its p value."""
     tested = [key for key, (ours, theirs) in cells.items() if not np.array_equal(ours, theirs)]
     p = dict(zip(tested, holm([_p(document, *cells[key], measure) for key in tested]), strict=True))
-    texts = {
-        key: f"{_change(*cells[key], measure)}, {_p_text(p[key])}" if key in p else "same" for key in cells
-    }
+    texts = {key: _tested(*cells[key], measure, p[key]) if key in p else "same" for key in cells}
     names, conditions = dict.fromkeys(name for name, _ in cells), document["conditions"]
     rows = [[name, *[texts[name, condition] for condition in conditions]] for name in names]
     return [[title, *conditions], *rows]
@@ -223,7 +240,7 @@ def ema_table(document: Document) -> Table:
             sums = np.array(found[variant]["aperture_r"])
             # Sensors are at another height in each recording, so utterances are averaged, not pooled.
             each = pearson(sums)
-            row += [f"{each.mean():.3f}", *[f"{r:.3f}" for r in each]]
+            row += [_number(r) for r in (each.mean(), *each)]
         table.append([*row, " ".join(f"{lag:+.0f}" for lag in found["contacts"]["lag_ms"])])
     return table
 
@@ -263,4 +280,4 @@ def sweep_table(found: dict[str, Any], measure: str) -> Table:
 
 
 def _number(number: float) -> str:
-    return f"{number:.3f}"
+    return NOTHING if np.isnan(number) else f"{number:.3f}"

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 Statistic = Callable[[Array], Array]  # totals (..., sums) -> (...,)
 RESAMPLES = 10_000
 CHUNK = 1000  # resamples at once, so that memory use does not grow
+ROUNDING = 1e-7  # of sums that are kept with nine digits: a smaller spread is no motion
 
 
 def ratio(totals: Array) -> Array:
@@ -29,9 +30,9 @@ def ratio(totals: Array) -> Array:
 
 
 def pearson(totals: Array) -> Array:
-    """Pearson's r from (n, Σa, Σb, Σa², Σb², Σab), (..., 6) -> (...,); NaN for a constant curve."""
-    n, a, b, aa, bb, ab = np.moveaxis(totals, -1, 0)
-    spread = (n * aa - a * a) * (n * bb - b * b)
+    """Pearson's r from (n, Σa, Σb, Σa², Σb², Σab), (..., 6) -> (...,); NaN for a motionless curve."""
+    n, a, b, _, _, ab = np.moveaxis(totals, -1, 0)
+    spread = np.prod(_spreads(totals), axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.asarray((n * ab - a * b) / np.sqrt(np.where(spread > 0, spread, np.nan)))
 
@@ -43,17 +44,31 @@ def pearson_sums(a: NDArray[np.floating], b: NDArray[np.floating]) -> Array:
 
 
 def pooled_sd_ratio(totals: Array) -> Array:
-    """Deviation of the first over that of the second curve, from sums as for `pearson`, -> (...,)."""
-    n, a, b, aa, bb, _ = np.moveaxis(totals, -1, 0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(np.sqrt((n * aa - a * a) / (n * bb - b * b)))
+    """Deviation of the first over that of the second curve, from sums as for `pearson`, -> (...,).
+
+    0 where the first does not move, NaN where the second does not.
+    """
+    ours, theirs = _spreads(totals)
+    return np.asarray(np.sqrt(ours / np.where(theirs > 0, theirs, np.nan)))
 
 
 def pooled_slope(totals: Array) -> Array:
-    """Slope of the first on the second curve, from the sums of `pearson`; (..., 6) -> (...,)."""
-    n, a, b, _, bb, ab = np.moveaxis(totals, -1, 0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray((n * ab - a * b) / (n * bb - b * b))
+    """Slope of the first on the second curve, from the sums of `pearson`; NaN where that does not move."""
+    n, a, b, _, _, ab = np.moveaxis(totals, -1, 0)
+    ours, theirs = _spreads(totals)
+    shared = np.where(ours == 0, 0.0, n * ab - a * b)
+    return np.asarray(shared / np.where(theirs > 0, theirs, np.nan))
+
+
+def _spreads(totals: Array) -> tuple[Array, Array]:
+    """N Σx² - (Σx)² of both curves, 0 where it is no more than the rounding of the sums."""
+    n, a, b, aa, bb, _ = np.moveaxis(totals, -1, 0)
+    return _spread(n, a, aa), _spread(n, b, bb)
+
+
+def _spread(n: Array, total: Array, square: Array) -> Array:
+    found = n * square - total * total
+    return np.where(found <= ROUNDING * n * square, 0.0, found)
 
 
 def bootstrap_interval(
@@ -144,7 +159,8 @@ def paired_test(
     If the two models were equal, their names could be exchanged in any sentence (Fisher 1935, section 21;
     Edgington 1995, chapter 5). p is the share of the randomly drawn exchanges, including the observed one,
     in which the models differ by at least the observed difference. It is never below 1 / (resamples + 1).
-    NaN if a statistic is not a number. Raises ValueError when the sentences are not paired.
+    An exchange after which a statistic is not a number counts as well. NaN if the observed difference is not
+    a number. Raises ValueError when the sentences are not paired.
     """
     if a.shape != b.shape:
         raise ValueError(f"sentences of two models must pair: {a.shape} and {b.shape}")
@@ -157,7 +173,7 @@ def paired_test(
         exchanged = rng.random((min(CHUNK, resamples - begin), len(a))) < 0.5
         first = a.sum(axis=0) + exchanged @ change
         apart = np.abs(statistic(first) - statistic(total - first))
-        extreme += int((apart >= observed * (1 - 1e-9)).sum())
+        extreme += int((~(apart < observed * (1 - 1e-9))).sum())
     return (extreme + 1) / (resamples + 1)
 
 

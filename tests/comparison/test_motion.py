@@ -58,7 +58,7 @@ def test_every_kind_has_its_page(kind: str, tmp_path: Path) -> None:
     errors = {"controls": "MCE (L2)", "sensors": "error, mm", "vertices": "MVE | LVE"}
     assert f"| model | driven by | r | sd ratio | {'L1, sum over controls | ' * (kind == 'controls')}" in page
     assert errors[kind] in page
-    assert f"| {STILL} |  |  | 0.000" in page
+    assert f"| {STILL} |  | – | 0.000" in page
     assert all(heading in details for heading in ("Withheld words", "The withheld words:", "Withheld phones"))
     assert all((out / "benchmark" / f"{name}.png").stat().st_size > 5000 for name in ("bars", "heat"))
     sums = json.loads((out / "models/sums.json").read_text())

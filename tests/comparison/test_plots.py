@@ -60,10 +60,10 @@ def test_settings_with_names_are_bars_and_numbers_are_lines_from_zero(figure: An
 
 def test_a_grid_has_a_number_in_each_cell(figure: Any) -> None:
     plots.draw_grid(
-        figure, ["ours", "second"], ["clean", "noise"], np.array([[0.9, -0.001], [0.5, 0.2]]), "r", 1.0
+        figure, ["ours", "second"], ["clean", "noise"], np.array([[0.9, -0.001], [0.5, np.nan]]), "r", 1.0
     )
     axes = figure.axes[0]
-    assert [text.get_text() for text in axes.texts] == ["0.90", "0.00", "0.50", "0.20"]
+    assert [text.get_text() for text in axes.texts] == ["0.90", "0.00", "0.50", "–"]
     assert axes.get_ylabel() == "model"
     assert not axes.lines
 

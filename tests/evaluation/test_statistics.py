@@ -101,6 +101,31 @@ def test_curves_that_never_move_have_no_interval() -> None:
 
 
 @pytest.mark.filterwarnings("error")
+def test_the_rounding_of_sums_is_no_motion() -> None:
+    """Sums kept with nine digits leave a motionless curve a spread of some 1e-9 of its square."""
+    truth = RNG(1).normal(size=(50, 75))
+    still = np.full(75, 5.4321987654321)
+    rows = np.array([[float(f"{s:.9g}") for s in st.pearson_sums(still, row)] for row in truth])
+    n, a, _, aa, _, _ = rows.sum(axis=0)
+    assert n * aa != a * a
+    assert np.isnan(st.pearson(rows.sum(axis=0)))
+    assert np.isnan(st.bootstrap_interval(rows, RNG(0), st.pearson)).all()
+    assert st.pooled_sd_ratio(rows.sum(axis=0)) == 0
+    swapped = rows[:, [0, 2, 1, 4, 3, 5]].sum(axis=0)
+    assert np.isnan([st.pooled_sd_ratio(swapped), st.pooled_slope(swapped)]).all()
+    unknown = np.where(np.arange(6) == 3, np.nan, rows.sum(axis=0))
+    assert np.isnan([st.pearson(unknown), st.pooled_sd_ratio(unknown)]).all()
+
+
+def test_an_exchange_that_is_not_a_number_is_no_evidence() -> None:
+    """Each model moves in one sentence, so half of the exchanges leave a model without motion."""
+    curve, still = np.arange(5.0), np.ones(5)
+    ours = np.array([st.pearson_sums(x, curve) for x in (curve, still, still)])
+    theirs = np.array([st.pearson_sums(x, curve) for x in (still, curve[::-1], still)])
+    assert st.paired_test(ours, theirs, RNG(0), st.pearson) == 1.0
+
+
+@pytest.mark.filterwarnings("error")
 def test_what_is_not_a_number_is_never_significant() -> None:
     a = st.mean_rows(np.arange(6.0))
     holed = st.mean_rows(np.array([0.0, np.nan, 2, 3, 4, 5]))
