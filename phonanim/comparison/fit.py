@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from phonanim import regressors
+from phonanim.comparison.plan import Plan
 from phonanim.core.decode import DAMAGE, decode_number, decode_table, decode_text, read_json
 from phonanim.core.files import content_hash, write_text
 from phonanim.core.threads import use_one_thread
@@ -199,6 +200,12 @@ def read_job(folder: Path) -> dict[str, Any]:
 def folder_name(name: str) -> str:
     """A model's name as a folder name."""
     return re.sub(r"[^\w.+-]+", "_", name)
+
+
+def seed_folders(plan: Plan, name: str, folder: Path) -> list[tuple[int | None, Path]]:
+    """The folder of a model's trainings for each of its seeds, None where the seed is the recipe's own."""
+    seeds = plan.seeds[:1] if name in plan.one_seed else plan.seeds
+    return [(seed, folder / f"seed{seed}") for seed in seeds] or [(None, folder)]
 
 
 def load_trained(folder: Path) -> Trained:

@@ -19,6 +19,7 @@ from phonanim.comparison.fit import (
     folder_name,
     load_cached_motion,
     load_trained,
+    seed_folders,
 )
 from phonanim.comparison.motion_folds import MotionFold, motion_folds, training_part
 from phonanim.comparison.motion_scores import clip_sums, curve_names
@@ -89,8 +90,7 @@ def model_folders(plan: Plan, name: str, fold: MotionFold, work: Path) -> list[t
         return [(None, where)] if fold.model == "test" else []
     if name in plan.test_only and not _is_main(fold):
         return []
-    folder = work / folder_name(name) / fold.model
-    return [(seed, folder / f"seed{seed}") for seed in plan.seeds] or [(None, folder)]
+    return seed_folders(plan, name, work / folder_name(name) / fold.model)
 
 
 def _is_main(fold: MotionFold) -> bool:

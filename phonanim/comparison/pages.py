@@ -111,10 +111,22 @@ def scored_text(document: Document, where: str) -> str:
     """How many seconds of whose speech a table rests on, and over how many seeds."""
     rows = seeded_rows(document, document["reference"], "raw", where)
     assert rows is not None
-    clips, seeds = rows["shape_mse"].shape[:2]
+    clips = len(rows["shape_mse"])
     seconds = rows["shape_mse"][:, 0, 1].sum() / document["corpus"].get("fps", 25.0)
-    trained = f"; every model is trained with {seeds} seeds, which the intervals cover" if seeds > 1 else ""
-    return f"Scored on {seconds:.0f} s in {clips} clips of {document['corpus']['source']}{trained}."
+    source, seeds = document["corpus"]["source"], _seeds(document, where)
+    return f"Scored on {seconds:.0f} s in {clips} clips of {source}{seeds}."
+
+
+def _seeds(document: Document, where: str) -> str:
+    """How often the models of a table are trained, where it is more than once."""
+    found = {name: seeded_rows(document, name, "raw", where) for name in document["models"]}
+    counts = {name: rows["shape_mse"].shape[1] for name, rows in found.items() if rows is not None}
+    most, once = max(counts.values()), [f"`{name}`" for name, count in counts.items() if count == 1]
+    if most == 1:
+        return ""
+    if not once:
+        return f"; every model is trained with {most} seeds, which the intervals cover"
+    return f"; trained with {most} seeds, which the intervals cover, except {', '.join(once)}: these once"
 
 
 def _absent(document: Document, where: str) -> str:

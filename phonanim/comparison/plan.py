@@ -54,8 +54,9 @@ class Plan:
     a file of benchmarks/tools.py, `legibility` one of benchmarks/legibility.py. `mouths` are models that are
     also trained on the joint modes, `test_only` those that are not trained again for withheld words and
     phones. `seeds` are those of the trainings, one of each recipe for each; without them, each recipe is
-    trained once, with its own. `conditions` are other sounds of the test clips (comparison/conditions.py).
-    `masks` are files of vertices or controls by region, for corpora of these.
+    trained once, with its own; `one_seed` are models that are trained with the first of them only.
+    `conditions` are other sounds of the test clips (comparison/conditions.py). `masks` are files of vertices
+    or controls by region, for corpora of these.
     """
 
     corpus: Path
@@ -71,6 +72,7 @@ class Plan:
     test_only: tuple[str, ...] = ()
     seed: int = 0
     seeds: tuple[int, ...] = ()
+    one_seed: tuple[str, ...] = ()
     conditions: dict[str, Condition] = field(default_factory=dict)
     sweeps: dict[str, Sweep] = field(default_factory=dict)
     notes: dict[str, str] = field(default_factory=dict)
@@ -100,7 +102,7 @@ def read_plan(path: Path) -> Plan:
     }
     table["words"] = tuple(tuple(group) for group in table.get("words", ()))
     table["phones"] = tuple(table.get("phones", ()))
-    table |= {key: tuple(table.get(key, ())) for key in ("mouths", "test_only", "seeds")}
+    table |= {key: tuple(table.get(key, ())) for key in ("mouths", "test_only", "seeds", "one_seed")}
     table["folds"] = tuple(table.get("folds", USUAL))
     plan = Plan(**table)
     _check_names(plan, path)
@@ -111,7 +113,8 @@ def read_plan(path: Path) -> Plan:
 def _check_names(plan: Plan, path: Path) -> None:
     if plan.reference not in plan.models:
         raise ModelError(f"{path}: reference {plan.reference!r} is not one of its models")
-    for key, names in (("mouths", plan.mouths), ("test_only", plan.test_only)):
+    lists = {"mouths": plan.mouths, "test_only": plan.test_only, "one_seed": plan.one_seed}
+    for key, names in lists.items():
         for name in names:
             if name not in plan.models or not plan.models[name].is_file():
                 raise ModelError(f"{path}: {key}: {name!r} is not a recipe among its models")
@@ -132,6 +135,8 @@ def _check_seeds(plan: Plan, path: Path) -> None:
         plan.seeds
     ):
         raise ModelError(f"{path}: seeds: {list(plan.seeds)} must be different whole numbers from 0 on")
+    if plan.one_seed and not plan.seeds:
+        raise ModelError(f"{path}: one_seed: there are no seeds of which to take one; add seeds")
 
 
 def _existing(where: Path, plan: Path, name: str) -> Path:

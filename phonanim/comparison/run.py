@@ -23,6 +23,7 @@ from phonanim.comparison.fit import (
     load_cached_corpus,
     load_trained,
     reference_face,
+    seed_folders,
 )
 from phonanim.comparison.folds import Fold, make_folds
 from phonanim.comparison.mouths import WHERE, mouth_jobs, mouth_scores, pixel_bound
@@ -90,8 +91,7 @@ def model_folders(plan: Plan, name: str, fold: Fold, work: Path) -> list[tuple[i
         return []
     if where.is_dir():
         return [(None, where)]
-    folder = work / folder_name(name) / fold.name
-    return [(seed, folder / f"seed{seed}") for seed in plan.seeds] or [(None, folder)]
+    return seed_folders(plan, name, work / folder_name(name) / fold.name)
 
 
 def _jobs(plan: Plan, fold: Fold, work: Path) -> Iterable[Job]:
@@ -199,10 +199,11 @@ def _pictures(trained: Trained, predicted: dict[int, NDArray[np.float32]], corpu
 def model_rows(document: Document, name: str, variant: str, where: str) -> Scores | None:
     """Sums of one model, (clips, sums) by measure; if `where` ends with *, folds are concatenated.
 
-    The sums of several seeds are added, so that a statistic of them is that of all their predictions.
+    The sums of several seeds are averaged, so that a statistic of them is that of all their predictions, and
+    a clip weighs as much as in a model with one seed.
     """
     found = seeded_rows(document, name, variant, where)
-    return found and {measure: rows.sum(axis=1) for measure, rows in found.items()}
+    return found and {measure: rows.mean(axis=1) for measure, rows in found.items()}
 
 
 def seeded_rows(document: Document, name: str, variant: str, where: str) -> Scores | None:

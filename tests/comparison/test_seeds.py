@@ -72,14 +72,14 @@ def test_every_recipe_is_trained_once_a_seed_and_fold(house: Path, document: dic
     assert found == folds
 
 
-def test_sums_are_kept_by_seed_and_added_for_a_value(document: dict[str, Any]) -> None:
+def test_sums_are_kept_by_seed_and_averaged_for_a_value(document: dict[str, Any]) -> None:
     by_seed = seeded_rows(document, "net", "raw", "words*/clip")
-    added = model_rows(document, "net", "raw", "words*/clip")
+    averaged = model_rows(document, "net", "raw", "words*/clip")
     assert by_seed is not None
-    assert added is not None
+    assert averaged is not None
     rows = by_seed["shape_mse"]
     assert rows.shape[1:] == (2, 2)
-    np.testing.assert_allclose(added["shape_mse"], rows.sum(axis=1))
+    np.testing.assert_allclose(averaged["shape_mse"], rows.mean(axis=1))
     assert not np.allclose(rows[:, 0, 0], rows[:, 1, 0])
     np.testing.assert_array_equal(rows[:, 0, 1], rows[:, 1, 1])  # the same frames
     text = interval_text(document, rows, "shape_mse")
@@ -89,6 +89,29 @@ def test_sums_are_kept_by_seed_and_added_for_a_value(document: dict[str, Any]) -
         f"Scored on {seconds:.0f} s in {len(rows)} clips of made up; every model is trained with 2 seeds, "
         "which the intervals cover."
     )
+
+
+def test_a_model_of_one_seed_stands_beside_those_of_several(house: Path) -> None:
+    plan = replace(read_plan(house / "plan.toml"), one_seed=("mean",))
+    document = compare(plan, house / "work", workers=1)
+    once, twice = (seeded_rows(document, name, "raw", "test/all") for name in ("mean", "net"))
+    assert once is not None
+    assert twice is not None
+    assert once["shape_mse"].shape[1] == 1
+    assert twice["shape_mse"].shape[1] == 2
+    averaged = [model_rows(document, name, "raw", "test/all") for name in ("mean", "net")]
+    frames = [rows["shape_mse"][:, 1] for rows in averaged if rows is not None]
+    np.testing.assert_array_equal(*frames)  # a test that swaps their clips gives both the same weight
+    assert scored_text(document, "test/all").endswith(
+        "; trained with 2 seeds, which the intervals cover, except `mean`: these once."
+    )
+
+
+def test_one_seed_of_none(house: Path) -> None:
+    plan = house / "bad.toml"
+    plan.write_text('one_seed = ["mean"]\n' + PLAN.replace("seeds = [3, 8]", ""))
+    with pytest.raises(ModelError, match=r"bad\.toml: one_seed: there are no seeds"):
+        read_plan(plan)
 
 
 def test_an_interval_covers_the_seeds() -> None:
