@@ -22,6 +22,7 @@ from phonanim.aligners.pocketsphinx import align, split_words
 from phonanim.errors import PhonanimError
 from phonanim.inputs.alignment import read_alignment
 from phonanim.media.audio import audio_duration, read_sound
+from phonanim.metrics import edit_distance
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.labels import is_silent
 
@@ -56,13 +57,8 @@ def phone_errors(reference: Alignment, found: tuple[Interval, ...]) -> np.ndarra
 
 
 def word_error_rate(spoken: list[str], recognized: list[str]) -> float:
-    """Levenshtein distance over the words that were spoken."""
-    row = list(range(len(recognized) + 1))
-    for number, word in enumerate(spoken, 1):
-        last, row[0] = row[0], number
-        for place, other in enumerate(recognized, 1):
-            last, row[place] = row[place], min(last + (word != other), row[place] + 1, row[place - 1] + 1)
-    return row[-1] / len(spoken)
+    """Edit distance over the words that were spoken."""
+    return edit_distance(recognized, spoken) / len(spoken)
 
 
 def recognize(folder: Path) -> None:

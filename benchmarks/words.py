@@ -7,7 +7,9 @@
 
 The lines are spread over an archive of alignments; of each, one word that the network knows is read. --films
 shows first whether the network reads a man who was filmed: test clips of recordings with mouth/ films, and
-the same words on the head. --lines keeps the lines, for other tools, whose curves --tracks reads.
+the same words on the head. --lines keeps the lines, for other tools, whose curves --tracks reads. The first
+row of each table is what a guess reaches that takes any word of the list. The table of --model is that of
+docs/measures.md; brackets are 95 % intervals over words.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.core.tables import read_rows
+from phonanim.evaluation.word_errors import Spelled, spell_visemes, word_summary, word_sums
 from phonanim.evaluation.words import (
     FPS,
     FRAMES,
@@ -31,7 +34,6 @@ from phonanim.evaluation.words import (
     WordReader,
     load_word_reader,
     read_words,
-    word_summary,
 )
 from phonanim.exporters import load
 from phonanim.inputs.alignment import read_alignment
@@ -42,7 +44,10 @@ from phonanim.speech.alignment import Interval
 Spoken = tuple[Path, Interval]
 
 WAYS = {"lips alone": "direct", "with articulation": "auto"}
-HEADER = "| mouth | words | first | among five | median rank | log p |\n|---|---:|---:|---:|---:|---:|"
+COLUMNS = {"wer": "WER", "cer": "CER", "viseme_error": "viseme errors", "top5": "among five"}
+HEADER = (
+    f"| mouth | {' | '.join(COLUMNS.values())} | median rank | log p |\n|---|{'---:|' * (len(COLUMNS) + 2)}"
+)
 PUPILS = 46.0  # pixels between the pupils in the films of grid_s1
 LRW_PUPILS = 54.0  # in the pictures that the network knows
 LIPS = (61, 291, 0, 17)  # MediaPipe face-mesh numbers around the mouth
@@ -95,26 +100,46 @@ def main(
     tracks: Path | None,
 ) -> None:
     reader = load_word_reader(network, words)
+    spelled = spell_visemes(reader.words)
     if films:
         filmed = list(filmed_words(films, reader))
-        print(HEADER)
-        print_row("filmed mouths", [read for _, _, read in filmed])
+        spoken = [(path, word) for path, word, _ in filmed]
+        start_table(spoken, reader, spelled)
+        print_row("filmed mouths", [read for _, _, read in filmed], spelled)
         for way, how in WAYS.items():
-            spoken = [(path, word) for path, word, _ in filmed]
-            print_row(f"the same words, {way}", read_lines(spoken, reader, how=how))
+            print_row(f"the same words, {way}", read_lines(spoken, reader, how=how), spelled)
     with tempfile.TemporaryDirectory() as folder:
         chosen = choose_words(archive, Path(folder), reader.words, count)
         if lines:
             keep_lines([path for path, _ in chosen], lines)
-        print(HEADER)
-        for way, how in WAYS.items():
-            print_row(way, read_lines(chosen, reader, how=how))
-        for model in models:
-            print_row(f"{Path(model).name}, lips alone", read_lines(chosen, reader, model, "direct"))
+        start_table(chosen, reader, spelled)
+        for model in ("default", *models):
+            name = "phonanim" if model == "default" else Path(model).name
+            for way, how in WAYS.items():
+                print_row(f"{name}, {way}", read_lines(chosen, reader, model, how), spelled)
         if tracks:
             takes = [(load(tracks / f"{path.stem}.track.json"), word) for path, word in chosen]
             found = [one for take, word in takes for one in read_words(take, reader, [word])]
-            print_row(tracks.name, found)
+            print_row(tracks.name, found, spelled)
+
+
+def start_table(spoken: list[Spoken], reader: WordReader, spelled: Spelled) -> None:
+    """How much is read, the head of a table, and the errors of a guess that takes any word of the list."""
+    seconds = sum(word.end - word.start for _, word in spoken)
+    lines, shown = len({path for path, _ in spoken}), len(spoken) * FRAMES / FPS
+    print(f"\n{len(spoken)} words of {lines} lines, {seconds:.0f} s of words in {shown:.0f} s of pictures\n")
+    print(HEADER)
+    chance, listed = -float(np.log(len(reader.words))), len(reader.words)
+    guesses = [
+        WordRead(word.label.lower(), 1 + place, chance, guess)
+        for _, word in spoken
+        for place, guess in enumerate(reader.words)
+    ]
+    rates = {name: sums.sum(axis=0) for name, sums in word_sums(guesses, spelled.visemes).items()}
+    shares = [f"{rates[name][0] / rates[name][1]:.1%}" for name in COLUMNS]
+    print(
+        f"| any word of the list | {' | '.join(shares)} | {(listed + 1) / 2:g} | {chance:.2f} |", flush=True
+    )
 
 
 def choose_words(archive: Path, folder: Path, known: tuple[str, ...], count: int) -> list[Spoken]:
@@ -189,14 +214,14 @@ def cropped(film: NDArray[np.float64], centre: NDArray[np.float64]) -> NDArray[n
     )
 
 
-def print_row(name: str, found: list[WordRead]) -> None:
+def print_row(name: str, found: list[WordRead], spelled: Spelled) -> None:
     """A row of the table."""
-    total = word_summary(found)
-    print(
-        f"| {name} | {total['words']:.0f} | {total['top1']:.0%} | {total['top5']:.0%} "
-        f"| {total['median_rank']:g} | {total['word_log_p']:.2f} |",
-        flush=True,
-    )
+    total = word_summary(found, spelled)
+    ends = total["intervals"]
+    rates = [f"{total[key]:.0%} [{ends[key][0]:.0%}, {ends[key][1]:.0%}]" for key in COLUMNS]
+    low, high = ends["word_log_p"]
+    log_p = f"{total['word_log_p']:.2f} [{low:.2f}, {high:.2f}]"
+    print(f"| {name} | {' | '.join(rates)} | {total['median_rank']:g} | {log_p} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ from collections import Counter, defaultdict
 from pathlib import Path
 
 from phonanim.core.files import atomic_path
+from phonanim.metrics import edit_distance
 from phonanim.speech.pronunciations import load_pronunciations
 from phonanim.speech.spelling import CONTEXTS, SpellingTable, context_of, spell_word
 
@@ -133,23 +134,13 @@ def report(table: SpellingTable, words: list[Word]) -> None:
     errors = total = right = 0
     for word, phones in words:
         guess = spell_word(word, table)
-        far = distance(guess, phones)
+        far = edit_distance(guess, phones)
         errors, total, right = errors + far, total + len(phones), right + (far == 0)
     print(
         f"{len(table)} rows; of {len(words)} withheld words {100 * right / len(words):.1f} % are right, ",
         end="",
     )
     print(f"{100 * errors / total:.1f} errors per 100 phones")
-
-
-def distance(one: tuple[str, ...], other: tuple[str, ...]) -> int:
-    """Levenshtein's distance."""
-    row = list(range(len(other) + 1))
-    for n, left in enumerate(one, 1):
-        above, row[0] = row[0], n
-        for m, right in enumerate(other, 1):
-            above, row[m] = row[m], min(row[m] + 1, row[m - 1] + 1, above + (left != right))
-    return row[-1]
 
 
 if __name__ == "__main__":

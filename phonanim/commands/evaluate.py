@@ -28,7 +28,9 @@ FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 @click.option("--reference", type=PATH, help="The reference: a file or a folder.")
 @click.option("--mask", "masks", multiple=True, metavar="[REGION=]FILE", help="Vertices of a region.")
 @click.option("--alignment", type=PATH, help="Alignment file, or a folder of them matched by stem.")
-@click.option("--language", default="auto", help="Label set of the alignment.")
+@click.option(
+    "--language", default="auto", help="Label set of the alignment; with --lips-read: of the words."
+)
 @click.option("--template", type=PATH, help="The mesh at rest, or a folder or .pkl of one per subject.")
 @click.option("--reference-template", type=PATH, help="Mesh at rest of the reference, if it is another face.")
 @click.option("--sound", type=PATH, help="Sound of the line, or a folder matched by stem: adds SLCC.")
@@ -84,7 +86,9 @@ def command(
         if not words:
             raise click.UsageError("--lips-read needs the words that the network can recognize: --words LIST")
         check_unused("--lips-read, which reads pictures", masks, template, lips, unit, sound, heat)
-        console.print_result(*read_lips(predictions, reference, alignment, lips_read, words))
+        with console.progress("reading lips") as progress:
+            found = read_lips(predictions, reference, alignment, lips_read, words, language, progress)
+        console.print_result(*found)
         return
     if not reference:
         raise click.UsageError("Missing option '--reference'.")

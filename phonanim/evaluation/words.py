@@ -25,6 +25,7 @@ from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.morphs import plain_name
 from phonanim.rig.render import View, render
 from phonanim.speech.alignment import Interval
+from phonanim.speech.spoken_words import plain_word
 
 Array = NDArray[np.float64]
 
@@ -91,7 +92,7 @@ def read_words(take: Animation, reader: WordReader, words: Iterable[Interval] = 
     """
     found = []
     for word in tuple(words) or take.words:
-        said = word.label.strip().lower()
+        said = plain_word(word.label)
         if said not in reader.words:
             continue
         scores = reader.score(draw_word(take, (word.start + word.end) / 2))
@@ -115,15 +116,3 @@ def draw_word(take: Animation, middle: float) -> NDArray[np.uint8]:
     centre = np.mean([spots.of(shape).mean(axis=0) for shape in shapes], axis=0)
     view = View((float(centre[0]), float(centre[1]), float(centre[2])), SPAN, SIZE, SIZE)
     return np.stack([np.round(render(shape, head, view) @ GREY).astype(np.uint8) for shape in shapes])
-
-
-def word_summary(found: list[WordRead]) -> dict[str, float]:
-    """Shares of words that are the first guess and among the first five; median rank, log probability."""
-    ranks = np.array([one.rank for one in found])
-    return {
-        "words": float(len(found)),
-        "top1": float((ranks == 1).mean()),
-        "top5": float((ranks <= 5).mean()),
-        "median_rank": float(np.median(ranks)),
-        "word_log_p": float(np.mean([one.log_p for one in found])),
-    }

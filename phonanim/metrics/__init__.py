@@ -1,8 +1,8 @@
 """Distances between predicted and captured motion: each measure with its unit, its equation and its source.
 
 `arrays` compares arrays of any kind (parameters, shapes, pixels, controls, sensors), `vertices` meshes,
-`controls` rigs, `lips` lip gaps and closures, `curves` single curves over time, `timing` their extrema;
-`phones` gives errors by phone. docs/evaluation.md says which measure to use when.
+`controls` rigs, `lips` lip gaps and closures, `curves` single curves over time, `timing` their extrema,
+`sequences` what was read; `phones` gives errors by phone. docs/evaluation.md says which measure to use when.
 """
 
 from phonanim.metrics.arrays import (
@@ -32,6 +32,7 @@ from phonanim.metrics.phones import (
     phone_middles,
     speech_mask,
 )
+from phonanim.metrics.sequences import edit_distance
 from phonanim.metrics.timing import temporal_misalignment
 from phonanim.metrics.vertices import (
     distances,
@@ -58,6 +59,7 @@ __all__ = [
     "distances",
     "diversity",
     "dynamics_deviation",
+    "edit_distance",
     "euclidean_error",
     "jerk",
     "lag",
