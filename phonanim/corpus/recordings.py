@@ -8,19 +8,19 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.aligners.pocketsphinx import align
+from phonanim.aligners.pocketsphinx import align_sound
 from phonanim.core.decode import MAX_TEXT, DecodeError, read_utf8
 from phonanim.core.files import atomic_path, make_folder_within, write_text
 from phonanim.corpus.tracking import Quality, Track, Tracker, measure_quality, track_film
 from phonanim.errors import AlignmentError, CorpusError, OptionError, PhonanimError
 from phonanim.face.model import OUTER_LIPS, SUBNASALE
 from phonanim.inputs.alignment import read_alignment
+from phonanim.media.audio import Sound
 from phonanim.media.video import (
     SOUND_RATE,
     Film,
@@ -170,13 +170,10 @@ def find_phones(
         text = read_utf8(spoken, MAX_TEXT).removeprefix("\ufeff")
     except (OSError, DecodeError) as error:
         raise CorpusError(f"{spoken}: cannot be read: {error}; save it as UTF-8") from error
-    with TemporaryDirectory() as folder:
-        audio = Path(folder) / f"{film.path.stem}.flac"
-        write_sound(sound, audio)
-        try:
-            found = align(audio, text)
-        except (AlignmentError, OptionError) as error:
-            raise CorpusError(f"{spoken}: {str(error).removeprefix(f'{audio}: ')}") from error
+    try:
+        found = align_sound(Sound(sound, SOUND_RATE), text, str(spoken))
+    except (AlignmentError, OptionError) as error:
+        raise CorpusError(f"{spoken}: {str(error).removeprefix(f'{spoken}: ')}") from error
     return found.words, found.phones
 
 

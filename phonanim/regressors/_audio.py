@@ -62,6 +62,5 @@ class AudioRegressor(AudioModel):
         from phonanim.regressors._torch_audio import fit_audio
 
         check_sounds(train)
-        if config.styles > 1:  # else all are one
-            check_styles(cls.__name__.lower(), config.styles, train, validation)
+        check_styles(cls.__name__.lower(), config.styles, train, validation)
         return fit_audio(cls, config, train, validation, rng, progress, journal)

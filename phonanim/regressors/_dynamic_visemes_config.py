@@ -7,6 +7,8 @@ from typing import Literal
 
 import numpy as np
 
+from phonanim.regressors._styles import check_style
+
 # Where the phones of a unit are sampled, as shares of its time; the outer positions are in its neighbours.
 PLACES = np.array([-0.4, 0.1, 0.3, 0.5, 0.7, 0.9, 1.4])
 
@@ -18,7 +20,8 @@ class Config:
     A gesture lasts `shortest` to `longest` seconds. `unit` is the representative of a cluster: its "median",
     the gesture nearest to the centre, or the "mean" of its gestures. `doubt` is the share of the probability
     that each unit gives to phones of the same attribute classes and to all phones. `step` is the grid of
-    seconds on which units may begin.
+    seconds on which units may begin. `style` is the style of the output, out of the `styles` of
+    Examples.styles, which differ in their mean.
     """
 
     clusters: int = 150
@@ -29,3 +32,8 @@ class Config:
     join: float = 12.0
     rate: float = 10.0
     step: float = 0.04
+    styles: int = 1
+    style: int = 0
+
+    def __post_init__(self) -> None:
+        check_style("dynamic_visemes", self)

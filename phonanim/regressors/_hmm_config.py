@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import ModelError
+from phonanim.regressors._styles import check_style
 from phonanim.speech.inventory import INVENTORY, N_PHONES
 
 LEAF = -1  # in `question`
@@ -23,7 +24,8 @@ class Config:
 
     A node is split when both sides keep `leaf` frames and the likelihood grows by more than `mdl` times the
     minimum description length of another Gaussian (Shinoda and Watanabe 2000). A `mdl` above 1 accounts for
-    neighbouring frames, which are nearly redundant. `alignments` is the number of Viterbi passes.
+    neighbouring frames, which are nearly redundant. `alignments` is the number of Viterbi passes. `style` is
+    the style of the output, out of the `styles` of Examples.styles, which differ in their mean.
     """
 
     states: int = 5
@@ -31,8 +33,11 @@ class Config:
     leaf: int = 50
     mdl: float = 1.0
     alignments: int = 2
+    styles: int = 1
+    style: int = 0
 
     def __post_init__(self) -> None:
+        check_style("hmm", self)
         if self.rate < SLOWEST:
             raise ModelError(
                 f"hmm: rate is {self.rate:g}; take {SLOWEST:g} or more, for states in short phones"

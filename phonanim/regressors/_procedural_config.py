@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.regressors._styles import check_style
 from phonanim.speech.gestures import GESTURES, split_parts
 from phonanim.speech.phones import PhoneTrack
 
@@ -18,13 +19,21 @@ TABLES = ("target", "strength", "onset", "offset")
 
 @dataclass(frozen=True)
 class Config:
-    """`own` and `shared` are the ridge penalties of a gesture's individual part and of the articulation's."""
+    """`own` and `shared` are the ridge penalties of a gesture's individual part and of the articulation's.
+
+    `style` is the style of the output, out of the `styles` of Examples.styles, which differ in their mean.
+    """
 
     steps: int = 600
     batch: int = 4096
     rate: float = 0.03
     own: float = 1e-2
     shared: float = 1e-4
+    styles: int = 1
+    style: int = 0
+
+    def __post_init__(self) -> None:
+        check_style("procedural", self)
 
 
 @dataclass(frozen=True)

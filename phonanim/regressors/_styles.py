@@ -1,18 +1,19 @@
-"""Styles of phone-driven regressors: a column for each, which is 1 for the speaker or emotion that is meant.
+"""Styles of phone-driven regressors, such as speakers or emotions; a model of one style knows none of this.
 
-As the one-hot speakers of VOCA (Cudeiro et al. 2019). A model of one style has no such columns.
+Regressors with inputs get a column for each style, which is 1 for the one that is meant, as the one-hot
+speakers of VOCA (Cudeiro et al. 2019). Those of statistics alone move the mean of each style (OffsetStyles).
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.errors import ModelError
-from phonanim.regressors import Examples
+from phonanim.regressors import Examples, Tensors
 
 Floats = NDArray[np.float32]
 Styled = TypeVar("Styled", bound=Any)
@@ -45,9 +46,12 @@ def layer_of_style(weights: Floats, bias: Floats, config: Any) -> tuple[Floats, 
 
 
 def check_styles(kind: str, styles: int, *examples: Examples) -> None:
-    """Raise ModelError when examples have a style that the configuration does not have."""
+    """Raise ModelError when examples have a style that the configuration does not have.
+
+    With one style, all examples are of it.
+    """
     most = max((style for part in examples for style in part.styles), default=0)
-    if most >= styles:
+    if styles > 1 and most >= styles:
         raise ModelError(f"{kind}: the examples have style {most}; set styles to {most + 1} or more")
 
 
@@ -64,3 +68,58 @@ def with_style(regressor: Styled, settings: dict[str, Any]) -> Styled:
             raise ModelError(f"the model does not sample: leave out --{name}")
     found: Styled = replace(regressor, config=replace(regressor.config, **settings))
     return found
+
+
+OFFSETS = "offsets"  # the name of the tensor
+
+
+@dataclass(frozen=True)
+class OffsetStyles:
+    """The part of a regressor whose styles differ in their mean alone.
+
+    `config` has `styles` and `style`; `offsets` (styles, modes) is what the mean of each style has beyond
+    that of all examples, None with one style.
+    """
+
+    config: Any
+
+    def with_settings(self: Styled, **settings: Any) -> Styled:
+        """The same model with another `style`. Raises ModelError for a style or setting that it lacks."""
+        return with_style(self, settings)
+
+    def in_style(self, rows: Floats, offsets: Floats | None) -> Floats:
+        """Predicted rows (times, modes) with the mean of the style."""
+        return rows if offsets is None else np.asarray(rows + offsets[self.config.style], np.float32)
+
+
+def split_offsets(kind: str, styles: int, examples: Examples) -> tuple[Examples, Floats | None]:
+    """Examples without the offsets of their styles, and these, (styles, modes), None with one style.
+
+    A style without examples has the offset 0. Raises ModelError for a style beyond `styles`.
+    """
+    check_styles(kind, styles, examples)
+    if styles < 2:
+        return examples, None
+    count, total = np.zeros((styles, 1)), np.zeros((styles, examples.targets[0].shape[1]))
+    for style, target in zip(styles_of(examples), examples.targets, strict=True):
+        count[style] += len(target)
+        total[style] += target.sum(axis=0, dtype=np.float64)
+    mean = total.sum(axis=0) / count.sum()
+    offsets = np.where(count > 0, total / np.maximum(count, 1) - mean, 0.0).astype(np.float32)
+    pairs = zip(styles_of(examples), examples.targets, strict=True)
+    return replace(examples, targets=tuple(target - offsets[style] for style, target in pairs)), offsets
+
+
+def offset_tensors(offsets: Floats | None) -> Tensors:
+    """What a model stores of its offsets."""
+    return {} if offsets is None else {OFFSETS: offsets}
+
+
+def read_offsets(styles: int, modes: int, tensors: Tensors) -> Floats | None:
+    """Offsets as they were stored. Raises KeyError or ValueError when they do not match the configuration."""
+    if styles < 2:
+        return None
+    offsets = tensors[OFFSETS]
+    if offsets.shape != (styles, modes):
+        raise ValueError(f"{OFFSETS} is {offsets.shape}, not {(styles, modes)}")
+    return offsets.astype(np.float32)

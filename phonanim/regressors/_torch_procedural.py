@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,10 @@ from torch import Tensor, nn
 from phonanim.regressors import Examples, Progress
 from phonanim.regressors._procedural_config import LONG, SHORT, TABLES, Config, neighbours
 from phonanim.regressors._torch import array, device, tensor
+from phonanim.regressors._torch_journal import State, state_key
 from phonanim.speech.gestures import GESTURES
+
+EPOCH = 50  # steps, after which the state is saved
 
 
 class _Dominance(nn.Module):
@@ -46,30 +50,48 @@ class _Dominance(nn.Module):
 
 
 def fit_dominance(
-    config: Config, train: Examples, generator: torch.Generator, progress: Progress
+    config: Config,
+    train: Examples,
+    generator: torch.Generator,
+    progress: Progress,
+    journal: Path | None = None,
 ) -> dict[str, Any]:
-    """Fit dominance functions to examples; returns the fields of `Procedural`."""
+    """Fit dominance functions to examples; returns the fields of `Procedural`.
+
+    An interrupted training is continued from `journal`.
+    """
     near = [neighbours(track, times) for track, times in zip(train.tracks, train.times, strict=True)]
-    data = [
-        tensor(np.concatenate([getattr(n, name) for n in near]))
-        for name in ("gesture", "begin", "end", "exists")
+    inputs = [
+        np.concatenate([getattr(n, name) for n in near]) for name in ("gesture", "begin", "end", "exists")
     ]
     targets = np.concatenate(train.targets)
     spread = float(targets.std())
-    wanted = tensor(targets / spread)
+    data, wanted = [tensor(part) for part in inputs], tensor(targets / spread)
     model = _Dominance(targets.shape[1]).to(device())
     optimizer = torch.optim.Adam(model.parameters(), lr=config.rate)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, config.rate, total_steps=config.steps)
-    for step in range(config.steps):
-        rows = torch.randint(len(wanted), (config.batch,), generator=generator)
-        loss = ((model(*[part[rows] for part in data]) - wanted[rows]) ** 2).sum(dim=1).mean()
-        loss = loss + 0.05 * config.own * sum((p**2).sum() for p in model.own)
-        loss = loss + 0.05 * config.shared * sum((p**2).sum() for p in model.shared)
-        optimizer.zero_grad()
-        loss.backward()
-        optimizer.step()
-        schedule.step()
-        progress((step + 1) / config.steps)
+    key = state_key(config, generator.initial_seed(), (*inputs, targets) if journal else ())
+    state = State(model, optimizer, [], [], key, journal, schedule, generator)
+    state.resume()
+    for first in range(len(state.curve) * EPOCH, config.steps, EPOCH):
+        losses = []
+        for step in range(first, min(first + EPOCH, config.steps)):
+            rows = torch.randint(len(wanted), (config.batch,), generator=generator)
+            loss = ((model(*[part[rows] for part in data]) - wanted[rows]) ** 2).sum(dim=1).mean()
+            loss = loss + 0.05 * config.own * sum((p**2).sum() for p in model.own)
+            loss = loss + 0.05 * config.shared * sum((p**2).sum() for p in model.shared)
+            optimizer.zero_grad()
+            loss.backward()
+            optimizer.step()
+            schedule.step()
+            losses.append(loss.detach())
+            progress((step + 1) / config.steps)
+        state.add(float(torch.stack(losses).mean()), 0.0)
+    return export_tables(model, spread)
+
+
+def export_tables(model: _Dominance, spread: float) -> dict[str, Any]:
+    """The fields of `Procedural`, with targets unscaled again."""
     with torch.no_grad():
         found = dict(zip(TABLES, (array(table) for table in model.tables()), strict=True))
         found["exponent"] = array(1 + torch.sigmoid(model.exponent))

@@ -108,8 +108,7 @@ class Network:
         from phonanim.regressors._torch import seeded_generator
         from phonanim.regressors._torch_dnn import Rows, fit_network
 
-        if config.styles > 1:  # else all are one
-            check_styles("dnn", config.styles, train, validation)
+        check_styles("dnn", config.styles, train, validation)
         clusters = cluster_table(config.features, train, rng)
         settings = config.features, config.width, clusters, config.reach, config.styles
         rows, held_out = (Rows(*training_rows(part, *settings)) for part in (train, validation))

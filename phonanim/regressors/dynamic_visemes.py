@@ -23,6 +23,7 @@ from phonanim.features.windows import TICK
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples, InputModality, Progress, Tensors
 from phonanim.regressors._dynamic_visemes_config import PLACES, Config
+from phonanim.regressors._styles import OffsetStyles, offset_tensors, read_offsets, split_offsets
 from phonanim.speech.inventory import N_PHONES
 from phonanim.speech.phones import PhoneTrack
 
@@ -31,7 +32,7 @@ TABLES = ("paths", "phones", "durations", "joins")
 
 
 @dataclass(frozen=True)
-class Units:
+class Units(OffsetStyles):
     """The units: `paths` (units, points, modes) from start to end, `durations` (units,) in seconds,
     `phones` (places, 41, units) the ln P_k(phone | unit), and `joins` (units, units) the distances from
     the end of one to the start of another.
@@ -42,6 +43,7 @@ class Units:
     phones: NDArray[np.float32]
     durations: NDArray[np.float32]
     joins: NDArray[np.float32]
+    offsets: NDArray[np.float32] | None = None
 
     input_modality: ClassVar[InputModality] = "phones"
     config_class: ClassVar[type] = Config
@@ -49,7 +51,8 @@ class Units:
     def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:
         """Modes at instants, (times,) seconds -> (times, modes); linear between the points of units."""
         units, bounds = self.select(track)
-        return play_units(self.paths[units], bounds, np.clip(times, 0, bounds[-1]))
+        found = play_units(self.paths[units], bounds, np.clip(times, 0, bounds[-1]))
+        return self.in_style(found, self.offsets)
 
     def select(self, track: PhoneTrack) -> tuple[NDArray[np.int64], Array]:
         """The cheapest units that cover a track, (chosen,), and their bounds in seconds, one more."""
@@ -96,8 +99,8 @@ class Units:
         return np.array(units[::-1]), np.array(ends[::-1]) * self.config.step
 
     def tensors(self) -> Tensors:
-        """The tables of the units, by name."""
-        return {name: getattr(self, name) for name in TABLES}
+        """The tables of the units, and the offsets of styles, by name."""
+        return {name: getattr(self, name) for name in TABLES} | offset_tensors(self.offsets)
 
     @classmethod
     def from_tensors(cls, config: Any, tensors: Tensors) -> Units:
@@ -107,16 +110,21 @@ class Units:
         for name, shape in wanted.items():
             if tensors[name].shape != shape:
                 raise ValueError(f"{name} is {tensors[name].shape}, not {shape}")
-        return cls(config, **{name: tensors[name].astype(np.float32) for name in TABLES})
+        offsets = read_offsets(config.styles, tensors["paths"].shape[2], tensors)
+        return cls(config, **{name: tensors[name].astype(np.float32) for name in TABLES}, offsets=offsets)
 
     @classmethod
     def fit(
         cls, config: Any, train: Examples, validation: Examples, rng: np.random.Generator, progress: Progress
     ) -> Units:
-        """Cut, cluster and count; `validation` is not needed."""
+        """Cut, cluster and count; `validation` is not needed.
+
+        Raises ModelError for a style beyond `styles`.
+        """
         from phonanim.regressors._gestures import fit_units
 
-        return cls(config, **fit_units(config, train, rng, progress))
+        train, offsets = split_offsets("dynamic_visemes", config.styles, train)
+        return cls(config, **fit_units(config, train, rng, progress), offsets=offsets)
 
 
 def play_units(paths: NDArray[np.floating], bounds: Array, times: Array) -> NDArray[np.float32]:

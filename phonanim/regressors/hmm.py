@@ -19,6 +19,7 @@ from phonanim.errors import MissingExtraError
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples, InputModality, Progress, Tensors
 from phonanim.regressors._hmm_config import LEAF, WINDOWS, Config, answer_questions, quinphones
+from phonanim.regressors._styles import OffsetStyles, offset_tensors, read_offsets, split_offsets
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
@@ -28,7 +29,7 @@ QUESTIONS = ("place", "members")
 
 
 @dataclass(frozen=True)
-class Trees:
+class Trees(OffsetStyles):
     """One tree for each state and one for durations, all nodes concatenated; `roots` (states + 1,).
 
     A node's `question` is a row of `place` (questions,), the index of one of the five phones, and of
@@ -48,6 +49,7 @@ class Trees:
     variances: NDArray[np.float32]
     shares: NDArray[np.float32]
     share_variances: NDArray[np.float32]
+    offsets: NDArray[np.float32] | None = None
 
     input_modality: ClassVar[InputModality] = "phones"
     config_class: ClassVar[type] = Config
@@ -62,7 +64,8 @@ class Trees:
             self.means[leaf].astype(np.float64), 1 / self.variances[leaf].astype(np.float64)
         )
         place = np.clip(times * self.config.rate, 0, frames[-1])
-        return np.asarray(np.stack([np.interp(place, frames, m) for m in path.T], axis=1), np.float32)
+        found = np.asarray(np.stack([np.interp(place, frames, m) for m in path.T], axis=1), np.float32)
+        return self.in_style(found, self.offsets)
 
     def states(self, track: PhoneTrack) -> tuple[NDArray[np.int64], Array]:
         """Leaf of every state of a track, (segments * states,), and their bounds in seconds, one more."""
@@ -85,13 +88,16 @@ class Trees:
         return self.yes[node].astype(np.int64)
 
     def tensors(self) -> Tensors:
-        """The trees, their questions and their leaves, by name."""
-        return {name: getattr(self, name) for name in (*NODES, *QUESTIONS, *LEAVES)}
+        """The trees, their questions and their leaves, and the offsets of styles, by name."""
+        tables = {name: getattr(self, name) for name in (*NODES, *QUESTIONS, *LEAVES)}
+        return tables | offset_tensors(self.offsets)
 
     @classmethod
     def from_tensors(cls, config: Any, tensors: Tensors) -> Trees:
         """Raises ValueError when a node has an invalid target, or the number of trees is wrong."""
-        trees = cls(config, **{name: tensors[name] for name in (*NODES, *QUESTIONS, *LEAVES)})
+        offsets = read_offsets(config.styles, tensors["means"].shape[2], tensors)
+        tables = {name: tensors[name] for name in (*NODES, *QUESTIONS, *LEAVES)}
+        trees = cls(config, **tables, offsets=offsets)
         if len(trees.roots) != config.states + 1 or trees.shares.shape[1] != config.states:
             raise ValueError(f"there are {len(trees.roots)} trees for {config.states} states")
         inner = trees.question != LEAF
@@ -110,10 +116,14 @@ class Trees:
     def fit(
         cls, config: Any, train: Examples, validation: Examples, rng: np.random.Generator, progress: Progress
     ) -> Trees:
-        """Align and cluster in turn; neither `validation` nor `rng` is used."""
+        """Align and cluster in turn; neither `validation` nor `rng` is used.
+
+        Raises ModelError for a style beyond `styles`.
+        """
         from phonanim.regressors._hmm import fit_trees
 
-        return cls(config, **fit_trees(config, train, progress))
+        train, offsets = split_offsets("hmm", config.styles, train)
+        return cls(config, **fit_trees(config, train, progress), offsets=offsets)
 
 
 def divide_durations(

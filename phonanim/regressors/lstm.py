@@ -113,8 +113,7 @@ class Recurrent:
         from phonanim.regressors._torch import seeded_generator
         from phonanim.regressors._torch_lstm import fit_recurrent
 
-        if config.styles > 1:  # else all are one
-            check_styles("lstm", config.styles, train, validation)
+        check_styles("lstm", config.styles, train, validation)
         clusters = cluster_table(config.features, train, rng)
         weights = fit_recurrent(config, train, validation, clusters, seeded_generator(rng), progress, journal)
         return cls(config, weights, clusters)

@@ -13,6 +13,7 @@ part for gestures in the recordings. So a phone that is not in the recordings st
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -21,12 +22,13 @@ from numpy.typing import NDArray
 from phonanim.media.audio import Sound
 from phonanim.regressors import Examples, InputModality, Progress, Tensors
 from phonanim.regressors._procedural_config import LONG, SHORT, TABLES, Array, Config, neighbours
+from phonanim.regressors._styles import OffsetStyles, offset_tensors, read_offsets, split_offsets
 from phonanim.speech.gestures import GESTURES
 from phonanim.speech.phones import PhoneTrack
 
 
 @dataclass(frozen=True)
-class Procedural:
+class Procedural(OffsetStyles):
     """Fitted dominance functions; `target`, `strength`, `onset`, `offset` are (gestures, modes)."""
 
     config: Config
@@ -37,14 +39,17 @@ class Procedural:
     exponent: NDArray[np.float32]
     rest: NDArray[np.float32]
     core: NDArray[np.float32]
+    offsets: NDArray[np.float32] | None = None
 
     input_modality: ClassVar[InputModality] = "phones"
     config_class: ClassVar[type] = Config
+    resumable: ClassVar[bool] = True
 
     def predict(self, track: PhoneTrack, times: Array, sound: Sound | None = None) -> NDArray[np.float32]:
         """Modes at instants, (times,) seconds -> (times, modes)."""
         pieces = [self._predict(track, times[i : i + 4096]) for i in range(0, len(times), 4096)]
-        return np.concatenate(pieces) if pieces else np.zeros((0, len(self.rest)), np.float32)
+        found = np.concatenate(pieces) if pieces else np.zeros((0, len(self.rest)), np.float32)
+        return self.in_style(found, self.offsets)
 
     def _predict(self, track: PhoneTrack, times: Array) -> NDArray[np.float32]:
         near = neighbours(track, times)
@@ -60,8 +65,9 @@ class Procedural:
         return np.asarray(moved, np.float32)
 
     def tensors(self) -> Tensors:
-        """The tables and the constants, by name."""
-        return {name: getattr(self, name) for name in (*TABLES, "exponent", "rest", "core")}
+        """The tables and the constants, and the offsets of styles, by name."""
+        tables = {name: getattr(self, name) for name in (*TABLES, "exponent", "rest", "core")}
+        return tables | offset_tensors(self.offsets)
 
     @classmethod
     def from_tensors(cls, config: Any, tensors: Tensors) -> Procedural:
@@ -70,17 +76,30 @@ class Procedural:
         for name in TABLES:
             if tensors[name].shape != (len(GESTURES.names), modes):
                 raise ValueError(f"{name} is {tensors[name].shape}, not {(len(GESTURES.names), modes)}")
-        return cls(config, **{name: tensors[name] for name in (*TABLES, "exponent", "rest", "core")})
+        tables = {name: tensors[name] for name in (*TABLES, "exponent", "rest", "core")}
+        return cls(config, **tables, offsets=read_offsets(config.styles, modes, tensors))
 
     @classmethod
     def fit(
-        cls, config: Any, train: Examples, validation: Examples, rng: np.random.Generator, progress: Progress
+        cls,
+        config: Any,
+        train: Examples,
+        validation: Examples,
+        rng: np.random.Generator,
+        progress: Progress,
+        journal: Path | None = None,
     ) -> Procedural:
-        """Fit all tables by stochastic gradient descent on the squared error."""
+        """Fit all tables by stochastic gradient descent on the squared error.
+
+        If `journal` is a folder, the state is saved there, and an interrupted training is continued from it.
+        Raises ModelError for a style beyond `styles`.
+        """
         from phonanim.regressors._torch import seeded_generator
         from phonanim.regressors._torch_procedural import fit_dominance
 
-        return cls(config, **fit_dominance(config, train, seeded_generator(rng), progress))
+        train, offsets = split_offsets("procedural", config.styles, train)
+        tables = fit_dominance(config, train, seeded_generator(rng), progress, journal)
+        return cls(config, **tables, offsets=offsets)
 
 
 REGRESSOR = Procedural

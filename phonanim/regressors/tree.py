@@ -122,8 +122,7 @@ class Forest:
                 "trees are grown with scikit-learn; install it with pip install 'phonanim[train]'"
             ) from error
         clusters = cluster_table(config.features, train, rng)
-        if config.styles > 1:  # else all are one
-            check_styles("tree", config.styles, train)
+        check_styles("tree", config.styles, train)
         rows, targets, weights = training_rows(
             train, config.features, config.width, clusters, styles=config.styles
         )

@@ -20,6 +20,7 @@ KINDS: dict[str, tuple[str, dict[str, Any]]] = {
     "networks": ("dnn", DNN | {"networks": 2}),
     "with momentum": ("dnn", DNN | {"optimizer": "sgd", "rate": 0.05, "momentum": 0.9, "schedule": "cosine"}),
     "recurrent": ("lstm", {"units": 8, "epochs": 4, "patience": 9}),
+    "dominance": ("procedural", {"steps": 200, "batch": 32}),
     "teacher": ("ensemble", {"members": [{"kind": "dnn", **DNN}, {"kind": "lstm", "units": 8, "epochs": 2}]}),
 }
 
