@@ -95,3 +95,16 @@ def test_no_page_names_a_folder_that_its_reader_lacks(root: Path) -> None:
     for path in pages(root):
         found = re.search(r"\.\./shared|/work/shared|/tmp/|/root/|/home/", path.read_text("utf-8"))
         assert not found, f"{path.relative_to(root)}: {found and found.group()}"
+
+
+def test_measured_tables_say_how_many_seconds_they_rest_on(root: Path) -> None:
+    """In the text of their section, or above the first heading of the page."""
+    docs, silent = root / "docs", []
+    for page in [*docs.glob("benchmark*.md"), *docs.glob("benchmark/*.md"), *docs.glob("*_measured.md")]:
+        lead, *sections = re.split(r"^##+ ", page.read_text("utf-8"), flags=re.MULTILINE)
+        for section in sections or [""]:
+            lines = (lead + section).splitlines()
+            text = "\n".join(line for line in lines if not line.startswith("|"))
+            if any(line.startswith("|") for line in lines) and not re.search(r"\d (s|minutes|hours)\b", text):
+                silent.append(f"{page.name}: {section.partition(chr(10))[0]}")
+    assert silent == []

@@ -79,8 +79,8 @@ def _pixels(document: Document, plan: Plan) -> list[Part]:
     bound = (
         f"The appearance model itself leaves {measure_value('pixel_mse', document['pixel_bound']):.2f} grey²."
     )
-    parts: list[Part] = ["### Drawn as a mouth", plan.notes.get("pixels", ""), drawn, bound]
-    return [*parts, tested]
+    note = plan.notes.get("pixels", "")
+    return ["### Drawn as a mouth", note, scored_text(document, "test/all"), drawn, bound, tested]
 
 
 def generalization_page(document: Document, plan: Plan) -> list[Part]:
@@ -94,7 +94,7 @@ def generalization_page(document: Document, plan: Plan) -> list[Part]:
         for where, title in found:
             if model_rows(document, document["reference"], "raw", where) is None:
                 continue
-            parts += [f"## {title}" if title != "The withheld words alone" else f"### {title}"]
+            parts += [f"### {title}"]
             parts += [plan.notes.get(note, "")] if where != "words*/word" else []
             parts += [scored_text(document, where), tables.values_table(document, "raw", where, SHORT)]
             parts += [
@@ -103,8 +103,8 @@ def generalization_page(document: Document, plan: Plan) -> list[Part]:
             ]
     spoken = tables.ema_table(document)
     if spoken:
-        parts += ["## Another speaker, another language", plan.notes.get("ema", ""), spoken]
-    return parts
+        parts += ["### Another speaker, another language", plan.notes.get("ema", ""), spoken]
+    return ["## Words, phones and speakers that training lacks", *parts] if parts else []
 
 
 def scored_text(document: Document, where: str) -> str:
@@ -165,7 +165,7 @@ def sweeps_page(document: Document, plan: Plan) -> list[Part]:
     """One recipe with several values of a setting."""
     parts: list[Part] = []
     for name, found in document.get("sweeps", {}).items():
-        parts += [f"## {found['label']}", plan.notes.get(name, "")]
+        parts += [f"### {found['label']}", plan.notes.get(name, "")]
         if "seconds" in found:
             source = document["corpus"]["source"]
             parts += [f"Scored on {found['seconds']:.0f} s in {found['clips']} clips of {source}."]
@@ -173,7 +173,7 @@ def sweeps_page(document: Document, plan: Plan) -> list[Part]:
         if all("speech_shape_mse" in row for row in found["rows"]):
             parts += ["In speech alone:", tables.sweep_table(found, "speech_shape_mse")]
         parts += [_picture(f"sweep_{name}", f"{found['label']}: shape error on held-out training clips")]
-    return parts
+    return ["## Settings and amounts of data, one at a time", *parts] if parts else []
 
 
 def cost_page(document: Document, plan: Plan) -> list[Part]:
@@ -201,7 +201,8 @@ def tools_page(document: Document, plan: Plan) -> list[Part]:
     if "tools" not in document:
         return []
     rows = tools.tools_table(document["tools"], document["seed"])
-    return ["## Other tools on the same head", plan.notes.get("tools", ""), rows]
+    note = plan.notes.get("tools", "")
+    return ["## Other tools on the same head", note, scored_text(document, "test/all"), rows]
 
 
 CAPTIONS = {

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from speech import track_of
 
 from phonanim.features.indicators import CC_CLUSTERS, CONSONANT, CV_CLUSTERS, VC_CLUSTERS, VOWEL
-from phonanim.regressors import Examples
+from phonanim.regressors import Examples, make_config, regressor_class
 from phonanim.regressors._rows import cluster_table, fit_clusters
 from phonanim.speech.inventory import INVENTORY
 
@@ -53,3 +55,24 @@ def test_indicators_alone_have_the_clusters_of_pairs() -> None:
     assert (cluster_table("all", spoken_pairs(), np.random.default_rng(0)) == -1).all()
     found = cluster_table("indicators", spoken_pairs(), np.random.default_rng(0))
     np.testing.assert_array_equal(found, fit_clusters(spoken_pairs(), np.random.default_rng(0)))
+
+
+@pytest.mark.parametrize(
+    ("kind", "settings"),
+    [
+        ("tree", {"leaf": 2}),
+        ("dnn", {"features": "indicators", "hidden": [4], "epochs": 1}),
+        ("lstm", {"features": "indicators", "units": 4, "epochs": 1}),
+    ],
+)
+def test_models_on_indicators_use_and_keep_the_clusters_of_their_training(
+    kind: str, settings: dict[str, Any]
+) -> None:
+    if kind != "tree":
+        pytest.importorskip("torch")
+    data, config = spoken_pairs(), make_config(kind, settings, "the test")
+    model: Any = regressor_class(kind).fit(config, data, data, np.random.default_rng(0), lambda done: None)
+    learned = fit_clusters(data, np.random.default_rng(0))
+    np.testing.assert_array_equal(model.clusters, learned)
+    again: Any = regressor_class(kind).from_tensors(config, model.tensors())
+    np.testing.assert_array_equal(again.clusters, learned)

@@ -15,6 +15,7 @@ from phonanim.comparison.folds import make_folds
 from phonanim.comparison.plan import Plan, Sweep
 from phonanim.comparison.run import _jobs
 from phonanim.comparison.sweeps import split_clips, sweep_jobs
+from phonanim.corpus import pictures
 from phonanim.corpus.corpus import RIGID, Corpus, remove_pose_leak, save_corpus, stabilize
 from phonanim.corpus.motion import load_motion_corpus
 from phonanim.face.fit import fit_face
@@ -55,6 +56,25 @@ def test_the_face_of_a_training_ignores_the_test_clips(tmp_path: Path) -> None:
     every = range(len(corpus.clips))
     fitted = [fit_face(made.landmarks[made.rows(every)], made.indices) for made in (corpus, changed)]
     assert not same(*fitted)
+
+
+def test_an_appearance_model_is_fitted_to_training_clips(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    corpus = made_up_corpus(np.random.default_rng(3))
+    faces: list[FaceModel] = []
+
+    def keep_face(films: None, face: FaceModel, *rest: object) -> None:
+        faces.append(face)
+
+    for part in ("open_mouth_films", "capture_joint_modes", "save_captured"):
+        monkeypatch.setattr(pictures, part, lambda *given: None)
+    monkeypatch.setattr(pictures, "fit_appearance", keep_face)
+    for name, made in (("plain", corpus), ("changed", with_noise(corpus, corpus.clips_of("test").tolist()))):
+        save_corpus(made, tmp_path / name)
+        pictures.build_appearance(tmp_path, tmp_path / name)
+    assert same(*faces)
+    assert set(pictures.choose_samples(corpus)[0].tolist()) <= set(corpus.clips_of("train").tolist())
 
 
 def test_no_fold_of_a_comparison_has_a_face_of_what_it_withholds(tmp_path: Path) -> None:

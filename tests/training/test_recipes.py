@@ -159,6 +159,19 @@ def test_build_and_read_a_corpus(recordings: Path, tmp_path: Path) -> None:
     assert len(corpus.rows(corpus.clips_of("train"))) == 300
 
 
+def test_no_test_clip_changes_what_is_trained_on(recordings: Path, tmp_path: Path) -> None:
+    """Neither the mean that holds the head nor the regression on its pose is fitted to test clips."""
+    plain = build_corpus(recordings, tmp_path / "plain")
+    stored = dict(np.load(recordings / "landmarks.npz"))
+    learned, tested = (plain.rows(plain.clips_of(split)) for split in ("train", "test"))
+    assert learned.max() < tested.min()  # so that a change of the last clips is theirs alone
+    stored["delta"][tested] += np.random.default_rng(0).integers(-40, 40, stored["delta"][tested].shape, "i2")
+    np.savez(recordings / "landmarks.npz", **stored)
+    changed = build_corpus(recordings, tmp_path / "changed")
+    np.testing.assert_array_equal(changed.landmarks[learned], plain.landmarks[learned])
+    assert np.abs(changed.landmarks[tested] - plain.landmarks[tested]).max() > 1
+
+
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
