@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from phonanim.commands import Console, console_options
-from phonanim.commands._numbers import Number
 from phonanim.commands._renamed import renamed_option
-
-if TYPE_CHECKING:
-    from phonanim.ema.posture import Posture
+from phonanim.commands._sensor_options import SensorOptions, sensor_options
 
 FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
-FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
-PLATE = 3  # sensors
 
 
 @click.group()
@@ -34,18 +29,7 @@ def command() -> None:
 @click.option(
     "-o", "--output", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder."
 )
-@click.option("--axes", default="forward,left,up", help="Directions of x, y and z in the files.")
-@click.option("--names", help="Sensors of the channels in order, separated by commas; - skips one.")
-@click.option("--reference", help="Sensors on the skull, separated by commas: remove head motion by them.")
-@renamed_option(
-    "--bite-plate",
-    "--bite",
-    type=FILE,
-    help="A recording with a plate between the teeth: rotate to its plane.",
-)
-@click.option("--plate", default="front,left,right", help="Sensors of the plate, separated by commas.")
-@click.option("--origin", default="", help="Sensor of the plate's recording that becomes the origin.")
-@click.option("--rate", type=Number(10, 2000), help="Resample all recordings to this rate, in hertz.")
+@sensor_options
 @click.option("--language", default="auto", help="Label set of the alignments.")
 @renamed_option(
     "--min-examples",
@@ -59,13 +43,7 @@ def command() -> None:
 def report(
     folder: Path,
     output: Path,
-    axes: str,
-    names: str | None,
-    reference: str | None,
-    bite: Path | None,
-    plate: str,
-    origin: str,
-    rate: float | None,
+    sensors: SensorOptions,
     language: str,
     least: int,
     plots: bool,
@@ -82,15 +60,13 @@ def report(
       phonanim ema report pos/ -o report/ --names TD,TB,TT,-,LI,UL,LL,NA,EL,ER,-,- --reference NA,EL,ER
     """
     from phonanim.ema.figures import check_plots, draw_report
-    from phonanim.ema.report import Preparation, make_report, report_summary, write_report
+    from phonanim.ema.report import make_report, report_summary, write_report
     from phonanim.ema.utterances import find_spoken
 
     if plots:
         check_plots()
-    channels = _words(names)
-    posture = _posture(folder, channels, _words(reference), bite, _words(plate), origin)
-    preparation = Preparation(channels, axes, posture, rate)
-    spoken = [one for one in find_spoken(folder) if bite is None or one.name != bite.stem]
+    preparation = sensors.preparation(folder)
+    spoken = [one for one in find_spoken(folder) if one.name != preparation.plate]
     with console.progress(folder.name) as progress:
         found = make_report(spoken, preparation, language, least, progress)
     files = write_report(found, output) + (draw_report(found, output) if plots else [])
@@ -113,36 +89,3 @@ def report_lines(found: Any) -> list[str]:
             f"{len(gaps)} gaps in the sensors: {filled} filled, {len(gaps) - filled} too long and left out"
         )
     return lines
-
-
-def _words(text: str | None) -> tuple[str, ...]:
-    return tuple(word.strip() for word in text.split(",")) if text else ()
-
-
-def _posture(
-    folder: Path,
-    names: tuple[str, ...],
-    references: tuple[str, ...],
-    bite: Path | None,
-    plate: tuple[str, ...],
-    origin: str,
-) -> Posture | None:
-    """The head at rest: from the recording of the plate, or from the folder's first recording."""
-    from phonanim.ema.articulation import rename_sensors
-    from phonanim.ema.posture import bite_posture, rest_posture
-    from phonanim.ema.readers import read_articulation
-    from phonanim.ema.utterances import find_spoken
-
-    if not references:
-        if bite:
-            raise click.UsageError(
-                "--bite-plate needs --reference: sensors on the skull that both recordings have"
-            )
-        return None
-    raw = read_articulation(bite) if bite else find_spoken(folder)[0].sensors()
-    named = rename_sensors(raw, names) if names else raw
-    if bite is None:
-        return rest_posture(named, references)
-    if len(plate) != PLATE:
-        raise click.UsageError(f"--plate names {len(plate)} sensors; give front, left and right")
-    return bite_posture(named, references, (plate[0], plate[1], plate[2]), origin)

@@ -13,15 +13,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from phonanim.core.decode import DAMAGE, DecodeError, decode_number, decode_part, decode_whole, fault_reason
 from phonanim.core.files import atomic_path, make_folder_within, write_text
 from phonanim.datasets import Dataset, Frames, Recording, load_dataset
-from phonanim.errors import CorpusError
+from phonanim.errors import CorpusError, OptionError
 from phonanim.media.audio import HIGHEST_RATE, Sound
 from phonanim.speech.textgrid import write_textgrid
 
 RATES = (0.1, 1e5)  # frames per second
+Rows = NDArray[np.int64]
 COLUMNS = ("name", "speaker", "split", "frames", "fps", "seconds", "text", "emotion")
 
 
@@ -32,15 +34,19 @@ def import_dataset(
     every: int = 1,
     splits: Sequence[str] = (),
     progress: Callable[[float], None] = lambda _: None,
+    without: Rows | None = None,
 ) -> list[dict[str, Any]]:
     """Write the recordings of a data set into a folder, and return the rows of its table.
 
     motion/<name>.npy has every `every`-th frame; audio/<name>.wav is mono, 16 bits, at the rate of the data
     set; textgrid/<name>.TextGrid has the phones if there are any; templates/<subject>.npy is a face at rest,
     (vertices, 3), where the data set has some. recordings.csv and dataset.json are written last. `splits`
-    names the splits to import; the default is all. Raises CorpusError, or OptionError for an unknown name.
+    names the splits to import; the default is all. `without` (n,) are vertices that are left out. Raises
+    CorpusError, or OptionError for an unknown name, and for vertices of a data set that has none.
     """
     dataset = load_dataset(name)
+    if without is not None and dataset.CARD.kind != "vertices":
+        raise OptionError(f"--ignore-vertices: {name} has {dataset.CARD.kind}, not vertices; leave it out")
     with _told_of(str(folder)):
         recordings = [one for one in dataset.recordings(folder) if not splits or one.split in splits]
     if not recordings:
@@ -53,10 +59,12 @@ def import_dataset(
     for number, recording in enumerate(recordings, start=1):
         with _told_of(f"{folder}: {recording.name}"):
             frames = _thinned(recording.frames(), every)
+            if without is not None:
+                frames = replace(frames, values=reduced(frames.values, without, 1))
             recording = _loaded(recording)
         rows.append(_write(recording, frames, output))
         progress(number / len(recordings))
-    write_templates(dataset, folder, output)
+    write_templates(dataset, folder, output, without, frames.values.shape[1])
     facts = {
         "name": name,
         **asdict(dataset.CARD),
@@ -69,14 +77,30 @@ def import_dataset(
     return rows
 
 
-def write_templates(dataset: Dataset, folder: Path, output: Path) -> None:
-    """Write the faces at rest of a data set that has some, templates/<subject>.npy (vertices, 3)."""
+def reduced(values: NDArray[np.float32], without: Rows, axis: int) -> NDArray[np.float32]:
+    """Vertices along an axis, less some. Raises CorpusError for one that is not there."""
+    if without.max(initial=0) >= values.shape[axis]:
+        raise CorpusError(
+            f"--ignore-vertices names vertex {without.max()}, and a frame has {values.shape[axis]} (from 0)"
+        )
+    return np.delete(values, without, axis=axis)
+
+
+def write_templates(
+    dataset: Dataset, folder: Path, output: Path, without: Rows | None = None, vertices: int = 0
+) -> None:
+    """Write the faces at rest of a data set that has some, templates/<subject>.npy (vertices, 3).
+
+    Those that have more vertices than frames, `vertices`, are reduced as these are.
+    """
     templates = getattr(dataset, "templates", None)
     with _told_of(str(folder)):
         rests = templates(folder) if templates else {}
     for subject, rest in rests.items():
         _check_name(subject)
         place = make_folder_within(output / "templates", output) / f"{subject}.npy"
+        if without is not None and len(rest) != vertices:
+            rest = reduced(rest, without, 0)
         with atomic_path(place) as partial, partial.open("wb") as file:
             np.save(file, rest)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from phonanim.targets import Source
 Array = NDArray[np.float64]
 MAX_TABLE = 1 << 26  # bytes of recordings.csv
 NO_SPLIT = "the data set has no split: every tenth recording is a test"
+NO_NAMES = "the controls have no names and are numbered from 0; --names FILE names them"
 NO_TEMPLATES = "no faces at rest: the first frame of each subject stands for it; --template gives better ones"
 EVERY_TENTH = 10  # recordings of a data set without a split: this one of as many is a test
 
@@ -38,13 +39,18 @@ def build_from_dataset(
     language: str = "auto",
     triangles: NDArray[np.int64] | None = None,
     progress: Callable[[float], None] = lambda done: None,
+    names: tuple[str, ...] = (),
+    without: NDArray[np.int64] | None = None,
 ) -> MotionCorpus:
     """Import a data set as its owners lay it out, into the folder of the corpus, and build the corpus.
 
-    Raises what `import_dataset` and `build_motion_corpus` raise.
+    `without` (n,) are vertices that are left out. Raises what `import_dataset` and `build_motion_corpus`
+    raise.
     """
-    import_dataset(name, folder, destination, every, progress=lambda done: progress(0.9 * done))
-    corpus = build_motion_corpus(destination, destination, templates, language, triangles)
+    import_dataset(
+        name, folder, destination, every, progress=lambda done: progress(0.9 * done), without=without
+    )
+    corpus = build_motion_corpus(destination, destination, templates, language, triangles, names)
     progress(1.0)
     return corpus
 
@@ -55,20 +61,17 @@ def build_motion_corpus(
     templates: Mapping[str, Array] | None = None,
     language: str = "auto",
     triangles: NDArray[np.int64] | None = None,
+    names: tuple[str, ...] = (),
 ) -> MotionCorpus:
     """Write the corpus of a folder that `phonanim corpus import` wrote, with links to its motion and sound.
 
     Recordings without a split take no part, unless the data set has no split at all: then every tenth is a
     test. `templates` are faces at rest by subject, in the unit of the vertices, "" of all subjects; without
     them those of the data set, else the first frame of each subject. `triangles` (n, 3) are those of the
-    mesh. Raises CorpusError.
+    mesh. `names` are those of controls, in place of the data set's. Raises CorpusError.
     """
     facts, rows = read_imported(imported)
-    guessed: list[str] = []
-    if not any(row["split"] for row in rows):
-        guessed.append(NO_SPLIT)
-        for number, row in enumerate(rows):
-            row["split"] = "test" if number % EVERY_TENTH == EVERY_TENTH - 1 else "train"
+    guessed = list(guess_splits(rows))
     used = [row for row in rows if row["split"] and int(row["frames"]) > 0]
     if not any(row["split"] == "train" for row in used):
         raise CorpusError(
@@ -76,10 +79,16 @@ def build_motion_corpus(
         )
     fps = float(facts["fps"])
     clips = tuple(read_clip(row, imported, fps, language) for row in used)
-    names, unit = tuple(map(str, facts["names"])), str(facts["unit"])
+    if str(facts["kind"]) == "controls":
+        names = names or tuple(facts["names"])
+        guessed += [] if names else [NO_NAMES]
+    elif names:
+        raise CorpusError(f"--names: {facts['kind']} have none; leave it out")
+    unit = str(facts["unit"])
     source = Source(str(facts.get("name") or imported.name), names, unit, {}, triangles)
     about = {"source": imported.name, **card_of(facts), "guessed": guessed}
     corpus = MotionCorpus(str(facts["kind"]), fps, source, clips, about)
+    check_names(names, corpus)
     if corpus.kind == "vertices":
         known = templates or imported_templates(imported)
         guessed += [] if known else [NO_TEMPLATES]
@@ -112,6 +121,15 @@ def read_imported(folder: Path) -> tuple[dict[str, Any], list[dict[str, str]]]:
             f"{folder}: is not an imported data set ({error}); use phonanim corpus import"
         ) from error
     return {**facts, "fps": fps, "names": names, "unit": facts.get("unit", "")}, rows
+
+
+def guess_splits(rows: Sequence[dict[str, str]]) -> tuple[str, ...]:
+    """Make every tenth recording a test where no recording has a split; -> a line that says so, or none."""
+    if any(row["split"] for row in rows):
+        return ()
+    for number, row in enumerate(rows):
+        row["split"] = "test" if number % EVERY_TENTH == EVERY_TENTH - 1 else "train"
+    return (NO_SPLIT,)
 
 
 def card_of(facts: Mapping[str, Any]) -> dict[str, str]:
@@ -155,6 +173,17 @@ def first_frames(corpus: MotionCorpus) -> dict[str, Array]:
         if clip.subject not in found:
             found[clip.subject] = np.asarray(corpus.frames(number)[0], np.float64)
     return found
+
+
+def check_names(names: tuple[str, ...], corpus: MotionCorpus) -> None:
+    """Raise CorpusError where names are not one for each control."""
+    count = corpus.frames(0).shape[1]
+    if names and len(names) != count:
+        raise CorpusError(
+            f"there are {len(names)} names, and a frame has {count} controls; give one for each"
+        )
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise CorpusError(f"two controls are called {twice[0]!r}; give each another name")
 
 
 def check_templates(corpus: MotionCorpus) -> None:

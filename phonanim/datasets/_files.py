@@ -47,7 +47,7 @@ def read_list(path: Path) -> tuple[str, ...]:
 
 
 def faceformer_recordings(
-    folder: Path, fps: float, split: Split, axes: int, unit: str = ""
+    folder: Path, fps: float, split: Split, axes: int, unit: str = "", names: tuple[str, ...] = ()
 ) -> Iterator[Recording]:
     """Recordings in the layout of FaceFormer: `vertices_npy/<speaker>_<sentence>.npy` next to `wav/` with
     the same names. Arrays are (frames, vertices * axes), or (frames, controls) with `axes` 1.
@@ -58,7 +58,7 @@ def faceformer_recordings(
             path.stem,
             speaker,
             split(speaker, sentence),
-            partial(frames_of, path, fps, axes, unit=unit),
+            partial(frames_of, path, fps, axes, names, unit),
             sound_loader(folder / "wav" / f"{path.stem}.wav"),
         )
 

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from phonanim.core.decode import DAMAGE, read_json
+from phonanim.core.decode import DAMAGE, read_json, read_utf8
+from phonanim.core.lexicon import LEXICON
 from phonanim.datasets import Card, Frames, Recording, intervals, not_found
 from phonanim.datasets._files import faceformer_recordings, sound_loader
 from phonanim.datasets._splits import EIGHTY_TEN_TEN, cut_pieces, draw_splits
@@ -28,14 +29,16 @@ CARD = Card(
     split="English reading of four native speakers in pieces of 10 s, 80-10-10, speakers and emotions in "
     "equal parts",
     source="Liu et al. 2022; split of Stan 2023, section 4.2.2",
-    assumed="which four speakers (here 2, 4, 6, 8, as in the authors' own English configuration); which "
-    "pieces (drawn here with the seed 42, from what is in the folder)",
+    assumed="that the weights of prepared pieces are in the order of the alphabet; which four speakers (here "
+    "2, 4, 6, 8, as in the authors' own English configuration); which pieces (drawn here with the seed 42, "
+    "from what is in the folder)",
 )
 SPEAKERS = ("2", "4", "6", "8")
 PIECE = 10.0  # seconds
 PREPARED_FPS = 30.0
 SEED = 42
 NAME = re.compile(r"(\d+)_([^_]+)_(\d+)_(\d+)_(\d+)")
+NO_WEIGHTS = ("#", "TongueOut", "Head", "LeftEye", "RightEye")  # of the columns of Live Link Face
 READ = "0"  # the type of English reading; 1 is conversation, higher numbers are other languages
 EMOTIONS = {64: "neutral", 72: "happiness", 80: "anger", 86: "sadness", 94: "contempt", 102: "surprise",
             110: "fear", 118: "disgust"}  # fmt: skip
@@ -60,15 +63,24 @@ def recordings(folder: Path) -> Iterator[Recording]:
 
 def _prepared(folder: Path) -> Iterator[Recording]:
     """Pieces as the released code of FaceDiffuser cuts them, at 30 fps; the emotion is a number from 0."""
-    pieces, names = [], tuple(EMOTIONS.values())
-    for piece in faceformer_recordings(folder, PREPARED_FPS, lambda speaker, sentence: "", 1):
+    pieces, emotions = [], tuple(EMOTIONS.values())
+    for piece in faceformer_recordings(
+        folder, PREPARED_FPS, lambda speaker, sentence: "", 1, names=weight_names()
+    ):
         speaker, _, emotion = piece.speaker.rpartition("_")
-        known = names[int(emotion)] if emotion.isdecimal() and int(emotion) < len(names) else ""
+        known = emotions[int(emotion)] if emotion.isdecimal() and int(emotion) < len(emotions) else ""
         pieces.append(replace(piece, speaker=speaker, emotion=known))
     groups = {one.name: f"{one.speaker} {one.emotion}" for one in pieces if one.speaker in SPEAKERS}
     splits = draw_splits(groups, EIGHTY_TEN_TEN, np.random.default_rng(SEED))
     for piece in pieces:
         yield replace(piece, split=splits.get(piece.name, ""))
+
+
+def weight_names() -> tuple[str, ...]:
+    """The 51 weights in the order of the data set: ARKit's without the tongue, by alphabet."""
+    lines = read_utf8(LEXICON / "formats" / "livelink.txt").splitlines()
+    named = (line for line in lines if line and not line.startswith(NO_WEIGHTS))
+    return tuple(sorted(name[0].lower() + name[1:] for name in named))
 
 
 def group_of(stem: str) -> str:

@@ -19,6 +19,7 @@ DIRECTIONS = {
     "down": (2, -1.0),
 }  # fmt: skip
 """Possible directions of a file's axis: our axis, and its sign."""
+OUR_AXES = "forward,left,up"
 
 
 @dataclass(frozen=True)

@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 from phonanim.core.decode import map_array
 from phonanim.core.files import atomic_path, make_folder_within
 from phonanim.corpus.motion import MotionClip, MotionCorpus, save_motion_corpus
-from phonanim.corpus.motion_build import read_imported
-from phonanim.ema.articulation import Articulation, standard_name
+from phonanim.corpus.motion_build import card_of, guess_splits, read_imported
+from phonanim.ema.articulation import OUR_AXES, Articulation, rename_sensors, standard_name
 from phonanim.ema.channels import Sensed, load_sensed
+from phonanim.ema.orientation import find_axes
 from phonanim.ema.preparation import fill_gaps, resample_sensors
 from phonanim.ema.report import Preparation, prepare_sensors
-from phonanim.ema.scoring import is_articulography
-from phonanim.ema.utterances import find_spoken
-from phonanim.errors import CorpusError
+from phonanim.ema.scoring import has_arrays
+from phonanim.ema.utterances import Spoken, find_spoken
+from phonanim.errors import CorpusError, OptionError
 from phonanim.speech.language import to_phones
 from phonanim.speech.phones import PhoneTrack, silent_track
 from phonanim.targets import Source
@@ -31,6 +32,7 @@ MOST_LOST = 0.2  # share of lost samples of a sensor above which a recording is 
 DEFAULT = Preparation(rate=RATE)
 SOUNDS = (".wav", ".flac")
 MOTION = "sensors"  # folder of the motion of the corpus, beside that of an import
+SEEN = 20  # recordings by which axes are found
 ORDER = ("TT", "TB", "TD", "BL", "BR", "UL", "LL", "LC", "LI", "LJ")
 
 
@@ -52,11 +54,17 @@ def build_sensor_corpus(
     """Write the corpus of a folder of EMU bundles, .npz of sensors, .pos or .mat files, or an imported one.
 
     The sensors that all recordings have are kept, at the rate of `preparation`, up to the end of speech.
-    Speakers and splits are those of an import; without splits all is for training. Raises CorpusError.
+    Without axes in `preparation` they are found by the positions of the sensors. Speakers and splits are
+    those of an import; otherwise all is for training. Raises CorpusError, and OptionError for names or axes
+    of .npz, which has its own.
     """
-    listed = read_listed(folder)
-    known = is_articulography(folder)
-    sensed = load_sensed(folder) if known else load_prepared(folder, preparation, language)
+    listed, guessed = read_listed(folder), list[str]()
+    if has_arrays(folder):
+        check_arrays_options(preparation)
+        sensed = load_sensed(folder)
+    else:
+        sensed = load_prepared(folder, preparation, language, guessed)
+    guessed += listed.guessed
     sensed = [one for one in sensed if not listed.splits or listed.splits.get(one.name)]
     if not sensed:
         raise CorpusError(f"{folder}: no recording has a split; import those of the split train")
@@ -81,7 +89,8 @@ def build_sensor_corpus(
         raise CorpusError(f"{folder}: no recording can be used; {next(iter(left_out.values()))}")
     unit = "mm" if all(one.in_mm for one in sensed) else "about mm"
     source = Source(listed.data or folder.name, names, unit, mean_positions(clips))
-    corpus = MotionCorpus("sensors", rate, source, tuple(clips), {"source": folder.name})
+    about = {"source": folder.name, **listed.card, "guessed": guessed}
+    corpus = MotionCorpus("sensors", rate, source, tuple(clips), about)
     save_motion_corpus(corpus, destination)
     return SensorReport(corpus, left_out)
 
@@ -93,6 +102,8 @@ class Listed:
     data: str = ""
     splits: Mapping[str, str] = field(default_factory=dict)
     speakers: Mapping[str, str] = field(default_factory=dict)
+    card: Mapping[str, str] = field(default_factory=dict)
+    guessed: tuple[str, ...] = ()
 
 
 def read_listed(folder: Path) -> Listed:
@@ -100,18 +111,31 @@ def read_listed(folder: Path) -> Listed:
     if not (folder / "dataset.json").is_file():
         return Listed()
     facts, rows = read_imported(folder)
+    guessed = guess_splits(rows)
     splits = {row["name"]: row["split"] for row in rows}
     speakers = {row["name"]: row["speaker"] for row in rows}
-    return Listed(str(facts.get("name", "")), splits if any(splits.values()) else {}, speakers)
+    return Listed(str(facts.get("name", "")), splits, speakers, card_of(facts), guessed)
 
 
-def load_prepared(folder: Path, preparation: Preparation, language: str) -> list[Sensed]:
+def check_arrays_options(preparation: Preparation) -> None:
+    """Raise OptionError for what an .npz of sensors says itself."""
+    if preparation.names or preparation.axes or preparation.posture is not None:
+        raise OptionError(
+            "--names, --axes, --reference: an .npz of sensors has names, and axes forward, left and up; "
+            "leave them out"
+        )
+
+
+def load_prepared(folder: Path, preparation: Preparation, language: str, guessed: list[str]) -> list[Sensed]:
     """Recordings of files whose axes and names `preparation` tells; without phones, they are silent.
 
-    Raises CorpusError.
+    What is said of the axes that were found is added to `guessed`. Raises CorpusError.
     """
+    spokens = [one for one in find_spoken(folder) if one.name != preparation.plate]
+    if not preparation.axes and not preparation.plate:
+        preparation = replace(preparation, axes=axes_of(spokens, preparation.names, guessed))
     found, as_recorded = [], replace(preparation, rate=None)
-    for spoken in find_spoken(folder):
+    for spoken in spokens:
         sensors, _ = prepare_sensors(spoken.sensors(), as_recorded)
         try:
             track = to_phones(spoken.alignment(), language, unknown="nearest")[0]
@@ -119,6 +143,18 @@ def load_prepared(folder: Path, preparation: Preparation, language: str) -> list
             track = silent_track(max(len(sensors.positions) / sensors.rate, 1e-3))
         found.append(Sensed(spoken.name, folder.name, sensors, track, True, find_sound(folder, spoken.name)))
     return found
+
+
+def axes_of(spokens: Sequence[Spoken], names: tuple[str, ...], guessed: list[str]) -> str:
+    """The directions of x, y and z by the positions of the sensors; `guessed` gets a line that says so."""
+    raw = (spoken.sensors() for spoken in spokens[:SEEN])
+    found = find_axes(rename_sensors(one, names) if names else one for one in raw)
+    guessed.append(
+        f"x, y and z are {found}, as lips and tongue lie; --axes gives others"
+        if found
+        else f"which way x, y and z point is not known, {OUR_AXES} is assumed; --axes gives others"
+    )
+    return found or OUR_AXES
 
 
 def find_sound(folder: Path, name: str) -> Path | None:

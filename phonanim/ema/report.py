@@ -15,7 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phonanim.core.files import write_text
-from phonanim.ema.articulation import Articulation, orient_axes, rename_sensors, standard_name
+from phonanim.ema.articulation import (
+    OUR_AXES,
+    Articulation,
+    orient_axes,
+    rename_sensors,
+    standard_name,
+)
 from phonanim.ema.examples import (
     Row,
     Stretch,
@@ -41,12 +47,17 @@ JAWS = ("LI", "LJ")  # sensors of the jaw
 
 @dataclass(frozen=True)
 class Preparation:
-    """Preparation of recordings: channel names, axes, head correction, and the rate in hertz."""
+    """Preparation of recordings: channel names, axes, head correction, and the rate in hertz.
+
+    Without `axes`, x, y and z of the files are forward, left and up. `plate` is the name of the recording of
+    the bite plate, which is no speech.
+    """
 
     names: tuple[str, ...] = ()
-    axes: str = "forward,left,up"
+    axes: str | None = None
     posture: Posture | None = None
     rate: float | None = None
+    plate: str = ""
 
 
 @dataclass(frozen=True)
@@ -89,7 +100,7 @@ def prepare_sensors(raw: Articulation, preparation: Preparation) -> tuple[Articu
     whole, gaps = fill_gaps(raw)
     if preparation.posture is not None:
         whole = correct_head_motion(whole, preparation.posture)
-    turned = orient_axes(whole, preparation.axes)
+    turned = orient_axes(whole, preparation.axes or OUR_AXES)
     return (resample_sensors(turned, preparation.rate) if preparation.rate else turned), gaps
 
 

@@ -23,13 +23,18 @@ SENSORS = ("sensors", "columns")  # arrays that an .npz of sensors has, and no a
 def is_articulography(path: Path) -> bool:
     """Whether a file, or a file of a folder, holds sensors: an EMU bundle, or an .npz of sensors."""
     if path.is_dir():
-        return any(map(is_articulography, sorted(path.glob(f"*{EMU}")) + sorted(path.glob("*.npz"))))
+        return any(path.glob(f"*{EMU}")) or has_arrays(path)
     if path.suffix != ".npz":
         return path.name.endswith(EMU)
     try:
         return not array_names(path).isdisjoint(SENSORS)
     except (OSError, DecodeError):
         return False
+
+
+def has_arrays(folder: Path) -> bool:
+    """Whether a folder has an .npz of sensors."""
+    return any(map(is_articulography, sorted(folder.glob("*.npz"))))
 
 
 def find_recordings(path: Path) -> dict[str, Recording]:

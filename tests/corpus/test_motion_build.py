@@ -52,6 +52,77 @@ def test_guesses_are_said(made: Made, capsys: pytest.CaptureFixture[str]) -> Non
     assert "no faces at rest" not in capsys.readouterr().err
 
 
+def test_controls_are_named_by_a_file(made: Made, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder, _ = made("imft23")
+    assert load_motion_corpus(built(folder, "imft23")).source.names == ()
+    assert "the controls have no names and are numbered from 0; --names FILE" in capsys.readouterr().err
+    names = [f"CTRL_{number}" for number in range(67)]
+    (tmp_path / "names.txt").write_text("\ufeff" + "\n".join(names) + "\n", "utf-8")
+    corpus = load_motion_corpus(built(folder, "imft23", "--names", str(tmp_path / "names.txt")))
+    assert list(corpus.source.names) == names
+    assert "no names" not in capsys.readouterr().err
+    given = ["corpus", "build", str(folder / "built corpus"), "-o", str(tmp_path / "again"), "--names"]
+    for wrong, told in (
+        ("a,b", "there are 2 names, and a frame has 67 controls"),
+        (",".join(["a"] * 67), "two controls are called 'a'"),
+    ):
+        assert run([*given, wrong]) == 2
+        assert told in capsys.readouterr().err
+
+
+def test_splits_are_told(made: Made, capsys: pytest.CaptureFixture[str]) -> None:
+    folder, _ = made("biwi")
+    built(folder, "biwi")
+    assert "splits: 1 train, 1 validation, 1 test, 1 test_b, 4 unused" in capsys.readouterr().err
+
+
+def test_vertices_are_left_out(made: Made, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As the released code of FaceDiffuser reduces Multiface from 7,306 vertices to 6,172."""
+    import pickle
+
+    folder = tmp_path / "multiface"
+    ignored = np.random.default_rng(1).choice(7306, 1134, replace=False)
+    for sentence in range(11):
+        mesh = folder / "m--1" / "tracked_mesh" / f"SEN_{sentence:02d}"
+        mesh.mkdir(parents=True)
+        values = np.arange(7306 * 3, dtype="<f4") + sentence
+        (mesh / "000001.bin").write_bytes(values.tobytes())
+    rests = {"m--1": np.zeros((7306, 3)), "small": np.zeros((6172, 3))}
+    (folder / "templates.pkl").write_bytes(pickle.dumps(rests, protocol=2))
+    (tmp_path / "ignored.txt").write_text(", ".join(map(str, ignored)), "utf-8")
+    corpus = load_motion_corpus(
+        built(folder, "multiface", "--ignore-vertices", str(tmp_path / "ignored.txt"))
+    )
+    kept = np.setdiff1d(np.arange(7306), ignored)
+    assert corpus.frames(1)[0, :, 0].tolist() == (3.0 * kept + 1).tolist()
+    assert {rest.shape for rest in corpus.source.templates.values()} == {(6172, 3)}
+    (tmp_path / "ignored.txt").write_text("7306", "utf-8")
+    given = ["corpus", "import", "multiface", str(folder), "-o", str(tmp_path / "out"), "--ignore-vertices"]
+    capsys.readouterr()
+    assert run([*given, str(tmp_path / "ignored.txt")]) == 2
+    assert "names vertex 7306, and a frame has 7306 (from 0)" in capsys.readouterr().err
+    folder, _ = made("facegood")
+    given[2:4] = ["facegood", str(folder)]
+    assert run([*given, str(tmp_path / "ignored.txt")]) == 2
+    assert "--ignore-vertices: facegood has controls, not vertices" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--dataset", "facegood", "--axes", "left,back,up"], "--axes: is for sensors, and the data set has"),
+        (["--dataset", "vocaset", "--names", "a"], "--names: vertices have none; leave it out"),
+        (["--every", "2", "--names", "a"], "--every, --names: is for data sets and sensors, and these are"),
+    ],
+)
+def test_options_of_something_else(
+    options: list[str], told: str, made: Made, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = made(options[1])[0] if options[0] == "--dataset" else tmp_path
+    assert run(["corpus", "build", str(folder), "-o", str(tmp_path / "out"), *options]) == 2
+    assert told in capsys.readouterr().err
+
+
 def test_every_second_frame_is_kept(made: Made) -> None:
     folder, _ = made("facegood")
     corpus = load_motion_corpus(built(folder, "facegood", "--every", "2"))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from dataset_samples import array, wav
 
+from phonanim.animation.own_motion import rig_of_names
 from phonanim.datasets import Recording, load_dataset
 from phonanim.datasets._pickles import read_pickle, read_scaler
 from phonanim.errors import CorpusError
@@ -51,7 +52,12 @@ def test_beat_has_emotions_by_number(tmp_path: Path) -> None:
     splits = [one.split for one in found.values() if one.speaker == "2"]
     assert [splits.count(name) for name in ("train", "validation", "test")] == [8, 1, 1]
     assert {one.split for one in found.values() if one.speaker == "1"} == {""}
-    assert found["2_3_00"].frames().values.shape == (300, 51)
+    frames = found["2_3_00"].frames()
+    assert frames.values.shape == (300, 51)
+    assert (frames.names[0], frames.names[24], frames.names[50]) == (
+        "browDownLeft", "jawOpen", "noseSneerRight",
+    )  # fmt: skip
+    assert rig_of_names(frames.names) == "arkit"
 
 
 class MinMaxScaler:
