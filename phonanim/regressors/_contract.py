@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import MISSING, fields
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,13 @@ from numpy.typing import NDArray
 
 from phonanim.errors import ModelError
 
-METHODS = ("fit", "predict", "tensors", "from_tensors")
+METHODS = {
+    "fit": ("config", "train", "validation", "rng", "progress"),
+    "predict": ("self", "track", "times"),
+    "tensors": ("self",),
+    "from_tensors": ("config", "tensors"),
+}
+"""Each method with the arguments that it is called with; `fit` and `from_tensors` are class methods."""
 MODALITIES = ("phones", "audio", "both")
 MEND = "docs/extending.md shows a whole one"
 TRIED = 50  # instants that a trained regressor is tried out with
@@ -28,6 +35,14 @@ def check_class(part: Any, kind: str) -> None:
     lacking = [name for name in METHODS if not callable(getattr(found, name, None))]
     if lacking:
         raise ModelError(f"{where}: has no {' and no '.join(lacking)}; {MEND}")
+    for name, arguments in METHODS.items():
+        try:
+            signature(getattr(found, name)).bind(*arguments)
+        except TypeError as error:
+            kind_of_method = "class method" if arguments[0] == "config" else "method"
+            raise ModelError(
+                f"{where}: {name} is not a {kind_of_method} of ({', '.join(arguments)}): {error}; {MEND}"
+            ) from error
     modality = getattr(found, "input_modality", None)
     if modality not in MODALITIES:
         raise ModelError(f"{where}: input_modality is {modality!r}; set {', '.join(MODALITIES)}")
@@ -48,19 +63,21 @@ def check_required(config: Any, values: dict[str, Any], where: str) -> None:
 def check_fitted(regressor: Any, kind: str, track: Any, times: NDArray[np.float64], modes: int) -> None:
     """Raise ModelError when a trained regressor of phones does not keep the contract of its methods.
 
-    It is asked for modes at the first of `times` (frames,) of a track, stored, and asked again.
+    It is asked for modes at no instant, at the first of `times` (frames,) of a track and beyond both ends,
+    stored, and asked again.
     """
     where = f"regressor {kind!r}"
-    times = times[:TRIED]
+    times = np.concatenate([[-1.0], times[:TRIED], [track.duration + 1.0]])
     if not hasattr(regressor, "predict") or not hasattr(regressor, "config"):
         raise ModelError(
             f"{where}: fit returns {type(regressor).__name__}, no regressor with its config; {MEND}"
         )
+    _predicted(regressor, where, track, times[:0], modes)
     first = _predicted(regressor, where, track, times, modes)
     tensors = regressor.tensors()
-    if not isinstance(tensors, dict) or not all(isinstance(t, np.ndarray) for t in tensors.values()):
+    if not isinstance(tensors, dict) or not all(_can_be_stored(part) for part in tensors.values()):
         raise ModelError(
-            f"{where}: tensors() is not a dict of NumPy arrays by name; return one, {{}} at least"
+            f"{where}: tensors() is not a dict of NumPy arrays of numbers by name; return one, {{}} at least"
         )
     try:
         again = type(regressor).from_tensors(regressor.config, tensors)
@@ -70,6 +87,10 @@ def check_fitted(regressor: Any, kind: str, track: Any, times: NDArray[np.float6
         raise ModelError(
             f"{where}: predicts otherwise after tensors() and from_tensors(); store all that was learned"
         )
+
+
+def _can_be_stored(part: Any) -> bool:
+    return isinstance(part, np.ndarray) and part.dtype.kind in "biuf"
 
 
 def _predicted(regressor: Any, where: str, track: Any, times: NDArray[np.float64], modes: int) -> Any:

@@ -31,6 +31,12 @@ class Loose:
         ({"input_modality": "text"}, "input_modality is 'text'; set phones, audio, both"),
         ({"config_class": Loose}, "config_class is not a frozen dataclass"),
         ({"config_class": dict}, "config_class is not a frozen dataclass"),
+        (
+            {"fit": classmethod(lambda cls, config, train: None)},
+            r"fit is not a class method of \(config, train, validation, rng, progress\): too many positional",
+        ),
+        ({"from_tensors": lambda cls, config, tensors: None}, "from_tensors is not a class method of"),
+        ({"predict": lambda self, track, times, sound: None}, "predict is not a method of .*'sound'"),
     ],
 )
 def test_a_class_that_lacks_something(change: dict[str, Any], message: str) -> None:
@@ -50,6 +56,11 @@ def test_every_kind_keeps_it() -> None:
         check_class(REGRESSORS.find(kind), kind)
 
 
+def only_inside(self: PhoneMean, track: Any, times: np.ndarray) -> np.ndarray:
+    """Rows for the instants within the track alone."""
+    return np.zeros((int(((times >= 0) & (times < track.duration)).sum()), 3), np.float32)
+
+
 def trained() -> PhoneMean:
     data = made_up_examples(np.random.default_rng(5))
     return PhoneMean.fit(Config(), data, data, np.random.default_rng(1), lambda done: None)
@@ -58,11 +69,14 @@ def trained() -> PhoneMean:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"predict": lambda *a: np.zeros((20, 2), np.float32)}, r"gives float32 of shape \(20, 2\) at 20"),
+        ({"predict": lambda *a: np.zeros((20, 2), np.float32)}, r"gives float32 of shape \(20, 2\) at 0"),
         ({"predict": lambda *a: np.zeros((20, 3))}, "gives float64 of shape"),
-        ({"predict": lambda *a: None}, "gives NoneType at 20 instants; give float32 of shape"),
-        ({"predict": lambda *a: np.full((20, 3), np.nan, np.float32)}, "not finite; correct it"),
+        ({"predict": lambda *a: None}, "gives NoneType at 0 instants; give float32 of shape"),
+        ({"predict": lambda *a: np.full((len(a[2]), 3), np.nan, np.float32)}, "not finite; correct it"),
+        ({"predict": lambda *a: np.zeros((20, 3), np.float32)}, r"at 0 instants; give .* shape \(0, 3\)"),
+        ({"predict": only_inside}, r"of shape \(20, 3\) at 22 instants; give float32 of shape \(22, 3\)"),
         ({"tensors": lambda self: [1]}, r"tensors\(\) is not a dict of NumPy arrays"),
+        ({"tensors": lambda self: {"means": np.array([None])}}, r"is not a dict of NumPy arrays of numbers"),
         (
             {"tensors": lambda self: {}},
             r"from_tensors does not read what tensors\(\) gave: KeyError\('means'\)",

@@ -15,6 +15,7 @@ from speech import made_up_examples, made_up_face, random_track, sound_of, track
 from phonanim.errors import ModelError
 from phonanim.media.audio import Sound
 from phonanim.regressors import InputModality, Model, kinds, load, make_config, regressor_class, save
+from phonanim.regressors._contract import check_fitted
 from phonanim.speech.inventory import INVENTORY
 
 AUDIO = {"encoder": "mfcc", "hidden": 8, "depth": 1, "epochs": 2, "window": 20, "learning_rate": 0.01}
@@ -70,6 +71,8 @@ def test_shapes_and_what_drives_it(model: Model) -> None:
     assert found.dtype == np.float32
     assert model.regressor.input_modality in ("phones", "audio", "both")
     assert model.predict(track, 60, 0, sound=sound_of(track)).shape == (0, 3)
+    if model.regressor.input_modality == "phones":
+        check_fitted(model.regressor, "this", track, np.arange(20) / 25, 3)
 
 
 def test_stored_and_read_back(model: Model, tmp_path: Path) -> None:
