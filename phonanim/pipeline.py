@@ -30,7 +30,7 @@ from phonanim.animation.own_motion import (
 from phonanim.animation.rates import check_rate, frame_count
 from phonanim.animation.smooth import closure_mask, smooth_controls
 from phonanim.animation.style import is_stepped_rig, unused_option_warnings
-from phonanim.articulation.styles import DIALS, check_dial, find_style, read_styles
+from phonanim.articulation.styles import DIALS, check_dial, choose_style, read_styles
 from phonanim.core.catalog import find_model
 from phonanim.core.files import content_hash
 from phonanim.core.version import __version__
@@ -86,7 +86,8 @@ def animate(
         options: How to animate; the defaults of `Options` when it is None.
         audio: The recording; the one beside the alignment by default, with the same stem.
         settings: Single options by name, such as `rig="arkit"` or `fps=30`; they override `options`.
-            `style` sets the options of a style, such as "clear"; a number is a style of a model that samples.
+            `style` sets the options of a style, such as "clear", or is a style that the model has learned, by
+            its name or its number.
 
     Raises:
         PhonanimError: The error of the step that fails: OptionError for an unknown option, AlignmentError
@@ -97,9 +98,9 @@ def animate(
         >>> phonanim.animate("line.TextGrid", rig="arkit", fps=30).save("line.csv")
     """
     if "style" in settings:
-        style = str(settings.pop("style"))
-        dials = {"model_style": int(style)} if style.isdecimal() else find_style(style, read_styles())
-        settings = {**dials, **settings}
+        model = str(settings.get("model", (options or DEFAULTS).model))
+        number, dials = choose_style(str(settings.pop("style")), model, read_styles())
+        settings = {**dials, **({} if number is None else {"model_style": number}), **settings}
     options = make_options(options, settings)
     for dial in DIALS:
         check_dial(dial, getattr(options, dial))

@@ -21,6 +21,18 @@ FITTED = 600  # frames that the directions of a GLB are fitted on
 DIRECTIONS = 80
 
 
+def check_mesh_output(path: Path, triangles: NDArray[np.int64] | None) -> None:
+    """Raise OutputError for another suffix, and for a GLB without triangles."""
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise OutputError(f"{path}: a moving mesh is written as {' or '.join(SUFFIXES)}")
+    if suffix == ".glb" and triangles is None:
+        raise OutputError(
+            f"{path}: the triangles of the mesh are not known; give a face of it as a mesh (--template "
+            "face.obj or .ply), or write .npy"
+        )
+
+
 @dataclass(frozen=True)
 class MeshMotion:
     """`points` (frames, vertices, 3) at n / fps seconds, in `unit`.
@@ -36,18 +48,12 @@ class MeshMotion:
 
     def save(self, path: Path) -> tuple[str, ...]:
         """Write .npy or .glb, and return notes. Raises OutputError for other suffixes, or no triangles."""
-        suffix = path.suffix.lower()
-        if suffix not in SUFFIXES:
-            raise OutputError(f"{path}: a moving mesh is written as {' or '.join(SUFFIXES)}")
-        if suffix == ".npy":
+        check_mesh_output(path, self.triangles)
+        if path.suffix.lower() == ".npy":
             with atomic_path(path) as partial, partial.open("wb") as file:
                 np.save(file, self.points)
             return ()
-        if self.triangles is None:
-            raise OutputError(
-                f"{path}: the triangles of the mesh are not known; build the corpus with --mesh FILE and "
-                "train again, or write .npy"
-            )
+        assert self.triangles is not None
         scale, notes = self.metres()
         moved = (self.points - self.rest.astype(np.float32)).reshape(len(self.points), -1)
         every = -(-len(moved) // FITTED)

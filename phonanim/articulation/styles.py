@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 from pathlib import Path
 
+from phonanim.core.catalog import find_model, learned_styles
 from phonanim.core.decode import DecodeError, read_toml
 from phonanim.core.lexicon import LEXICON
 from phonanim.errors import OptionError
@@ -31,12 +32,31 @@ def read_styles(path: Path | None = None) -> Styles:
     return {name.casefold(): _gains(name, table, path) for name, table in tables.items()}
 
 
-def find_style(name: str, styles: Styles) -> Mapping[str, float]:
-    """The gains of one style; case does not matter. Raises OptionError, which suggests the nearest name."""
+def choose_style(name: str, model: str, styles: Styles) -> tuple[int | None, Mapping[str, float]]:
+    """A style as the number of one that a model has learned, or else as gains.
+
+    `name` is such a number, a name of `styles`, or that of a style of the model. Raises OptionError for
+    another, ModelError for a model that is not there.
+    """
+    if name.isdecimal():
+        return int(name), {}
+    if name.casefold() in styles:
+        return None, find_style(name, styles)
+    learned = learned_styles(find_model(model))
+    if name in learned:
+        return learned.index(name), {}
+    return None, find_style(name, styles, learned)
+
+
+def find_style(name: str, styles: Styles, learned: tuple[str, ...] = ()) -> Mapping[str, float]:
+    """The gains of one style; case does not matter.
+
+    Raises OptionError, which suggests the nearest name, also of those that a model has `learned`.
+    """
     if name.casefold() in styles:
         return styles[name.casefold()]
-    near = get_close_matches(name.casefold(), styles, n=1)
-    hint = f"did you mean {near[0]!r}?" if near else f"choose {', '.join(styles)}"
+    near = get_close_matches(name, learned, n=1) or get_close_matches(name.casefold(), styles, n=1)
+    hint = f"did you mean {near[0]!r}?" if near else f"choose {', '.join((*learned, *styles))}"
     raise OptionError(f"there is no style {name!r}; {hint}")
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from phonanim.commands import Console
+from phonanim.commands._outputs import check_outputs
 from phonanim.commands._takes import list_takes
 
 if TYPE_CHECKING:
@@ -54,7 +55,9 @@ def write_mesh(
 
     Raises OptionError for several takes of a model that does not sample.
     """
-    planned = list_takes(takes, options, outputs or (path.with_suffix(".glb"),), None)
+    planned = list(list_takes(takes, options, outputs or (path.with_suffix(".glb"),), None))
+    named = [output for _, files, _ in planned for output in files]
+    check_outputs(named, [one for one in (path, audio, template) if one])
     made = [
         write_mesh_take(path, files, settings, audio, template, console) for settings, files, _ in planned
     ]
@@ -70,7 +73,7 @@ def write_mesh_take(
     console: Console,
 ) -> dict[str, Any]:
     """Write a take of a mesh; -> the result as data."""
-    motion, notes = predict_mesh(path, options, audio, template)
+    motion, notes = predict_mesh(path, outputs, options, audio, template)
     for output in outputs:
         notes += motion.save(output)
         console.print(f"wrote {output}: {len(motion.points)} frames of {len(motion.rest)} vertices")
@@ -88,10 +91,13 @@ def write_mesh_take(
 
 
 def predict_mesh(
-    path: Path, options: Options, audio: Path | None, template: Path | None
+    path: Path, outputs: Sequence[Path], options: Options, audio: Path | None, template: Path | None
 ) -> tuple[MeshMotion, tuple[str, ...]]:
-    """The motion of a line, and notes. Raises ModelError and EvaluationError for another mesh."""
-    from phonanim.animation.mesh_motion import MeshMotion
+    """The motion of a line, and notes.
+
+    Raises ModelError for another mesh, and OutputError where an output cannot be written, before all else.
+    """
+    from phonanim.animation.mesh_motion import MeshMotion, check_mesh_output
     from phonanim.animation.own_motion import unused_own_options
     from phonanim.animation.rates import frame_count
     from phonanim.inputs.speech_input import read_speech_input
@@ -102,36 +108,48 @@ def predict_mesh(
     model = model_with_settings(options)
     target = model.target
     assert isinstance(target, VerticesTarget)
+    rest, triangles = face_of(model, target, options), target.triangles
+    if template:
+        rest, own = read_face(template, len(rest))
+        triangles = triangles if own is None else own
+    for output in outputs:
+        check_mesh_output(output, triangles)
     line = read_speech_input(path, options, audio or find_audio(path), model.regressor.input_modality)
-    rest = face_of(model, target, options, template)
     frames = frame_count(line.track.duration, options.fps)
     rows = model.predict(line.track, options.fps, frames, sound=line.sound)
-    motion = MeshMotion(target.decode(rows, rest), options.fps, rest, target.triangles, target.unit)
+    motion = MeshMotion(target.decode(rows, rest), options.fps, rest, triangles, target.unit)
     return motion, (*line.notes, *unused_own_options(options))
 
 
-def face_of(model: Model, target: Vertices, options: Options, template: Path | None) -> NDArray[np.float64]:
-    """The face at rest: the user's, that of the speaker whose style is asked for, or the mean of all."""
-    if template is not None:
-        return read_face(template, len(target.own_rest))
+def face_of(model: Model, target: Vertices, options: Options) -> NDArray[np.float64]:
+    """The face at rest: that of the speaker whose style is asked for, or the mean of all."""
     styles = model.card.get("styles", [])
     if options.model_style is not None and options.model_style < len(styles):
-        subject = styles[options.model_style]
-        return target.templates.get(subject, target.own_rest)
+        style = styles[options.model_style]  # a speaker, maybe with an emotion
+        of = (rest for name, rest in target.templates.items() if f"{style} ".startswith(f"{name} "))
+        return next(of, target.own_rest)
     return target.own_rest
 
 
-def read_face(path: Path, vertices: int) -> NDArray[np.float64]:
-    """A face at rest of a .npy, (vertices, 3). Raises ModelError for another shape."""
+def read_face(path: Path, vertices: int) -> tuple[NDArray[np.float64], NDArray[np.int64] | None]:
+    """A face at rest (vertices, 3), with the triangles (n, 3) of a mesh, None of an .npy.
+
+    Raises ModelError for another shape, RigError for a damaged mesh.
+    """
     import numpy as np
 
     from phonanim.core.decode import DAMAGE, read_array
     from phonanim.errors import ModelError
+    from phonanim.rig.mesh_file import MESHES, read_mesh
 
+    triangles = None
     try:
-        rest = read_array(path).astype(np.float64)
+        if path.suffix.lower() in MESHES:
+            rest, triangles, _ = read_mesh(path)
+        else:
+            rest = read_array(path).astype(np.float64)
     except (OSError, *DAMAGE) as error:
         raise ModelError(f"{path}: is not an .npy of a face at rest ({error})") from error
     if rest.shape != (vertices, 3) or not np.isfinite(rest).all():
         raise ModelError(f"{path}: is {rest.shape} of numbers, and the model has {vertices} vertices")
-    return rest
+    return rest, triangles

@@ -196,7 +196,7 @@ OPTIONS = (
         "--style",
         metavar="STYLE",
         help="mumbled, casual, neutral, clear, shouted, whispered, sung, quiet: named settings of "
-        "the scaling options; or the number of a style that a model has learned.",
+        "the scaling options; or a style that a model has learned, by name or number.",
         show_default=False,
     ),
     click.option(
@@ -275,15 +275,18 @@ OPTIONS = (
 )
 
 
-def style_dials(style: str | None, styles: Path | None) -> Mapping[str, float]:
-    """The dials of a style, except those that are given directly. Raises OptionError for an unknown style."""
+def read_style(style: str | None, model: str, styles: Path | None) -> tuple[int | None, Mapping[str, float]]:
+    """The number of a style that a model has learned, or the dials that are not given directly.
+
+    Raises OptionError for an unknown style.
+    """
     if style is None:
-        return {}
-    from phonanim.articulation.styles import find_style, read_styles
+        return None, {}
+    from phonanim.articulation.styles import choose_style, read_styles
 
     source = click.get_current_context().get_parameter_source
-    dials = find_style(style, read_styles(styles))
-    return {dial: gain for dial, gain in dials.items() if source(dial) is ParameterSource.DEFAULT}
+    number, dials = choose_style(style, model, read_styles(styles))
+    return number, {dial: gain for dial, gain in dials.items() if source(dial) is ParameterSource.DEFAULT}
 
 
 def animation_options(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -292,10 +295,8 @@ def animation_options(function: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(function)
     def wrapped(*args: Any, **given: Any) -> Any:
-        style = given.pop("style")
-        given["model_style"] = int(style) if style and style.isdecimal() else None
-        dials = style_dials(None if given["model_style"] is not None else style, given.get("styles"))
-        given |= dials
+        number, dials = read_style(given.pop("style"), given["model"], given.get("styles"))
+        given |= {**dials, "model_style": number}
         if "styles" in given:  # lines of a table may set their own styles
             given["styled"] = dials
         options = Options(

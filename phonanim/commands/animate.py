@@ -52,7 +52,7 @@ SPOKEN = Path("speech.glb")  # default output of --text alone
     default=1,
     help="Takes of a sampling model, one for each seed from --seed on.",
 )
-@click.option("--template", type=FILE, help="A face at rest (.npy), for a model of vertices.")
+@click.option("--template", type=FILE, help="A face at rest (.npy .obj .ply), for a model of vertices.")
 @click.option(
     "--edits",
     type=FILE,

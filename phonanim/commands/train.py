@@ -50,6 +50,7 @@ def command(
       phonanim train phisanet.toml --plot
       phonanim train facediffuser.toml --device auto --precision bf16
     """
+    from phonanim.core.catalog import learned_styles
     from phonanim.training.losses import check_drawable, draw_losses
     from phonanim.training.recipe import read_recipe
     from phonanim.training.recipes import train
@@ -59,5 +60,9 @@ def command(
     with console.progress(config.stem) as progress, use_device(device, precision):
         folder = train(config, output=output, seed=seed, progress=progress)
     pictures = draw_losses(folder) if plot else []
+    styles = learned_styles(folder)
     console.print(f"wrote {', '.join(map(str, (folder, *pictures)))}; animate with --model {folder}")
-    console.print_result({"model": str(folder), "pictures": list(map(str, pictures))})
+    if styles:
+        console.print(f"styles, for --style: {', '.join(styles)}")
+    facts = {"model": str(folder), "styles": list(styles), "pictures": list(map(str, pictures))}
+    console.print_result(facts)

@@ -74,6 +74,14 @@ def read_card(path: Path) -> dict[str, Any]:
     return card
 
 
+def learned_styles(path: Path) -> tuple[str, ...]:
+    """The names of the styles that the model of a folder has learned, in their order. Raises ModelError."""
+    styles = read_card(path).get("styles", [])
+    if not isinstance(styles, list) or not all(isinstance(name, str) for name in styles):
+        raise ModelError(f"{path / CARD}: styles is not a list of names; train the model again")
+    return tuple(styles)
+
+
 def _models_in(folder: Path) -> list[Path]:
     return sorted(card.parent for card in folder.glob(f"*/{CARD}"))
 

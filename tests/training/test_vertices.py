@@ -116,6 +116,43 @@ def test_a_model_moves_a_mesh_of_a_subject(folder: Path, model: Path) -> None:
     assert rest + np.tensordot(weights, targets, 1) == pytest.approx(second, abs=1e-5)
 
 
+def test_a_style_has_a_name(folder: Path, model: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    line = ["animate", str(folder / "wav" / f"{TEST}_sentence21.wav"), "--model", str(model), "--fps", "30"]
+    for name, style in (("number", "1"), ("name", SPEAKERS[1])):
+        assert run([*line, "--style", style, "-o", str(folder / f"{name}.npy")]) == 0
+    assert np.array_equal(np.load(folder / "number.npy"), np.load(folder / "name.npy"))
+    capsys.readouterr()
+    assert run([*line, "--style", SPEAKERS[1][:-1], "-o", str(folder / "none.npy")]) == 2
+    assert f"did you mean {SPEAKERS[1]!r}?" in capsys.readouterr().err
+    assert run([*line, "--style", "zzz", "-o", str(folder / "none.npy")]) == 2
+    assert f"choose {', '.join(SPEAKERS)}, " in capsys.readouterr().err
+
+
+def test_a_mesh_as_template_brings_its_triangles(
+    folder: Path, model: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = ["corpus", "build", str(folder / "corpus"), "-o", str(folder / "bare")]
+    assert run(given) == 0  # without --mesh
+    recipe = folder / "bare.toml"
+    text = RECIPE.format(components=2).replace('"corpus"', '"bare"').replace("epochs = 2", "epochs = 1")
+    recipe.write_text(text, "utf-8")
+    capsys.readouterr()
+    assert run(["train", str(recipe), "-o", str(folder / "bare model")]) == 0
+    assert f"styles, for --style: {', '.join(SPEAKERS)}" in capsys.readouterr().err
+    line = ["animate", str(folder / "wav" / f"{TEST}_sentence21.wav"), "--model", str(folder / "bare model")]
+    outputs = ["-o", str(folder / "bare.npy"), "-o", str(folder / "bare.glb")]
+    assert run([*line, *outputs]) == 2
+    assert "give a face of it as a mesh (--template face.obj or .ply)" in capsys.readouterr().err
+    assert not (folder / "bare.npy").exists()
+    assert run([*line, *outputs, "--template", str(folder / "mesh.obj")]) == 0
+    glb = read_glb(folder / "bare.glb")
+    mesh = glb.tree["meshes"][0]["primitives"][0]
+    assert glb.accessor(mesh["attributes"]["POSITION"]) == pytest.approx(face(0), abs=1e-5)
+    assert len(glb.accessor(mesh["indices"]).ravel()) == 3 * (VERTICES - 2)
+    assert run([*line, "-o", str(folder / "mesh.obj"), "--template", str(folder / "mesh.obj")]) == 2
+    assert "is named twice, as input or output" in capsys.readouterr().err
+
+
 def test_a_model_that_samples_makes_takes(folder: Path, model: Path) -> None:
     line = ["animate", str(folder / "wav" / f"{TEST}_sentence21.wav"), "--model", str(model), "--seed", "7"]
     assert run([*line, "-o", str(folder / "take.npy"), "--takes", "2"]) == 0
