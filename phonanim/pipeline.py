@@ -261,12 +261,17 @@ def model_with_settings(options: Options) -> regressors.Model:
     if not given:
         return model
     config, change = model.regressor.config, getattr(model.regressor, "with_settings", None)
-    samples, styles = hasattr(config, "seed"), getattr(config, "styles", 1)
     for name in given:
-        if change is None or not (samples or (name == "style" and styles > 1)):
+        takes = getattr(config, "styles", 1) > 1 if name == "style" else samples(model.regressor)
+        if change is None or not takes:
             lacks = "has no styles" if name == "style" else "does not sample"
             raise OptionError(f"the model {options.model} {lacks}: leave out --{name}")
     return replace(model, regressor=change(**given)) if change else model
+
+
+def samples(regressor: Any) -> bool:
+    """Whether a model draws each take from a seed; the ablation of FaceDiffuser has one, and does not."""
+    return hasattr(regressor.config, "seed") and getattr(regressor.config, "diffusion", True)
 
 
 @lru_cache(maxsize=8)

@@ -46,25 +46,16 @@ def reconstruct(
     import numpy as np
 
     from phonanim.core.files import atomic_path
-    from phonanim.corpus.stereo import (
-        calibrate_camera,
-        calibration_error,
-        drop_outliers,
-        read_calibration,
-        read_views,
-        reconstruct,
-    )
+    from phonanim.corpus.stereo import calibrate_cameras, drop_outliers, read_views, reconstruct
 
     if len(views) < 2:
         raise click.UsageError("give two VIEWS or more")
-    known, seen = read_calibration(calibration, len(views))
+    cameras, fits = calibrate_cameras(calibration, len(views))
     pictures = read_views(views)
-    cameras = [calibrate_camera(known, view) for view in seen]
     found = reconstruct(cameras, pictures)
     kept = drop_outliers(found, largest)
     with atomic_path(output) as path, path.open("wb") as file:
         np.save(file, kept.points)
-    fits = [calibration_error(camera, known, view) for camera, view in zip(cameras, seen, strict=True)]
     facts = {"output": str(output), "frames": len(kept.points), "calibration_px": fits} | found.facts(kept)
     named = ", ".join(f"{path.name} {fit:.2f}" for path, fit in zip(views, fits, strict=True))
     console.print(f"calibration: {named} px")

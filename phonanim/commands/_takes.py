@@ -34,13 +34,13 @@ def list_takes(count: int, options: Options, outputs: Sequence[Path], sheet: Pat
     sample.
     """
     from phonanim.errors import OptionError
-    from phonanim.pipeline import load_model
+    from phonanim.pipeline import load_model, samples
 
     if count == 1:
         yield options, tuple(outputs), sheet
         return
     regressor = load_model(options.model).regressor
-    if not hasattr(regressor.config, "seed"):
+    if not samples(regressor):
         raise OptionError(f"the model {options.model} does not sample: leave out --takes")
     first = regressor.config.seed if options.seed is None else options.seed
     for number in range(count):

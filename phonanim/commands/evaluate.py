@@ -82,10 +82,14 @@ def command(
       phonanim evaluate out/ --reference vertices_npy/ --mask lips=lve.txt --mask upper=fdd.txt --fps 25
       phonanim evaluate out/ --reference vertices_npy/ --fps 25 --heat heat.png
     """
+    given = {"mask": masks, "template": template, "reference_template": reference_template, "lips": lips}
+    given |= {"unit": unit, "sound": sound, "heat": heat, "fps": fps, "reference_fps": reference_fps}
+    if words and not lips_read:
+        raise click.UsageError("--words is the list of a network: name it with --lips-read NETWORK")
     if lips_read:
         if not words:
             raise click.UsageError("--lips-read needs the words that the network can recognize: --words LIST")
-        check_unused("--lips-read, which reads pictures", masks, template, lips, unit, sound, heat)
+        check_unused("--lips-read, which reads pictures", **given)
         with console.progress("reading lips") as progress:
             found = read_lips(predictions, reference, alignment, lips_read, words, language, progress)
         console.print_result(*found)
@@ -113,7 +117,7 @@ def command(
     diversities: list[dict[str, float]] = []
     with console.progress("scoring") as progress:
         if is_articulography(reference):
-            check_unused("sensors of articulography", masks, template, lips, unit, sound, heat)
+            check_unused("sensors of articulography", **given, alignment=alignment)
             rows = score_sensors(predictions, reference)
         else:
             pairs = pair_files(predictions, reference)
@@ -214,10 +218,9 @@ def add_levels(rows: dict[str, Scores], pairs: list[tuple[Path, Path]], sound: P
         rows[mine.name].measures["speech_level_db"] = speech_level(find_sound(sound, mine))
 
 
-def check_unused(scored: str, *given: Any) -> None:
+def check_unused(scored: str, **given: Any) -> None:
     """Raise UsageError when an option was given that a way of scoring does not read."""
-    names = ("--mask", "--template", "--lips", "--unit", "--sound", "--heat")
-    unused = [name for name, value in zip(names, given, strict=True) if value]
+    unused = [f"--{name.replace('_', '-')}" for name, value in given.items() if value]
     if unused:
         raise click.UsageError(f"{' and '.join(unused)} cannot be used with {scored}; leave it out")
 

@@ -21,6 +21,7 @@ from phonanim.errors import CorpusError
 Array = NDArray[np.float64]
 LEAST = 6  # known points that determine a camera
 FLAT = 1e-4  # smallest extent of the known points, relative to the largest
+NEAR = 1e-3  # smallest distance between cameras, relative to that of the known points
 POINT = ("x", "y", "z")
 
 
@@ -72,6 +73,26 @@ def calibrate_camera(known: Array, seen: Array) -> Array:
     camera = np.linalg.inv(from_picture) @ np.linalg.svd(rows)[2][-1].reshape(3, 4) @ from_world
     depths = _homogeneous(known) @ camera[2]
     return np.asarray(camera / np.linalg.norm(camera) * np.sign(np.median(depths)))
+
+
+def calibrate_cameras(path: Path, views: int) -> tuple[list[Array], list[float]]:
+    """The cameras of a calibration table, and the error of each in pixels.
+
+    Raises CorpusError, which names the file and the view, and when all cameras are at one place, from which
+    no depth is seen.
+    """
+    known, seen = read_calibration(path, views)
+    cameras = []
+    for number, view in enumerate(seen, 1):
+        try:
+            cameras.append(calibrate_camera(known, view))
+        except CorpusError as error:
+            raise CorpusError(f"{path}, view {number}: {error}") from error
+    places = np.stack([-np.linalg.pinv(camera[:, :3]) @ camera[:, 3] for camera in cameras])
+    far = np.linalg.norm(places - np.nanmean(known, axis=0), axis=1).min()
+    if np.linalg.norm(places - places[0], axis=1).max() < NEAR * far:
+        raise CorpusError(f"{path}: all views are from one place, which shows no depth; check the columns")
+    return cameras, [calibration_error(one, known, view) for one, view in zip(cameras, seen, strict=True)]
 
 
 def project_points(camera: Array, points: Array) -> Array:

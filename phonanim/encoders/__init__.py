@@ -103,7 +103,7 @@ def load_encoder(name: str) -> Encoder:
     found = ENCODERS.find(name)
     if found is None:
         near = get_close_matches(name, encoder_names(), n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
+        hint = f"; did you mean {near[0]!r}?" if near else "; features of another program are 'precomputed'"
         raise ModelError(f"there is no encoder {name!r}{hint} (known: {', '.join(encoder_names())})")
     return cast("Encoder", found.load())
 

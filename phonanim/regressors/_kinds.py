@@ -53,4 +53,7 @@ def make_config(kind: str, values: dict[str, Any], where: str) -> Any:
     own = config.__module__.startswith("phonanim.")
     for key, value in values.items():
         check_range(key, value, where, own)
-    return config(**{key: tuple(v) if isinstance(v, list) else v for key, v in values.items()})
+    try:
+        return config(**{key: tuple(v) if isinstance(v, list) else v for key, v in values.items()})
+    except ModelError as error:
+        raise ModelError(f"{where}: {error}") from error

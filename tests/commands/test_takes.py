@@ -28,7 +28,8 @@ SMALL: dict[str, Any] = {
 def trained(kind: str, folder: Path, encoder: str, **more: Any) -> Path:
     """A model of made-up clips; with the encoder `precomputed`, of features in files."""
     rng = np.random.default_rng(5)
-    data = replace(made_up_examples(rng, clips=4), styles=(0, 1, 0, 1))
+    styles = tuple(clip % more.get("styles", 1) for clip in range(4))
+    data = replace(made_up_examples(rng, clips=4), styles=styles)
     if encoder == "precomputed":
         sounds = []
         for number, sound in enumerate(data.sounds):
@@ -110,6 +111,16 @@ def test_other_models_do_not_sample(
     assert run(["animate", line, "-o", str(tmp_path / "x.csv"), *options]) == 2
     assert said in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_the_ablation_has_one_take(wav: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model = trained("facediffuser", tmp_path, "mfcc", **SMALL | {"diffusion": False, "styles": 1})
+    command = ["animate", str(wav), "--model", str(model), "-o", str(wav.with_name("x.csv"))]
+    for option in ("--seed", "--steps", "--guidance", "--takes"):
+        assert run([*command, option, "2"]) == 2
+        assert f"does not sample: leave out {option}" in capsys.readouterr().err
+    assert run([*command, "--style", "0"]) == 2
+    assert "has no styles: leave out --style" in capsys.readouterr().err
 
 
 def test_values_that_a_model_does_not_take(wav: Path, model: Path) -> None:

@@ -12,6 +12,7 @@ import pytest
 from phonanim.__main__ import run
 from phonanim.corpus.stereo import (
     calibrate_camera,
+    calibrate_cameras,
     drop_outliers,
     project_points,
     read_calibration,
@@ -164,6 +165,18 @@ def test_the_command(shot: Path, capsys: pytest.CaptureFixture[str]) -> None:
     )
     assert "short.npy: has frames and points (39, 12), but" in capsys.readouterr().err
     assert not (shot / "no.npy").exists()
+
+
+def test_calibrations_that_determine_no_cameras(shot: Path) -> None:
+    lines = (shot / "cube.csv").read_text().splitlines()
+    few = [*lines[:7], *(",".join(line.split(",")[:5]) for line in lines[7:])]
+    (shot / "few.csv").write_text("\n".join(few))
+    with pytest.raises(CorpusError, match=r"few\.csv, view 2: a camera needs 6 known points, and only 5"):
+        calibrate_cameras(shot / "few.csv", 2)
+    cells = [line.split(",")[:5] for line in lines[1:]]
+    (shot / "twice.csv").write_text("\n".join([lines[0], *(",".join([*row, *row[3:]]) for row in cells)]))
+    with pytest.raises(CorpusError, match=r"twice\.csv: all views are from one place"):
+        calibrate_cameras(shot / "twice.csv", 2)
 
 
 def test_files_that_are_no_views(shot: Path) -> None:

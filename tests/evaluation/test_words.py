@@ -102,6 +102,9 @@ def test_the_command_reads_predictions_and_references(network: Path, tmp_path: P
     assert "predicted: 1 words read\n" in run(*given).stdout
     assert "--words LIST" in run(*given[:3]).output
     assert "--reference" in run(given[0]).output
+    unread = run(*given, "--fps", "25", "--reference-template", network)
+    assert "--reference-template and --fps cannot be used with --lips-read" in unread.output
+    assert "name it with --lips-read NETWORK" in run(given[0], "--words", given[-1]).output
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -316,8 +316,8 @@ def test_the_second_stage_keeps_what_draws_faces(data: Examples, tmp_path: Path)
     ],
 )
 def test_settings_that_cannot_be(settings: dict[str, Any], said: str) -> None:
-    with pytest.raises(ModelError, match=said.replace("?", r"\?")):
-        make_config("facediffuser", settings, "test")
+    with pytest.raises(ModelError, match="^mine.toml: .*" + said.replace("?", r"\?")):
+        make_config("facediffuser", settings, "mine.toml")
 
 
 def test_examples_that_cannot_be_learned_from(data: Examples) -> None:
