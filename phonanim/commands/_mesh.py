@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from phonanim.animation.mesh_motion import MeshMotion
     from phonanim.options import Options
-    from phonanim.regressors import Model
-    from phonanim.targets.vertices import Vertices
 
 
 def moves_mesh(options: Options, template: Path | None) -> bool:
@@ -108,7 +106,7 @@ def predict_mesh(
     model = model_with_settings(options)
     target = model.target
     assert isinstance(target, VerticesTarget)
-    rest, triangles = face_of(model, target, options), target.triangles
+    rest, triangles = target.rest_in_style(model.style_name(options.model_style)), target.triangles
     if template:
         rest, own = read_face(template, len(rest))
         triangles = triangles if own is None else own
@@ -119,16 +117,6 @@ def predict_mesh(
     rows = model.predict(line.track, options.fps, frames, sound=line.sound)
     motion = MeshMotion(target.decode(rows, rest), options.fps, rest, triangles, target.unit)
     return motion, (*line.notes, *unused_own_options(options))
-
-
-def face_of(model: Model, target: Vertices, options: Options) -> NDArray[np.float64]:
-    """The face at rest: that of the speaker whose style is asked for, or the mean of all."""
-    styles = model.card.get("styles", [])
-    if options.model_style is not None and options.model_style < len(styles):
-        style = styles[options.model_style]  # a speaker, maybe with an emotion
-        of = (rest for name, rest in target.templates.items() if f"{style} ".startswith(f"{name} "))
-        return next(of, target.own_rest)
-    return target.own_rest
 
 
 def read_face(path: Path, vertices: int) -> tuple[NDArray[np.float64], NDArray[np.int64] | None]:

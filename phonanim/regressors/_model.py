@@ -58,6 +58,11 @@ class Model:
             "phonanim corpus score with it"
         )
 
+    def style_name(self, number: int | None) -> str:
+        """The name of a style that it has learned, or "" where it has none of that number."""
+        styles = self.card.get("styles", [])
+        return str(styles[number]) if number is not None and number < len(styles) else ""
+
     def predict(
         self,
         track: PhoneTrack | None,

@@ -14,7 +14,7 @@ from phonanim.errors import LabelError, OptionError, StreamError
 from phonanim.features.context import EDGES
 from phonanim.life import AHEAD, life_of
 from phonanim.options import Options
-from phonanim.pipeline import load_cached_rig, load_model
+from phonanim.pipeline import load_cached_rig, model_with_settings
 from phonanim.regressors import NEEDS
 from phonanim.speech.alignment import ROUNDING, Alignment, Interval
 from phonanim.speech.labels import is_silent
@@ -64,7 +64,7 @@ class PhoneStream:
         self.language = StreamedLanguage(self.options.language)
         self.options = replace(self.options, language=self.language.name)
         reject_whole_line_layers(self.options)
-        self.model = load_model(self.options.model)
+        self.model = model_with_settings(self.options)
         self.own = own_motion(self.model, self.options)
         self.rig = self.own.rig if self.own else load_cached_rig(self.options.rig)
         modality = self.model.regressor.input_modality

@@ -31,6 +31,7 @@ class OwnMotion:
     options: Options
     rig: Rig
     notes: tuple[str, ...] = ()
+    face: NDArray[np.float64] | None = None  # at rest, of vertices
 
     @property
     def lives(self) -> bool:
@@ -44,7 +45,7 @@ class OwnMotion:
             return sensed_motion(self.model, target, self.rig, rows, track, times, None, self.options).values
         if isinstance(target, Controls):
             return animate_controls(target.decode(rows), target, self.options).values
-        return np.asarray(target.decode(rows).reshape(len(rows), -1), np.float32)
+        return np.asarray(target.decode(rows, self.face).reshape(len(rows), -1), np.float32)
 
 
 def own_motion(model: Model, options: Options) -> OwnMotion | None:
@@ -64,10 +65,10 @@ def own_motion(model: Model, options: Options) -> OwnMotion | None:
         rig = load_cached_rig(rig) if isinstance(rig, str) else rig
         return OwnMotion(model, options, rig, unused_own_options(options))
     if isinstance(target, Vertices):
-        rest = target.own_rest
+        rest = target.rest_in_style(model.style_name(options.model_style))
         names = tuple(f"v{vertex}{axis}" for vertex in range(len(rest)) for axis in AXES)
         rig = bare_rig(target.data, names, rest.ravel())
-        return OwnMotion(model, options, rig, unused_own_options(options))
+        return OwnMotion(model, options, rig, unused_own_options(options), rest)
     return None
 
 

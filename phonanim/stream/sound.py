@@ -18,7 +18,7 @@ from phonanim.inputs.prosody import life_ahead
 from phonanim.life import life_of
 from phonanim.media.audio import Level
 from phonanim.options import Options
-from phonanim.pipeline import load_cached_rig, load_model
+from phonanim.pipeline import load_cached_rig, model_with_settings
 from phonanim.regressors._steps import step_times
 from phonanim.regressors._streaming import Streamed
 from phonanim.rig.retarget import retarget
@@ -55,7 +55,7 @@ class SoundStream:
 
     def __post_init__(self) -> None:
         reject_whole_line_layers(self.options)
-        self.model = load_model(self.options.model)
+        self.model = model_with_settings(self.options)
         self.own = own_motion(self.model, self.options)
         self.rig = self.own.rig if self.own else load_cached_rig(self.options.rig)
         if self.rig.visemes is not None:

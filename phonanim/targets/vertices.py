@@ -51,6 +51,11 @@ class Vertices:
             raise ModelError(f"the model has no face of {subject!r}; it has {', '.join(self.templates)}")
         return self.templates[subject]
 
+    def rest_in_style(self, style: str) -> Array:
+        """The face at rest of a style, which is a speaker, maybe with an emotion; else the mean of all."""
+        of = (rest for name, rest in self.templates.items() if f"{style} ".startswith(f"{name} "))
+        return next(of, self.own_rest)
+
     def encode(self, frames: NDArray[np.floating], rest: Array | None = None) -> Floats:
         """Rows, (frames, vertices, 3) -> (frames, size). Raises CorpusError for another mesh."""
         rest = self.own_rest if rest is None else rest

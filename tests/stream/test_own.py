@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from phonanim import animate
 from phonanim.__main__ import run
 from phonanim.commands._mesh import predict_mesh
 from phonanim.commands.stream import command as stream
+from phonanim.corpus.motion import load_motion_corpus, save_motion_corpus
 from phonanim.encoders import RATE
 from phonanim.media.audio import Sound
 from phonanim.options import DEFAULTS, Options
@@ -54,7 +56,7 @@ def test_frames_are_those_of_the_line(model: str) -> None:
     frames.append(engine.frames())
     found = np.concatenate(frames)
     if load_model(model).target.kind == "vertices":
-        whole = predict_mesh(LINE, options, None, None)[0].points.reshape(len(found), -1)
+        whole = predict_mesh(LINE, (), options, None, None)[0].points.reshape(len(found), -1)
         assert engine.rig.controls[:4] == ("v0x", "v0y", "v0z", "v1x")
     else:
         line = animate(LINE, options)
@@ -64,6 +66,34 @@ def test_frames_are_those_of_the_line(model: str) -> None:
     assert found.shape == whole.shape
     np.testing.assert_allclose(found, whole, atol=2e-4)
     assert np.ptp(found, axis=0).max() > 0.1
+
+
+def test_a_style_is_streamed(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """On the face of its speaker, and as the whole line is."""
+    folder = made_up_motion("vertices", tmp_path)
+    corpus = load_motion_corpus(folder / "corpus")
+    rest = corpus.source.templates["anna"]
+    source = replace(corpus.source, templates={"anna": rest, "bert": 2 * rest})
+    clips = tuple(
+        replace(clip, subject="bert" if number % 2 else "anna") for number, clip in enumerate(corpus.clips)
+    )
+    save_motion_corpus(replace(corpus, source=source, clips=clips), folder / "corpus")
+    (folder / "recipe.toml").write_text('kind = "phone_mean"\ncorpus = "corpus"\n')
+    assert run(["train", str(folder / "recipe.toml"), "-o", str(folder / "model"), "--quiet"]) == 0
+    options = replace(settings(str(folder / "model")), model_style=1)
+    engine = PhoneStream(options, 0.0)
+    assert engine.rig.rest == pytest.approx(2 * rest.ravel())
+    given = ["stream", str(LINE), "--model", options.model, "--look-ahead", "exact", "--fps", "30", "--style"]
+    capfd.readouterr()
+    frames = []
+    for style in ("anna", "1", "bert"):
+        assert run([*given, style]) == 0
+        frames.append(capfd.readouterr().out.splitlines()[-1])
+    assert frames[0] != frames[1] == frames[2]
+    whole = predict_mesh(LINE, (), options, None, None)[0].points.reshape(-1, 15)
+    assert json.loads(frames[2])["values"] == pytest.approx(whole[-1], abs=2e-3)
+    assert run([*given[:3], "default", "--style", "1"]) == 2
+    assert "the model default has no styles: leave out --style" in capfd.readouterr().err
 
 
 def test_the_command_plays_it(model: str) -> None:
