@@ -20,6 +20,7 @@ from phonanim import regressors
 from phonanim.comparison.plan import Plan
 from phonanim.core.decode import DAMAGE, decode_number, decode_table, decode_text, read_json
 from phonanim.core.files import content_hash, write_text
+from phonanim.core.plugins import find_culprit
 from phonanim.core.threads import use_one_thread
 from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
@@ -30,7 +31,7 @@ from phonanim.corpus.motion import (
     has_own_motion,
     load_motion_corpus,
 )
-from phonanim.errors import ModelError
+from phonanim.errors import ModelError, PhonanimError
 from phonanim.face.fit import fit_face
 from phonanim.face.model import FaceModel
 
@@ -141,7 +142,9 @@ def fit_all(jobs: Sequence[Job], workers: int, progress: Callable[[float], None]
     use_one_thread()  # in the workers, which inherit it
     spawn = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(workers, mp_context=spawn) as pool:
-        for done, future in enumerate(as_completed([pool.submit(train_job, job) for job in waiting]), 1):
+        for done, future in enumerate(
+            as_completed([pool.submit(train_in_worker, job) for job in waiting]), 1
+        ):
             future.result()
             progress(done / len(waiting))
 
@@ -149,6 +152,21 @@ def fit_all(jobs: Sequence[Job], workers: int, progress: Callable[[float], None]
 def is_cached(job: Job) -> bool:
     """Whether the folder of a job has the model that it would train."""
     return job.folder.joinpath(JOB).is_file() and read_job(job.folder)["key"] == job.key
+
+
+def train_in_worker(job: Job) -> None:
+    """`train_job`; an error in the code of a plugin is named, because its trace ends with the process."""
+    try:
+        train_job(job)
+    except PhonanimError:
+        raise
+    except Exception as error:
+        plugin = find_culprit(error.__traceback__)
+        if plugin is None:
+            raise
+        raise ModelError(
+            f"{job.recipe}: {plugin} failed: {type(error).__name__}: {error}; update or uninstall it"
+        ) from error
 
 
 def train_job(job: Job) -> None:

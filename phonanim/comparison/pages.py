@@ -187,13 +187,17 @@ def _effort(effort: dict[str, float]) -> str:
     """Processor time of the whole comparison; trainings are spread over two workers."""
     if not effort["jobs"]:
         return ""
-    total, scoring = effort["training_s"] / 60, effort["scoring_s"] / 60
-    halved = max(total / 2, effort["longest_s"] / 60)
+    halved = max(effort["training_s"] / 2, effort["longest_s"])
+    jobs = "training" if effort["jobs"] == 1 else f"{effort['jobs']:.0f} trainings"
     return (
-        f"The {effort['jobs']:.0f} trainings of this comparison, folds, mouths and sweeps among them, took "
-        f"{total:.0f} minutes of a processor: about {halved:.0f} minutes with two workers. Scoring took "
-        f"another {scoring:.0f}."
+        f"The {jobs} of this comparison, folds, mouths and sweeps among them, took "
+        f"{_duration(effort['training_s'])} of a processor: about {_duration(halved)} with two workers. "
+        f"Scoring took another {_duration(effort['scoring_s'])}."
     )
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds / 60:.0f} minutes" if seconds >= 120 else f"{seconds:.0f} s"
 
 
 def tools_page(document: Document, plan: Plan) -> list[Part]:

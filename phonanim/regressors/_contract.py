@@ -94,7 +94,14 @@ def _can_be_stored(part: Any) -> bool:
 
 
 def _predicted(regressor: Any, where: str, track: Any, times: NDArray[np.float64], modes: int) -> Any:
-    found = regressor.predict(track, times)
+    try:
+        found = regressor.predict(track, times)
+    except (ArithmeticError, AssertionError, LookupError, TypeError, ValueError) as error:
+        raise ModelError(
+            f"{where}: predict fails at {len(times)} instants, some of them beyond both ends: {error!r}"
+            if len(times)
+            else f"{where}: predict fails at no instant at all: {error!r}; give shape (0, {modes})"
+        ) from error
     wanted = (len(times), modes)
     if not isinstance(found, np.ndarray) or found.shape != wanted or found.dtype != np.float32:
         told = (

@@ -126,7 +126,9 @@ def test_the_report_holds_every_table_and_figure(house: Path, report: str) -> No
     assert "Noise, another voice, an automatic aligner" in report
     assert "| babble, 3 dB | 1 of 6 |" in report
     assert re.search(r"\| tree \| 0\.\d\d \[0\.\d\d, \d\.\d\d\] \|", report.partition("How far it moves")[2])
-    assert re.search(r"The 16 trainings of this comparison, .* about \d+ minutes with two workers", report)
+    assert re.search(
+        r"The 16 trainings of this comparison, .* about \d+ (s|minutes) with two workers", report
+    )
     assert "A note about the test clips." in report
     pictures = [line.partition("(")[2].rstrip(")") for line in report.splitlines() if line.startswith("![")]
     assert len(pictures) > 7

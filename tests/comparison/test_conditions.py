@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from speech import made_up_corpus, random_track, sound_of, write_wav
 
-from phonanim.comparison import degradations
+from phonanim.comparison import degradations, fit
 from phonanim.comparison.conditions import ClipInput, align_clip, apply_condition, describe_conditions
 from phonanim.comparison.cost import line_cost, look_ahead, training_cost
 from phonanim.comparison.fit import Job
 from phonanim.comparison.plan import Condition, Plan
 from phonanim.corpus.corpus import Corpus
+from phonanim.errors import ModelError
 from phonanim.features.indicators import WIDTH
 from phonanim.features.inputs import NO_CLUSTERS, n_features
 from phonanim.media.audio import Sound, read_sound
@@ -164,6 +165,20 @@ def test_a_line_costs_time_and_memory(root: Path, corpus: Corpus) -> None:
     found = line_cost(root / "phonanim/models/default", corpus, 0)
     assert 0 < found["line_ms"] < 1000
     assert 1 < found["memory_mb"] < 500
+
+
+def test_a_plugin_that_fails_in_a_process_of_its_own_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(job: Job) -> None:
+        raise ValueError("no rows")
+
+    job = Job(Path("r.toml"), Path("corpus"), (), (), Path("work"))
+    monkeypatch.setattr(fit, "train_job", broken)
+    with pytest.raises(ValueError, match="no rows"):  # of phonanim itself: its trace is kept
+        fit.train_in_worker(job)
+    monkeypatch.setattr(fit, "find_culprit", lambda trace: "plugin 'mine' (package mine 1.0)")
+    wanted = r"r.toml: plugin 'mine' \(package mine 1.0\) failed: ValueError: no rows; update or uninstall it"
+    with pytest.raises(ModelError, match=wanted):
+        fit.train_in_worker(job)
 
 
 def test_trainings_are_counted_once(tmp_path: Path) -> None:

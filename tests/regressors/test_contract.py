@@ -61,6 +61,13 @@ def only_inside(self: PhoneMean, track: Any, times: np.ndarray) -> np.ndarray:
     return np.zeros((int(((times >= 0) & (times < track.duration)).sum()), 3), np.float32)
 
 
+def fails_somewhere(self: PhoneMean, track: Any, times: np.ndarray) -> np.ndarray:
+    """Fails beyond the ends of the track."""
+    if len(times) and times[-1] > track.duration:
+        raise ValueError("far")
+    return np.zeros((len(times), 3), np.float32)
+
+
 def trained() -> PhoneMean:
     data = made_up_examples(np.random.default_rng(5))
     return PhoneMean.fit(Config(), data, data, np.random.default_rng(1), lambda done: None)
@@ -75,6 +82,11 @@ def trained() -> PhoneMean:
         ({"predict": lambda *a: np.full((len(a[2]), 3), np.nan, np.float32)}, "not finite; correct it"),
         ({"predict": lambda *a: np.zeros((20, 3), np.float32)}, r"at 0 instants; give .* shape \(0, 3\)"),
         ({"predict": only_inside}, r"of shape \(20, 3\) at 22 instants; give float32 of shape \(22, 3\)"),
+        ({"predict": lambda *a: a[2][0]}, "predict fails at no instant at all: IndexError.*; give shape"),
+        (
+            {"predict": fails_somewhere},
+            r"predict fails at 22 instants, some .* both ends: ValueError\('far'\)",
+        ),
         ({"tensors": lambda self: [1]}, r"tensors\(\) is not a dict of NumPy arrays"),
         ({"tensors": lambda self: {"means": np.array([None])}}, r"is not a dict of NumPy arrays of numbers"),
         (
