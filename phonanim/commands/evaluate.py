@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,11 +10,12 @@ import click
 
 from phonanim.commands import Console, console_options
 from phonanim.commands._lips_read import find_alignment, read_lips
+from phonanim.commands._maps import start_maps
 from phonanim.commands._score_report import build_report
 from phonanim.commands._score_tables import score_table, summary_table
 
 if TYPE_CHECKING:
-    from phonanim.evaluation.heat import Heat
+    from phonanim.evaluation.predictions import Motion
     from phonanim.evaluation.scoring import Scores
     from phonanim.evaluation.surfaces import Settings
     from phonanim.speech.phones import PhoneTrack
@@ -43,6 +45,7 @@ FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 @click.option("--fps", metavar="RATE", help="Rate of a .npy of predictions (default 30).")
 @click.option("--reference-fps", metavar="RATE", help="Rate of a .npy of references (default --fps).")
 @click.option("--heat", type=OUT, help="Also draw the error of each vertex or curve, as PNG (extra plots).")
+@click.option("--motion-map", type=OUT, help="Also draw how much each vertex or curve moves, as PNG.")
 @click.option("--lips-read", type=FILE, metavar="NETWORK", help="Read words from the lips (TorchScript).")
 @click.option(
     "--words", type=FILE, metavar="LIST", help="The words that the network can recognize, one per line."
@@ -62,6 +65,7 @@ def command(
     fps: str | None,
     reference_fps: str | None,
     heat: Path | None,
+    motion_map: Path | None,
     lips_read: Path | None,
     words: Path | None,
     console: Console,
@@ -80,10 +84,11 @@ def command(
       phonanim evaluate line.npz --reference ema/line_bndl.json
       phonanim evaluate line.npz --lips-read network.pt --words words.txt
       phonanim evaluate out/ --reference vertices_npy/ --mask lips=lve.txt --mask upper=fdd.txt --fps 25
-      phonanim evaluate out/ --reference vertices_npy/ --fps 25 --heat heat.png
+      phonanim evaluate out/ --reference vertices_npy/ --fps 25 --heat heat.png --motion-map motion.png
     """
     given = {"mask": masks, "template": template, "reference_template": reference_template, "lips": lips}
     given |= {"unit": unit, "sound": sound, "heat": heat, "fps": fps, "reference_fps": reference_fps}
+    given |= {"motion_map": motion_map}
     if words and not lips_read:
         raise click.UsageError("--words is the list of a network: name it with --lips-read NETWORK")
     if lips_read:
@@ -98,14 +103,11 @@ def command(
         raise click.UsageError("Missing option '--reference'.")
     from phonanim.animation.rates import parse_rate
     from phonanim.ema.scoring import is_articulography
-    from phonanim.evaluation.heat import Heat, check_drawable, draw_heat
     from phonanim.evaluation.predictions import pair_files, read_templates
     from phonanim.evaluation.surfaces import Settings
     from phonanim.face.masks import parse_masks
 
-    if heat:
-        check_drawable()
-    errors = Heat() if heat else None
+    maps = start_maps(heat, motion_map)
     own = parse_rate(fps) if fps else None
     rates = own, parse_rate(reference_fps) if reference_fps else own
     settings = Settings(
@@ -122,12 +124,11 @@ def command(
         else:
             pairs = pair_files(predictions, reference)
             rows, diversities = score_all(
-                pairs, rates, settings, rests, alignment, language, progress, errors
+                pairs, rates, settings, rests, alignment, language, progress, maps.add
             )
             if sound:
                 add_levels(rows, pairs, sound)
-    if heat and errors:
-        draw_heat(errors, heat, f", {unit}" if unit else "")
+    maps.draw(unit)
     facts = build_report(rows, diversities)
     for note in dict.fromkeys(note for scores in rows.values() for note in scores.notes):
         console.print(f"note: {note}")
@@ -167,15 +168,14 @@ def score_all(
     alignment: Path | None,
     language: str,
     progress: Any,
-    heat: Heat | None = None,
+    see: Callable[[Motion, Motion], None] = lambda predicted, captured: None,
 ) -> tuple[dict[str, Scores], list[dict[str, float]]]:
     """The scores of every prediction by name, and the diversity of each line that has several.
 
-    `heat` gets the errors of all of them together.
+    `see` gets the two sides of each.
     """
     from phonanim.errors import PhonanimError
     from phonanim.evaluation.evaluate import evaluate
-    from phonanim.evaluation.heat import add_matched
     from phonanim.evaluation.predictions import read_motion, template_of
     from phonanim.evaluation.scoring import takes_diversity
 
@@ -200,8 +200,7 @@ def score_all(
                 reference_template=other,
                 unit=settings.unit,
             )
-            if heat is not None:
-                add_matched(heat, predicted, captured)
+            see(predicted, captured)
         except PhonanimError as error:
             raise type(error)(f"{mine} against {theirs}: {error}") from error
         takes.setdefault(theirs, []).append(predicted)

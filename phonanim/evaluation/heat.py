@@ -90,13 +90,13 @@ def add_matched(heat: Heat, predicted: Motion, captured: Motion) -> None:
     heat.add({PREDICTIONS: predicted}, captured)
 
 
-def check_drawable() -> None:
+def check_drawable(option: str = "--heat") -> None:
     """Raise MissingExtraError without Matplotlib."""
     try:
         import matplotlib.figure  # noqa: F401
     except ImportError as error:
         raise MissingExtraError(
-            "a heat map needs Matplotlib: pip install 'phonanim[plots]', or leave out --heat"
+            f"a map needs Matplotlib: pip install 'phonanim[plots]', or leave out {option}"
         ) from error
 
 
