@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from phonanim.core.catalog import find_model
 from phonanim.core.decode import read_toml
 from phonanim.errors import ModelError
 from phonanim.training.recipe import check_keys
@@ -93,7 +94,7 @@ def read_plan(path: Path) -> Plan:
     for key in ("corpus", "ema", "tools", "legibility"):
         if key in table:
             table[key] = folder / table[key]
-    table["models"] = {name: _existing(folder / where, path, name) for name, where in table["models"].items()}
+    table["models"] = {name: _model(where, path, name) for name, where in table["models"].items()}
     table["masks"] = {name: folder / where for name, where in table.get("masks", {}).items()}
     table["sweeps"] = {name: _sweep(values, path, name) for name, values in table.get("sweeps", {}).items()}
     table["conditions"] = {
@@ -139,9 +140,21 @@ def _check_seeds(plan: Plan, path: Path) -> None:
         raise ModelError(f"{path}: one_seed: there are no seeds of which to take one; add seeds")
 
 
+def _model(where: str, plan: Path, name: str) -> Path:
+    """A recipe or model folder beside the plan, or else a model by its name, such as "default"."""
+    if (plan.parent / where).exists():
+        return plan.parent / where
+    try:
+        return find_model(where)
+    except ModelError as error:
+        raise ModelError(
+            f"{plan}: models.{name}: {plan.parent / where} does not exist, and {error}"
+        ) from error
+
+
 def _existing(where: Path, plan: Path, name: str) -> Path:
     if not where.exists():
-        raise ModelError(f"{plan}: models.{name}: {where} does not exist; give a recipe or a model folder")
+        raise ModelError(f"{plan}: sweeps.{name}: {where} does not exist; give a recipe")
     return where
 
 

@@ -311,6 +311,12 @@ def test_what_is_wrong_in_a_plan(house: Path, change: tuple[str, str], message: 
         read_plan(path)
 
 
+def test_a_model_may_be_named(house: Path, root: Path) -> None:
+    path = house / "named.toml"
+    path.write_text('corpus = "corpus"\nreference = "shipped"\n[models]\nshipped = "default"\n')
+    assert read_plan(path).models == {"shipped": root / "phonanim/models/default"}
+
+
 def test_reports_call_models_as_readers_know_them() -> None:
     document = {"reference": "default", "models": {"default": 1, "tree": 2, "procedural": 3}, "seed": 0}
     shown = with_shown_names(document)
