@@ -36,7 +36,7 @@ WITHOUT = (
     *("smooth", "overlays", "life", "emotions", "blinks", "look_at"),
 )
 """Options that change the motion of the reference face, and have no effect on learned controls."""
-FEWEST = 0.9  # share of a rig's controls by name that make controls those of the rig
+FEWEST = 0.6  # share of a rig's controls: fewer names, although all are of the rig, are not taken for it
 
 
 def animate_controls(
@@ -65,7 +65,7 @@ def animate_controls(
 
 
 def rig_of_names(names: tuple[str, ...]) -> str:
-    """The shipped rig whose controls have these names, or nearly all of them; "" where there is none."""
+    """The shipped rig that has all of these names, which are most of its controls; "" where there is none."""
     for name in rig_names():
         controls = load_rig(name).controls
         if set(names) <= set(controls) and len(names) >= FEWEST * len(controls):

@@ -48,7 +48,8 @@ def score_models(
     """
     clips = [int(clip) for clip in corpus.clips_of(split)]
     if not clips:
-        raise EvaluationError(f"the corpus has no clips of the split {split!r}; choose another --split")
+        there = ", ".join(sorted({clip.split for clip in corpus.clips}))
+        raise EvaluationError(f"the corpus has no clips of the split {split!r}; choose --split of {there}")
     for name, model in models.items():
         check_same_motion(name, model, corpus)
     found = {name: dict[str, Scores]() for name in (*models, STILL)}

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from phonanim.animation.own_motion import rig_of_names
 from phonanim.errors import CorpusError, ModelError
+from phonanim.rig import load_rig
 from phonanim.targets import Source, TargetSettings, target_class
 from phonanim.targets.controls import Controls
 
@@ -57,3 +59,11 @@ def test_what_is_wrong_is_said() -> None:
     target = fitted(frames())
     with pytest.raises(ValueError, match="not of 3 controls"):
         Controls.from_parts(target.facts(), target.tensors() | {"low": np.zeros(2)})
+
+
+def test_controls_of_most_of_a_rig_are_that_rig() -> None:
+    """As the 67 of IMFT'23 are of a MetaHuman's 87."""
+    names = load_rig("metahuman").controls
+    assert rig_of_names(names[:67]) == "metahuman"
+    assert rig_of_names((*names[:67], "one more")) == ""
+    assert rig_of_names(names[:50]) == ""

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import dataset_samples
 import numpy as np
 import pytest
+from motions import made_up_motion
 
 from phonanim import animate
 from phonanim.__main__ import run
-from phonanim.corpus.motion import load_motion_corpus
+from phonanim.corpus.motion import load_motion_corpus, save_motion_corpus
 from phonanim.exporters import load
 from phonanim.pipeline import load_model
 
@@ -111,3 +113,28 @@ def test_what_a_kind_needs_is_said(corpus: Path, capsys: pytest.CaptureFixture[s
         recipe.write_text(RECIPE.format(kind=kind, settings=settings), "utf-8")
         assert run(["train", str(recipe), "-o", str(corpus / "wrong")]) == 2
         assert why in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("by", "styles"),
+    [
+        ("speaker", ["anna", "bert"]),
+        ("emotion", ["joy", "neutral"]),
+        ("speaker and emotion", ["anna joy", "anna neutral", "bert joy", "bert neutral"]),
+        ("none", []),
+    ],
+)
+def test_speakers_and_emotions_are_styles(by: str, styles: list[str], tmp_path: Path) -> None:
+    folder = made_up_motion("controls", tmp_path)
+    corpus = load_motion_corpus(folder / "corpus")
+    clips = tuple(
+        replace(clip, subject=("anna", "bert")[n % 2], emotion=("joy", "neutral")[n // 2 % 2])
+        for n, clip in enumerate(corpus.clips)
+    )
+    save_motion_corpus(replace(corpus, clips=clips), folder / "corpus")
+    recipe = f'kind = "phone_mean"\ncorpus = "corpus"\n[target]\nstyles = "{by}"\n'
+    (folder / "recipe.toml").write_text(recipe, "utf-8")
+    assert run(["train", str(folder / "recipe.toml"), "-o", str(folder / "model"), "--quiet"]) == 0
+    model = load_model(str(folder / "model"))
+    assert model.card["styles"] == styles
+    assert model.regressor.config.styles == max(len(styles), 1)
