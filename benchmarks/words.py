@@ -2,8 +2,8 @@
 
     python benchmarks/words.py NETWORK WORDS ljspeech_mfa.tar.xz --count 60 --films RECORDINGS/grid_s1
     python benchmarks/words.py NETWORK WORDS ljspeech_mfa.tar.xz --lines work/words --model models/procedural
-    work/openfacefx/bin/python benchmarks/openfacefx_tracks.py work/words -o work/openfacefx
-    python benchmarks/words.py NETWORK WORDS ljspeech_mfa.tar.xz --tracks work/openfacefx
+    work/openfacefx/bin/python benchmarks/openfacefx_tracks.py work/words -o work/openfacefx_tracks
+    python benchmarks/words.py NETWORK WORDS ljspeech_mfa.tar.xz --tracks work/openfacefx_tracks
 
 The lines are spread over an archive of alignments; of each, one word that the network knows is read. --films
 shows first whether the network reads a man who was filmed: test clips of recordings with mouth/ films, and
