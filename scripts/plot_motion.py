@@ -40,7 +40,7 @@ def speech_modes(corpus: Corpus, model: Model) -> tuple[Floats, Floats]:
     return np.concatenate(captured), np.concatenate(predicted)
 
 
-def draw_maps(figure: Any, model: Model, kinds: dict[str, Floats], seconds: float) -> None:
+def draw_maps(figure: Any, model: Model, kinds: dict[str, Floats], speech: str) -> None:
     """A face for each kind of motion: the mean displacement above, its deviation below."""
     measures = {"mean, mm": np.mean, "deviation, mm": np.std}
     panels = figure.subplots(len(measures), len(kinds), sharex=True, sharey=True)
@@ -55,10 +55,10 @@ def draw_maps(figure: Any, model: Model, kinds: dict[str, Floats], seconds: floa
             dots = axes.scatter(*place[:, :2].T, c=found, s=22, cmap="viridis", vmin=0, vmax=most)
             axes.set(aspect="equal", title=f"{kind}: {label}", xlabel="left, mm", ylabel="up, mm")
         figure.colorbar(dots, ax=list(row), label=label)
-    figure.suptitle(f"Distance from the mean face in {seconds:.0f} s of speech, GRID s1", fontsize="medium")
+    figure.suptitle(f"Distance from the mean face in {speech}", fontsize="medium")
 
 
-def draw_modes(figure: Any, kinds: dict[str, Floats], seconds: float) -> None:
+def draw_modes(figure: Any, kinds: dict[str, Floats], speech: str) -> None:
     """Mean and deviation of every mode, and its percentiles, beside each other."""
     axes = figure.subplots()
     for number, (kind, modes) in enumerate(kinds.items()):
@@ -73,7 +73,7 @@ def draw_modes(figure: Any, kinds: dict[str, Floats], seconds: float) -> None:
     axes.set(
         xlabel="mode (box: mean and deviation; line: 1st to 99th percentile)",
         ylabel="value, mm",
-        title=f"Modes in {seconds:.0f} s of speech, GRID s1",
+        title=f"Modes in {speech}",
     )
     axes.legend()
 
@@ -102,11 +102,12 @@ def main(corpus: Path, model: Path, output: Path) -> None:
         )
     )
     seconds = len(kinds["captured"]) / read.fps
+    speech = f"{seconds:.0f} s of speech, {Path(read.provenance.get('source', corpus)).name}"
     maps, modes = Figure(figsize=(8, 6.4), layout="constrained"), Figure(figsize=(8, 4), layout="constrained")
     for figure in (maps, modes):
         FigureCanvasAgg(figure)
-    draw_maps(maps, shown, kinds, seconds)
-    draw_modes(modes, kinds, seconds)
+    draw_maps(maps, shown, kinds, speech)
+    draw_modes(modes, kinds, speech)
     output.mkdir(parents=True, exist_ok=True)
     save(maps, output / "motion_maps.png")
     save(modes, output / "parameters.png")
