@@ -32,7 +32,7 @@ class Steps:
     """Clips end to end on the model's grid: `values` (steps, layers, dims), `targets` (steps, modes).
 
     `codes` and `segments` (steps,) are the phones and their running numbers, `lengths` (clips,) in steps,
-    `styles` (clips,) numbers from 0.
+    `styles` (clips,) numbers from 0, all 0 for a model of one style.
     """
 
     values: NDArray[np.float16]
@@ -89,7 +89,7 @@ def gather_steps(kind: type[AudioInput], config: Any, examples: Examples, layers
         np.concatenate(segments),
         lengths,
         np.asarray(examples.weights, np.float32),
-        np.array(examples.styles or [0] * len(examples), np.int64),
+        np.array(examples.styles if examples.styles and config.styles > 1 else [0] * len(examples), np.int64),
     )
 
 

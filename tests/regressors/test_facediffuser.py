@@ -324,7 +324,13 @@ def test_examples_that_cannot_be_learned_from(data: Examples) -> None:
     with pytest.raises(ModelError, match="is trained on recordings: give it clips with sound"):
         trained(replace(data, sounds=()))
     with pytest.raises(ModelError, match="the examples have style 3; set styles to 4 or more"):
-        trained(replace(data, styles=(0, 0, 0, 3, 0, 0)))
+        trained(replace(data, styles=(0, 0, 0, 3, 0, 0)), styles=2)
+
+
+def test_a_model_of_one_style_learns_all_as_one(data: Examples) -> None:
+    plain, styled = trained(data), trained(replace(data, styles=(0, 0, 0, 3, 0, 0)))
+    for name, values in plain.tensors().items():
+        np.testing.assert_array_equal(values, styled.tensors()[name])
 
 
 def test_it_needs_a_recording(model: FaceDiffuser) -> None:

@@ -65,6 +65,7 @@ def test_the_command_draws_what_was_trained(tmp_path: Path, monkeypatch: pytest.
     recipe.write_text('kind = "phisanet"\ncorpus = "nowhere"\n')
     folder.mkdir()
     (folder / "loss.csv").write_text(CURVE)
+    (folder / "model.json").write_text("{}")
     monkeypatch.setattr("phonanim.training.recipes.train", lambda config, **more: folder)
     done = CliRunner().invoke(command, [str(recipe), "--plot"])
     assert done.exit_code == 0, done.output
