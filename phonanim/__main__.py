@@ -16,7 +16,7 @@ import click
 from click.exceptions import NoArgsIsHelpError
 
 from phonanim.core.clone import add_clone_hint, clone_folder
-from phonanim.core.plugins import find_culprit
+from phonanim.core.plugins import describe_failure
 from phonanim.core.text import printable
 from phonanim.core.version import __version__
 from phonanim.errors import PhonanimError
@@ -76,12 +76,10 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except (OSError, MemoryError, UnicodeEncodeError) as error:
         return _report_system_error(error)
     except Exception as error:
-        plugin = find_culprit(error.__traceback__)
-        if plugin is None:
+        failure = describe_failure(error)
+        if failure is None:
             raise
-        return _complain(
-            f"phonanim: {plugin} failed: {type(error).__name__}: {error}; update or uninstall it"
-        )
+        return _complain(f"phonanim: {failure}")
 
 
 def _report_system_error(error: OSError | MemoryError | UnicodeEncodeError) -> int:

@@ -20,7 +20,7 @@ from phonanim import regressors
 from phonanim.comparison.plan import Plan
 from phonanim.core.decode import DAMAGE, decode_number, decode_table, decode_text, read_json
 from phonanim.core.files import content_hash, write_text
-from phonanim.core.plugins import find_culprit
+from phonanim.core.plugins import describe_failure
 from phonanim.core.threads import use_one_thread
 from phonanim.core.version import __version__
 from phonanim.corpus.corpus import Corpus, load_corpus
@@ -161,12 +161,10 @@ def train_in_worker(job: Job) -> None:
     except PhonanimError:
         raise
     except Exception as error:
-        plugin = find_culprit(error.__traceback__)
-        if plugin is None:
+        failure = describe_failure(error)
+        if failure is None:
             raise
-        raise ModelError(
-            f"{job.recipe}: {plugin} failed: {type(error).__name__}: {error}; update or uninstall it"
-        ) from error
+        raise ModelError(f"{job.recipe}: {failure}") from error
 
 
 def train_job(job: Job) -> None:

@@ -99,6 +99,7 @@ def generalization_page(document: Document, plan: Plan) -> list[Part]:
             parts += [scored_text(document, where), tables.values_table(document, "raw", where, SHORT)]
             parts += [
                 tables.differences_table(document, "raw", where, SHORT),
+                tables.size_table(document, "raw", where),
                 _absent(document, where),
             ]
     spoken = tables.ema_table(document)

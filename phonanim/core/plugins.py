@@ -82,6 +82,12 @@ def plugin_packages() -> tuple[str, ...]:
     return tuple(sorted({f"{package.name} {package.version}" for package in found}))
 
 
+def describe_failure(error: BaseException) -> str | None:
+    """A sentence that names the plugin in whose code an error arose; None when no plugin is involved."""
+    plugin = find_culprit(error.__traceback__)
+    return plugin and f"{plugin} failed: {type(error).__name__}: {error}; update or uninstall it"
+
+
 def find_culprit(trace: TracebackType | None) -> str | None:
     """The plugin in whose code an error arose, described for messages; None when no plugin is involved."""
     found = None

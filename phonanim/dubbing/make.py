@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import cast
 
 from phonanim.core.files import content_hash, make_folder_within
-from phonanim.core.plugins import find_culprit
+from phonanim.core.plugins import describe_failure
 from phonanim.correcting import animate_corrected
 from phonanim.dubbing.align_lines import Prepared, prepare_line
 from phonanim.dubbing.checks import line_facts
@@ -55,9 +55,8 @@ def make_line(job: Job) -> Result:
         except OSError as error:
             why = near.restore_urls(f"{error.filename or line.source}: {error.strerror or error}")
         except Exception as error:  # a bug costs one line, not the whole run
-            plugin = find_culprit(error.__traceback__)
-            what = f"{plugin} failed" if plugin else "an error in phonanim, please report it"
-            why = f"{line.source}: {what}: {type(error).__name__}: {error}"
+            own = f"an error in phonanim, please report it: {type(error).__name__}: {error}"
+            why = f"{line.source}: {describe_failure(error) or own}"
     return Result(Outcome(line.id, line.place, error=why), made=True)
 
 

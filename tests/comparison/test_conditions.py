@@ -175,8 +175,8 @@ def test_a_plugin_that_fails_in_a_process_of_its_own_is_named(monkeypatch: pytes
     monkeypatch.setattr(fit, "train_job", broken)
     with pytest.raises(ValueError, match="no rows"):  # of phonanim itself: its trace is kept
         fit.train_in_worker(job)
-    monkeypatch.setattr(fit, "find_culprit", lambda trace: "plugin 'mine' (package mine 1.0)")
-    wanted = r"r.toml: plugin 'mine' \(package mine 1.0\) failed: ValueError: no rows; update or uninstall it"
+    monkeypatch.setattr("phonanim.core.plugins.find_culprit", lambda trace: "plugin 'mine' (mine 1.0)")
+    wanted = r"r.toml: plugin 'mine' \(mine 1.0\) failed: ValueError: no rows; update or uninstall it"
     with pytest.raises(ModelError, match=wanted):
         fit.train_in_worker(job)
 

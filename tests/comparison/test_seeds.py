@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from speech import made_up_corpus
 
-from phonanim.comparison.pages import scored_text
+from phonanim.comparison.pages import generalization_page, scored_text
 from phonanim.comparison.plan import read_plan
 from phonanim.comparison.run import compare, model_rows, seeded_rows
 from phonanim.comparison.tables import interval, interval_text
@@ -105,6 +105,16 @@ def test_a_model_of_one_seed_stands_beside_those_of_several(house: Path) -> None
     assert scored_text(document, "test/all").endswith(
         "; trained with 2 seeds, which the intervals cover, except `mean`: these once."
     )
+
+
+def test_correlations_in_new_words_stand_beside_the_size_of_the_motion(
+    house: Path, document: dict[str, Any]
+) -> None:
+    parts = generalization_page(document, read_plan(house / "plan.toml"))
+    headers = [part[0] for part in parts if isinstance(part, list)]
+    r = [n for n, header in enumerate(headers) if "aperture r" in header and header[0] == "model"]
+    assert len(r) == 2  # the clips, and the words alone
+    assert all("aperture sd ratio" in headers[n + 2] for n in r)
 
 
 def test_one_seed_of_none(house: Path) -> None:

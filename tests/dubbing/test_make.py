@@ -50,7 +50,7 @@ def test_a_plugin_that_fails_costs_one_line(job, monkeypatch):
     )
     assert make_line(job).outcome.error == (
         f"{job.line.alignment}: plugin 'x' of phonanim.readers (package y 1.0) failed: "
-        "ZeroDivisionError: division by zero"
+        "ZeroDivisionError: division by zero; update or uninstall it"
     )
 
 
