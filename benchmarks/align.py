@@ -11,7 +11,7 @@ and on twelve commands of the GRID corpus, which no language model expects.
 
 from __future__ import annotations
 
-import sys
+import argparse
 import time
 from pathlib import Path
 
@@ -97,7 +97,19 @@ def show(name: str, labels: str, words: np.ndarray, phones: np.ndarray, speed: f
     print(f"{name:<24} {labels:<6} {told[0]}   {told[1]}   {speed:6.1f}")
 
 
-def main(folder: Path, grid: Path | None) -> None:
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options.add_argument("folder", type=Path, metavar="TEXTGRIDS")
+    options.add_argument("grid", type=Path, nargs="?", metavar="GRID")
+    chosen = options.parse_args()
+    align_texts(chosen.folder)
+    recognize(chosen.folder)
+    if chosen.grid:
+        recognize_commands(chosen.grid)
+
+
+def align_texts(folder: Path) -> None:
+    """The onset errors of each recording with its text, and the share of phones near the reference."""
     print("recording                labels   word onset ms   phone onset ms   x real time")
     print("                                  median  90 %    median  90 %")
     pooled: list[np.ndarray] = []
@@ -117,10 +129,7 @@ def main(folder: Path, grid: Path | None) -> None:
     phones = np.concatenate(pooled)
     within = [100 * np.mean(phones <= limit) for limit in (20, 50)]
     print(f"phone onsets within 20 ms: {within[0]:.0f} %, within 50 ms: {within[1]:.0f} %")
-    recognize(folder)
-    if grid:
-        recognize_commands(grid)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else None)
+    main()

@@ -9,8 +9,8 @@ table's recordings and on other GRID clips than those reported; the German recor
 
 from __future__ import annotations
 
+import argparse
 import csv
-import sys
 import time
 from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
@@ -106,7 +106,15 @@ def by_class(errors: list[Error]) -> None:
             print(f"{'p b m ' + title + ', ' + edge:<28} {len(mine):9} {shown}")
 
 
-def main(textgrids: Path, german: Path, grid: Path) -> None:
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    for name in ("textgrids", "german", "grid"):
+        options.add_argument(name, type=Path)
+    chosen = options.parse_args()
+    compare_all(chosen.textgrids, chosen.german, chosen.grid)
+
+
+def compare_all(textgrids: Path, german: Path, grid: Path) -> None:
     """Print a table for each source, and the classes of all."""
     print(f"{'recording':<28} {'matched':>9}   bias median   90 %  x real time")
     pooled = []
@@ -130,4 +138,4 @@ def main(textgrids: Path, german: Path, grid: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(Path, sys.argv[1:4]))
+    main()

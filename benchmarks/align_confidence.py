@@ -175,6 +175,18 @@ def case(
     )
 
 
+def describe(every: Sequence[Piece]) -> None:
+    """How many seconds of whose speech there are."""
+    for name, english in (("English", True), ("other languages", False)):
+        mine = [one for one in every if bool(one.voice) is not english]
+        seconds = dict.fromkeys((one.speaker for one in mine), 0.0)
+        for one in mine:
+            seconds[one.speaker] += one.sound.duration
+        each = ", ".join(f"{speaker} {spoken:.0f} s" for speaker, spoken in seconds.items())
+        total = sum(seconds.values())
+        print(f"{name}: {len(mine)} recordings of {len(seconds)} voices, {total:.0f} s: {each}")
+
+
 def learn(cases: Sequence[Case]) -> np.ndarray:
     """Weights of a logistic regression with a ridge, by Newton's method."""
     x = np.concatenate([one.features for one in cases if one.features is not None])
@@ -193,6 +205,17 @@ def learn(cases: Sequence[Case]) -> np.ndarray:
 
 def sureness(one: Case, weights: np.ndarray) -> np.ndarray:
     return 1 / (1 + np.exp(weights[0] + one.features @ weights[1:]))
+
+
+def judged_by_others(cases: Sequence[Case]) -> dict[int, np.ndarray]:
+    """How sure each case is by the weights that are learned without its voice."""
+    sure = {}
+    for speaker in {one.speaker for one in cases}:
+        weights = learn([one for one in cases if one.speaker != speaker])
+        for one in cases:
+            if one.speaker == speaker and one.features is not None:
+                sure[id(one)] = sureness(one, weights)
+    return sure
 
 
 def report(name: str, cases: Sequence[Case], sure: dict[int, np.ndarray]) -> None:
@@ -245,6 +268,7 @@ def main() -> None:
         mine = found.setdefault(source[0], [])
         mine += [piece for piece in pieces(*source) if len(piece.words) > 2][: MOST - len(mine)]
     every = [piece for mine in found.values() for piece in mine]
+    describe(every)
     chance = random.Random(0)
     cases = [
         case
@@ -254,12 +278,7 @@ def main() -> None:
     tables = {}
     for name, english in (("english", True), ("other", False)):
         mine_ = [one for one in cases if one.english is english]
-        sure = {}
-        for speaker in {one.speaker for one in mine_}:
-            weights = learn([one for one in mine_ if one.speaker != speaker])
-            for one in mine_:
-                if one.speaker == speaker and one.features is not None:
-                    sure[id(one)] = sureness(one, weights)
+        sure = judged_by_others(mine_)
         report(name, mine_, sure)
         for speaker in sorted({one.speaker for one in mine_}):
             words = [

@@ -10,7 +10,7 @@ as the same phone without a text, all against the recording as it is.
 
 from __future__ import annotations
 
-import sys
+import argparse
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -111,8 +111,10 @@ def same(found: Phones, known: Phones, later: float, seconds: float) -> str:
     return f"{np.mean(labels[0] == labels[1]):.0%}"
 
 
-def main(textgrids: Path) -> None:
-    x, rate = soundfile.read(textgrids / NAME, dtype="float32")
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options.add_argument("textgrids", type=Path)
+    x, rate = soundfile.read(options.parse_args().textgrids / NAME, dtype="float32")
     known: dict[str, Phones] = {}
     print("| recording | pocketsphinx, ms | made speech, ms | recognized alike |\n|---|---:|---:|---:|")
     with tempfile.TemporaryDirectory() as folder:
@@ -135,4 +137,4 @@ def main(textgrids: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main()

@@ -9,6 +9,7 @@ Makes its lines from examples/line.TextGrid, repeated. Each figure is the best o
 
 from __future__ import annotations
 
+import argparse
 import os
 import resource
 import subprocess
@@ -146,12 +147,20 @@ def whole_command(path: Path, out: Path, options: list[str]) -> tuple[float, flo
 
 
 def main() -> None:
-    if sys.argv[1:] == ["--long"]:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options.add_argument("--long", action="store_true")
+    options.add_argument("--formats", action="store_true")
+    chosen = options.parse_args()
+    if chosen.long:
         long_lines()
-        return
-    if sys.argv[1:] == ["--formats"]:
+    elif chosen.formats:
         all_formats()
-        return
+    else:
+        each_step()
+
+
+def each_step() -> None:
+    """A cold start, and the seconds of each step for lines of several lengths."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         wall, memory = cold_start(folder)

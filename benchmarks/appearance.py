@@ -9,7 +9,7 @@ The corpus has its appearance already (`phonanim corpus appearance`); mouths are
 
 from __future__ import annotations
 
-import sys
+import argparse
 import time
 from pathlib import Path
 
@@ -26,7 +26,21 @@ from phonanim.training.mouth import load_mouth
 Array = NDArray[np.float64]
 
 
-def main(recordings: Path, folder: Path, mouths: list[Path]) -> None:
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options.add_argument("recordings", type=Path)
+    options.add_argument("corpus", type=Path)
+    options.add_argument("mouths", type=Path, nargs="*", metavar="MOUTH")
+    options.add_argument("--tune", action="store_true")
+    chosen = options.parse_args()
+    if chosen.tune:
+        tune(chosen.recordings, chosen.corpus)
+    else:
+        score_all(chosen.recordings, chosen.corpus, chosen.mouths)
+
+
+def score_all(recordings: Path, folder: Path, mouths: list[Path]) -> None:
+    """What the model keeps, what mouths make of the test clips, and the search on them."""
     corpus, captured = load_corpus(folder), load_captured(folder)
     describe(captured)
     own = captured.joint[captured.rows].astype(float)
@@ -135,7 +149,5 @@ def mean_shape(face: FaceModel, tracked: NDArray[np.floating]) -> tuple[Array, A
     return np.stack([placed.real, placed.imag], axis=2), np.abs(turn)
 
 
-if __name__ == "__main__" and sys.argv[3:] == ["--tune"]:
-    tune(Path(sys.argv[1]), Path(sys.argv[2]))
-elif __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]), [Path(mouth) for mouth in sys.argv[3:]])
+if __name__ == "__main__":
+    main()

@@ -1,8 +1,8 @@
 """Articulation against real mouths: sensors, recorded lips, and what each phone looks like in natural text.
 
     phonanim corpus build RECORDINGS -o work/corpus
-    python benchmarks/articulation.py work/corpus --ema recordings/german --ema recordings/english \\
-        --text ljspeech_mfa.tar.xz
+    python benchmarks/articulation.py work/corpus --ema RECORDINGS/ema_de --ema RECORDINGS/ema_en \\
+        --text RECORDINGS/textgrids/ljspeech_mfa_3000.tar.xz
 
 Sensors: targets are fitted anew without the sentence, and without the speaker, that they are compared with;
 r and sd are those of speech, a mean over sentences. "in sample" is a fit that has seen the sentence and may

@@ -10,7 +10,7 @@ found that is due, and how many of it a second are not.
 
 from __future__ import annotations
 
-import sys
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -61,10 +61,14 @@ def closures(sound: Sound, text: str) -> tuple[Spans, list[Spans]]:
     return due, [spans(told | (shares > threshold)) for threshold in THRESHOLDS]
 
 
-def main(recordings: Path, clones: Path) -> None:
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options.add_argument("recordings", type=Path)
+    options.add_argument("clones", type=Path)
+    chosen = options.parse_args()
     hit, due, right, told = (np.zeros(len(THRESHOLDS)) for _ in range(4))
     seconds, voices, count = 0.0, set(), 0
-    for speaker, voice, path, text in sources(recordings, clones):
+    for speaker, voice, path, text in sources(chosen.recordings, chosen.clones):
         if voice or speaker == "GRID":
             continue
         sound = read_sound(path)
@@ -90,4 +94,4 @@ def main(recordings: Path, clones: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(Path, sys.argv[1:3]))
+    main()

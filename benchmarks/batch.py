@@ -18,6 +18,7 @@ first line, so that nothing else has to be made.
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import random
@@ -245,7 +246,27 @@ def once_more(source: Path, count: int) -> None:
         again(lines, Path(name) / "all")
 
 
-def main(source: Path, kills: int) -> None:
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options.add_argument("source", type=Path, metavar="FOLDER_OF_TEXTGRIDS")
+    options.add_argument("kills", type=int, nargs="?", default=30, metavar="KILLS")
+    options.add_argument("--short", type=int, metavar="COUNT")
+    options.add_argument("--lengths", action="store_true")
+    options.add_argument("--again", type=int, metavar="COUNT")
+    chosen = options.parse_args()
+    if chosen.lengths:
+        with tempfile.TemporaryDirectory() as place:
+            lengths(chosen.source, Path(place))
+    elif chosen.again:
+        once_more(chosen.source, chosen.again)
+    elif chosen.short:
+        short_lines(chosen.source, chosen.short)
+    else:
+        everything(chosen.source, chosen.kills)
+
+
+def everything(source: Path, kills: int) -> None:
+    """All lines, the same run once more, kills, and single lines."""
     with tempfile.TemporaryDirectory() as name:
         timed(source, Path(name) / "all")
         again(source, Path(name) / "all")
@@ -262,12 +283,4 @@ def short_lines(source: Path, count: int) -> None:
 
 
 if __name__ == "__main__":
-    if sys.argv[2:3] == ["--lengths"]:
-        with tempfile.TemporaryDirectory() as place:
-            lengths(Path(sys.argv[1]), Path(place))
-    elif sys.argv[2:3] == ["--again"]:
-        once_more(Path(sys.argv[1]), int(sys.argv[3]))
-    elif sys.argv[2:3] == ["--short"]:
-        short_lines(Path(sys.argv[1]), int(sys.argv[3]))
-    else:
-        main(Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 30)
+    main()

@@ -1,6 +1,6 @@
 """Stress and rate against articulography: what gains by them change in r, over the speech of each sentence.
 
-    python benchmarks/effort.py recordings/german recordings/english
+    python benchmarks/effort.py RECORDINGS/ema_de RECORDINGS/ema_en
 
 Targets of lexicon/articulation.csv have seen these sentences; what is compared is the gains alone. Only
 sentences with marked stress can tell anything of stress.

@@ -9,7 +9,7 @@ they are closed, and anywhere in these phones.
 
 from __future__ import annotations
 
-import sys
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -56,7 +56,9 @@ def jerk(result: AnimationResult) -> float:
 
 def main() -> None:
     """Print a table row for each setting."""
-    paths = list(map(Path, sys.argv[1:]))
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options.add_argument("alignments", type=Path, nargs="+", metavar="ALIGNMENT")
+    paths = options.parse_args().alignments
     plain = [animate_detailed(path, Options(unknown="nearest", life=0)) for path in paths]
     landmark_rig = make_landmark_rig(load_head(), shipped_landmarks(), plain[0].face).take(
         plain[0].animation.channels

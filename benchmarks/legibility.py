@@ -2,7 +2,7 @@
 
     phonanim corpus build RECORDINGS -o work/corpus
     python benchmarks/legibility.py benchmarks/legibility.toml --work work/legibility \\
-        --ema recordings/german --ema recordings/english -o docs/benchmark/legibility.json
+        --ema RECORDINGS/ema_de --ema RECORDINGS/ema_en -o docs/benchmark/legibility.json
 
 Models that are not trained yet are trained first and kept in --work. "lips alone" is the learned face as it
 was before articulation, with closures; "phones" blends it with articulation from phones, "sound" with

@@ -1,7 +1,7 @@
 """Visemes read from rigs of few shapes beside ARKit's: the default model, shown on the shipped head.
 
     phonanim corpus build RECORDINGS -o work/corpus
-    python benchmarks/legibility_rigs.py work/corpus --ema recordings/german --ema recordings/english
+    python benchmarks/legibility_rigs.py work/corpus --ema RECORDINGS/ema_de --ema RECORDINGS/ema_en
 
 The test clips are read by the shipped reader of lips, the sentences of sensors by readers that learned from
 the sensors of all other sentences. Targets are the shipped ones, so that the rigs differ in nothing else.

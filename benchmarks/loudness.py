@@ -1,7 +1,7 @@
 """Loudness of speech against size of mouths: SLCC (Chae-Yeon et al. 2025), with and without loudness.
 
     phonanim corpus build RECORDINGS -o work/corpus
-    python benchmarks/loudness.py work/corpus --takes recordings/facegood
+    python benchmarks/loudness.py work/corpus --takes RECORDINGS/facegood
 
 SLCC is the correlation over clips of the intensity of speech and of the lips. Speech: the level of voiced
 frames within phones, dB. Lips: the mean speed of the inner lips' gap in speech, mm/s (its change from one

@@ -13,17 +13,17 @@ import argparse
 import csv
 from pathlib import Path
 
-from openfacefx.alignment import load_mfa_textgrid
-from openfacefx.io_export import write_json
-from openfacefx.pipeline import generate_from_alignment
-from openfacefx.retarget import PRESETS, retarget
-
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     options.add_argument("recordings", type=Path)
     options.add_argument("-o", "--output", type=Path, required=True)
     chosen = options.parse_args()
+    from openfacefx.alignment import load_mfa_textgrid  # after --help, which needs no environment of its own
+    from openfacefx.io_export import write_json
+    from openfacefx.pipeline import generate_from_alignment
+    from openfacefx.retarget import PRESETS, retarget
+
     chosen.output.mkdir(parents=True, exist_ok=True)
     with (chosen.recordings / "clips.csv").open(newline="", encoding="utf-8") as file:
         clips = [row["clip"] for row in csv.DictReader(file) if row["split"] == "test"]

@@ -7,6 +7,7 @@ Wall and processor seconds are each the best of several runs; where a machine is
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 import tempfile
@@ -72,7 +73,9 @@ def film(line: Path, folder: Path) -> tuple[Cost, float]:
 
 def main() -> None:
     """Print one table row per format, then the film."""
-    suffixes = sys.argv[1:] or [*SUFFIXES, "mp4"]
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options.add_argument("suffixes", nargs="*", metavar="SUFFIX", default=[*SUFFIXES, "mp4"])
+    suffixes = options.parse_args().suffixes
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         line, sound = lengthened(SECONDS, folder), silence(folder / "a.wav")

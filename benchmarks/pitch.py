@@ -1,7 +1,7 @@
 """The built-in pitch against Praat's: errors of voicing and of pitch, and processor time.
 
-    python benchmarks/pitch.py recordings/grid_s1/audio --clips test-clips.txt
-    python benchmarks/pitch.py recordings/alignments
+    python benchmarks/pitch.py RECORDINGS/grid_s1/audio --clips benchmarks/grid_s1_test.txt
+    python benchmarks/pitch.py RECORDINGS/textgrids
 
 Praat on the clean recording is the reference; white noise of so many dB below the recording is added for the
 other rows. Voicing error: share of frames that one calls voiced and the other not. Gross error: share of the

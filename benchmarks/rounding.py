@@ -8,6 +8,7 @@ middle of a /y/: with the `rounding` of the language file, and with its inverse 
 
 from __future__ import annotations
 
+import argparse
 import tempfile
 from pathlib import Path
 
@@ -27,6 +28,7 @@ LINES = {
 
 def main() -> None:
     """Print the table."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter).parse_args()
     print("| language | with | without |\n|---|---:|---:|")
     with tempfile.TemporaryDirectory() as folder:
         for voice, text in LINES.items():

@@ -1,7 +1,8 @@
 """The level in a stream against the level of the whole line, in decibels over speech.
 
-    python benchmarks/stream_loudness.py recordings/grid_s1/textgrid recordings/grid_s1/audio --clips test.txt
-    python benchmarks/stream_loudness.py recordings/alignments recordings/alignments --together
+    python benchmarks/stream_loudness.py RECORDINGS/grid_s1/textgrid RECORDINGS/grid_s1/audio \\
+        --clips benchmarks/grid_s1_test.txt
+    python benchmarks/stream_loudness.py RECORDINGS/textgrids RECORDINGS/textgrids --together
 
 With --together all lines count as one long recording with half a second between them.
 """

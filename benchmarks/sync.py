@@ -9,8 +9,8 @@ clock and of processor time, the best of three runs. A disk with a cache that su
 
 from __future__ import annotations
 
+import argparse
 import os
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -38,7 +38,9 @@ def record(folder: Path, period: float) -> tuple[float, float]:
 
 
 def main() -> None:
-    place = sys.argv[1] if len(sys.argv) > 1 else None
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options.add_argument("folder", type=Path, nargs="?", metavar="FOLDER")
+    place = options.parse_args().folder
     ways = {"no fsync": (60.0, False), "one checkpoint": (60.0, True), "after each line": (0.0, True)}
     print(f"{'':18}{'by the clock':>14}{'processor':>12}   ms a line")
     for name, (period, synced) in ways.items():

@@ -7,8 +7,8 @@ Needs `phonanim[track]`. docs/own_speaker.md names packages that ship such films
 
 from __future__ import annotations
 
+import argparse
 import resource
-import sys
 import time
 from pathlib import Path
 
@@ -17,8 +17,10 @@ from phonanim.errors import CorpusError
 from phonanim.media.video import open_film
 
 
-def main(films: list[Path]) -> None:
-    tracker = mediapipe_tracker(shipped_indices())
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options.add_argument("films", type=Path, nargs="+", metavar="FILM")
+    films, tracker = options.parse_args().films, mediapipe_tracker(shipped_indices())
     for path in films:
         try:
             print(f"{path.name}: {measured(path, tracker)}", flush=True)
@@ -41,4 +43,4 @@ def measured(path: Path, tracker: Tracker) -> str:
 
 
 if __name__ == "__main__":
-    main([Path(name) for name in sys.argv[1:]])
+    main()

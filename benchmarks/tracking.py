@@ -9,7 +9,7 @@ The folder of films holds LINE.TextGrid too.
 
 from __future__ import annotations
 
-import sys
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -27,11 +27,15 @@ from phonanim.rig.head import load_head
 from phonanim.rig.landmarks import read_landmarks
 
 
-def main(corpus_folder: Path, films: Path) -> None:
-    corpus, face = load_corpus(corpus_folder), load_face(SHIPPED / DEFAULT_MODEL / "face.safetensors")
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options.add_argument("corpus", type=Path)
+    options.add_argument("films", type=Path)
+    chosen = options.parse_args()
+    corpus, face = load_corpus(chosen.corpus), load_face(SHIPPED / DEFAULT_MODEL / "face.safetensors")
     for number, name in enumerate(corpus.clips):
         tracked = corpus.landmarks[corpus.rows([number])]
-        truth = head_landmarks(films / f"{name}.TextGrid", corpus.fps)
+        truth = head_landmarks(chosen.films / f"{name}.TextGrid", corpus.fps)
         count = min(len(tracked), len(truth))
         aperture = truth[:count, 13, 1] - truth[:count, 14, 1]
         width = np.linalg.norm(truth[:count, 61] - truth[:count, 291], axis=1)
@@ -50,4 +54,4 @@ def head_landmarks(line: Path, fps: float) -> NDArray[np.float64]:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main()

@@ -1,15 +1,15 @@
 """Words that a network of isolated words reads: from filmed mouths, and from the shipped head.
 
-    python benchmarks/words.py NETWORK WORDS ljspeech_mfa.tar.xz --count 60 --films RECORDINGS/grid_s1
-    python benchmarks/words.py NETWORK WORDS ljspeech_mfa.tar.xz --lines work/words --model models/procedural
+    python benchmarks/words.py NETWORK WORDS ARCHIVE --count 60 --films RECORDINGS/grid_s1
+    python benchmarks/words.py NETWORK WORDS ARCHIVE --lines work/words --model models/procedural
     work/openfacefx/bin/python benchmarks/openfacefx_tracks.py work/words -o work/openfacefx_tracks
-    python benchmarks/words.py NETWORK WORDS ljspeech_mfa.tar.xz --tracks work/openfacefx_tracks
+    python benchmarks/words.py NETWORK WORDS ARCHIVE --tracks work/openfacefx_tracks
 
-The lines are spread over an archive of alignments; of each, one word that the network knows is read. --films
-shows first whether the network reads a man who was filmed: test clips of recordings with mouth/ films, and
-the same words on the head. --lines keeps the lines, for other tools, whose curves --tracks reads. The first
-row of each table is what a guess reaches that takes any word of the list. The table of --model is that of
-docs/measures.md; brackets are 95 % intervals over words.
+ARCHIVE is RECORDINGS/textgrids/ljspeech_mfa_3000.tar.xz. The lines are spread over it; of each, one word that
+the network knows is read. --films shows first whether the network reads a man who was filmed: test clips of
+recordings with mouth/ films, and the same words on the head. --lines keeps the lines, for other tools, whose
+curves --tracks reads. The first row of each table is what a guess reaches that takes any word of the list.
+The table of --model is that of docs/measures.md; brackets are 95 % intervals over words.
 """
 
 from __future__ import annotations

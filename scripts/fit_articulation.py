@@ -1,7 +1,7 @@
 """Fit the targets of lexicon/articulation.csv to articulography and to the recorded lips, and write them.
 
     phonanim corpus build RECORDINGS -o work/corpus
-    python scripts/fit_articulation.py work/corpus recordings/german recordings/english
+    python scripts/fit_articulation.py work/corpus RECORDINGS/ema_de RECORDINGS/ema_en
 
 Where recordings say little, targets stay near scripts/articulation_prior.csv, made by hand. Sigma, lead and
 how far a fit may go from the prior are chosen per channel on recordings that were left out, one sentence
