@@ -24,10 +24,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from legibility_mouths import pooled as pooled_reading
 from numpy.typing import NDArray
 
 from phonanim.animation.animation import Animation
 from phonanim.corpus.corpus import Corpus, load_corpus
+from phonanim.evaluation.legibility import Reading, load_reader, read_visemes, see_lips
+from phonanim.evaluation.surfaces import landmark_lips
 from phonanim.exporters import track_json
 from phonanim.face.masks import head_masks
 from phonanim.face.model import FaceModel, lip_aperture, lip_protrusion, lip_width
@@ -47,10 +50,11 @@ from phonanim.pipeline import animate, load_model
 from phonanim.rig import Rig, load_rig
 from phonanim.rig.head import Head, load_head
 from phonanim.rig.landmark_rig import LandmarkRig, make_landmark_rig, to_face_axes
-from phonanim.rig.landmarks import read_landmarks
+from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.rig.motion import closed_face, read_motion
 from phonanim.rig.solve import solve
 from phonanim.rig.visemes import spoken_shapes
+from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 LIPS = {"aperture": lip_aperture, "width": lip_width, "protrusion": lip_protrusion}
@@ -64,6 +68,7 @@ class Clip:
     """One test clip: exposure instants (frames,) s, captured (frames, landmarks, 3) mm, contact frames."""
 
     name: str
+    track: PhoneTrack
     times: Array
     captured: Array
     speech: NDArray[np.bool_]
@@ -96,9 +101,11 @@ def main() -> None:
     chosen = options.parse_args()
     corpus = load_corpus(chosen.corpus)
     stage, clips = set_up(chosen.model), gather(corpus)
-    solved = by_clip(solve_captured(corpus, stage), clips)
+    solved = solve_captured(corpus, stage)
     tools = {"captured motion": solved, "head at rest": [np.zeros_like(found) for found in solved]}
-    tools[f"phonanim {chosen.model}"] = ours(clips, chosen.recordings, chosen.model, stage)
+    tools[f"phonanim {chosen.model}"] = ours(clips, chosen.recordings, Options(model=chosen.model), stage)
+    learned = Options(model=chosen.model, retarget="direct")
+    tools["phonanim, learned face"] = ours(clips, chosen.recordings, learned, stage)
     if chosen.openfacefx:
         tools["openfacefx 0.24"] = openfacefx(clips, chosen.openfacefx, stage)
     drawn = mouths(corpus, stage)
@@ -113,13 +120,13 @@ def main() -> None:
 def set_up(model: str) -> Stage:
     """The shipped head with the reference face of a model, moved by the rig's controls alone."""
     face, rig = load_model(model).face, load_rig("arkit")
-    spots, head = read_landmarks(rig.landmarks), load_head(rig.head)
-    rows = [head.targets.index(control) for control in rig.controls]
-    head = replace(head, targets=rig.controls, deltas=head.deltas[rows])
+    spots, head = shipped_landmarks(), load_head()
+    controls = tuple(control for control in rig.controls if control in head.targets)  # less the head's turns
+    head = replace(head, targets=controls, deltas=head.deltas[[head.targets.index(c) for c in controls]])
     return Stage(
         face,
         rig,
-        make_landmark_rig(head, spots, face).take(rig.controls),
+        make_landmark_rig(head, spots, face).take(controls),
         to_face_axes(head, spots, face),
         head_masks()["lips"],
     )
@@ -130,6 +137,7 @@ def gather(corpus: Corpus) -> list[Clip]:
     return [
         Clip(
             corpus.clips[clip],
+            corpus.tracks[clip],
             (times := corpus.times(clip)),
             corpus.landmarks[corpus.rows([clip])].astype(np.float64),
             speech_mask(corpus.tracks[clip], times),
@@ -144,26 +152,24 @@ def nearest(times: Array, instants: Array) -> NDArray[np.int64]:
     return np.abs(times[:, None] - instants).argmin(axis=0)
 
 
-def solve_captured(corpus: Corpus, stage: Stage) -> Array:
-    """The captured motion of the test clips on the head, end to end, (frames, controls)."""
+def solve_captured(corpus: Corpus, stage: Stage) -> list[Array]:
+    """The captured motion of the test clips on the head, (frames, controls) each."""
     clips = corpus.clips_of("test")
+    lengths = corpus.frames[clips]
     modes = stage.face.project(corpus.landmarks[corpus.rows(clips)])
-    return solved_faces(stage.face.instance(modes), stage, corpus.frames[clips])
+    return np.split(solved_faces(stage.face.instance(modes), stage, lengths), np.cumsum(lengths)[:-1])
 
 
 def solved_faces(shapes: Array, stage: Stage, lengths: NDArray[np.int64]) -> Array:
     """Controls of the head for faces, (frames, landmarks, 3) mm -> (frames, controls)."""
     closed = closed_face(stage.face, read_motion().modes(stage.face))
-    return solve(shapes, stage.face, stage.landmark_rig, stage.rig, closed, lengths=lengths)
+    controls = solve(shapes, stage.face, stage.landmark_rig, stage.rig, closed, lengths=lengths)
+    return controls[:, [stage.rig.controls.index(name) for name in stage.head.targets]]
 
 
-def by_clip(values: Array, clips: list[Clip]) -> list[Array]:
-    return np.split(values, np.cumsum([len(clip.times) for clip in clips])[:-1])
-
-
-def ours(clips: list[Clip], recordings: Path, model: str, stage: Stage) -> list[Array]:
-    """What `phonanim animate --rig arkit` writes, with its defaults."""
-    found = [animate(textgrid(recordings, clip), Options(rig="arkit", model=model)) for clip in clips]
+def ours(clips: list[Clip], recordings: Path, options: Options, stage: Stage) -> list[Array]:
+    """What `phonanim animate --rig arkit` writes, with its defaults or through the learned face alone."""
+    found = [animate(textgrid(recordings, clip), options) for clip in clips]
     return [on_head(animation, clip.times, stage) for animation, clip in zip(found, clips, strict=True)]
 
 
@@ -255,6 +261,7 @@ def score(
         mine, wanted = measured(head, stage.face), measured(captured, stage.face)
         result[f"{name}_r"] = correlation(mine, wanted)
         result[f"{name}_r_speech"] = correlation(mine[speech], wanted[speech])
+        result[f"{name}_sd_ratio_speech"] = float(mine[speech].std() / wanted[speech].std())
     error = distances(head - rests, captured)[:, stage.face.moving].mean(axis=1)
     result |= {"vertex_error_mm": float(error.mean()), "vertex_error_speech_mm": float(error[speech].mean())}
     pairs = list(zip(found, solved, strict=True))
@@ -263,8 +270,9 @@ def score(
 
 
 def dynamics(clips: list[Clip], found: list[Array], stage: Stage) -> dict[str, float]:
-    """Closures, delay and liveliness of the lip opening: means over clips."""
-    openings = [lip_aperture(stage.landmark_rig.pose(mine), stage.face) for mine in found]
+    """Closures, visemes read from the lips, delay and liveliness of the lip opening: means over clips."""
+    heads = [stage.landmark_rig.pose(mine) for mine in found]
+    openings = [lip_aperture(head, stage.face) for head in heads]
     captured = [lip_aperture(clip.captured, stage.face) for clip in clips]
     result = {
         f"{name}_gap_mm": mean(
@@ -272,6 +280,8 @@ def dynamics(clips: list[Clip], found: list[Array], stage: Stage) -> dict[str, f
         )
         for name in CONTACTS
     }
+    readings = [visemes_read(head, clip, stage) for head, clip in zip(heads, clips, strict=True)]
+    result["visemes_right"] = pooled_reading(readings).share()
     fps = 1 / float(np.diff(clips[0].times).mean())
     pairs = list(zip(openings, captured, strict=True))
     delays = np.array([lag(a, b, fps) for a, b in pairs])
@@ -282,7 +292,13 @@ def dynamics(clips: list[Clip], found: list[Array], stage: Stage) -> dict[str, f
     return result
 
 
-def mean(groups: Iterable[Array | list[float]]) -> float:
+def visemes_read(head: Array, clip: Clip, stage: Stage) -> Reading:
+    """What the reader of `phonanim evaluate` sees on the lips of a head, (frames, landmarks, 3) mm."""
+    seen = see_lips(landmark_lips(head, stage.face.indices), clip.times, clip.track)
+    return read_visemes(seen, load_reader())
+
+
+def mean(groups: Iterable[NDArray[np.generic] | list[float]]) -> float:
     """Mean of all values; NaN where there are none."""
     values = np.concatenate([np.asarray(group, float) for group in groups])
     return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")
@@ -293,7 +309,8 @@ def show(rows: dict[str, dict[str, float]]) -> None:
     print("|", " | ".join(["", *rows]), "|")
     print("|---|" + "---:|" * len(rows))
     for key in next(iter(rows.values())):
-        print("|", " | ".join([key, *(f"{row[key]:.3f}" for row in rows.values())]), "|")
+        cells = [f"{row[key]:.3f}" if np.isfinite(row[key]) else "" for row in rows.values()]
+        print("|", " | ".join([key, *cells]), "|")
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from phonanim.comparison import legibility, tools
@@ -38,7 +39,7 @@ def overview_table(document: Document, plan: Plan) -> Table:
             rows.append(_articulated_row(found, shown.get(found["model"], found["model"]), read))
     if "tools" in document:
         cells = tools.tools_table(document["tools"], document["seed"])
-        rows += [_tool_row(cells[0], row) for row in cells[1:] if row[0] not in names]
+        rows += [_tool_row(cells[0], row) for row in cells[1:]]
     for found in read["films"]:
         if not found["way"]:
             rows.append([CAPTURED, "", "1", "1", "1", "1", "0", _read_right(found), ""])
@@ -74,18 +75,20 @@ def _articulated_row(found: dict[str, Any], shown: str, read: dict[str, Any]) ->
 def _tool_row(header: list[str], row: list[str]) -> list[str]:
     """A row of the table of tools: values on the shipped head, without their p."""
     cells = {head: cell.partition(", p")[0] for head, cell in zip(header, row, strict=True)}
-    error = cells["vertex error, mm"]
-    return [
-        f"{row[0]}, on the head",
-        "",
-        cells["in speech"],
-        "",
-        cells["width r in speech"],
-        "",
-        error,
-        "",
-        "",
-    ]
+    found = [cells["in speech"], _value(cells["aperture sd ratio in speech"])]
+    found += [cells["width r in speech"], _value(cells["width sd ratio in speech"])]
+    return [f"{row[0]}, on the head", "", *found, cells["vertex error, mm"], _percent(cells), ""]
+
+
+def _value(cell: str) -> str:
+    """0.84 of "0.841 [0.812, 0.870]"."""
+    number = cell.partition(" ")[0]
+    return f"{float(number):.2f}" if number else ""
+
+
+def _percent(cells: dict[str, str]) -> str:
+    """76% [74%, 79%] of "0.757 [0.740, 0.790]"."""
+    return re.sub(r"\d\.\d+", lambda found: f"{float(found.group()):.0%}", cells["visemes read right"])
 
 
 def _read_right(found: dict[str, Any]) -> str:

@@ -13,12 +13,15 @@ from phonanim.errors import ModelError
 from phonanim.evaluation.statistics import bootstrap_interval, holm, mean_rows, paired_test
 
 Array = NDArray[np.float64]
-OURS = "phonanim default"
-SHOWN = {OURS: "phonanim"}
+OURS = "phonanim default"  # as `phonanim animate` moves a rig, with articulation
+SHOWN = {OURS: "phonanim, with articulation"}
 COLUMNS = {
     "aperture_r": "aperture r",
     "aperture_r_speech": "in speech",
+    "aperture_sd_ratio_speech": "aperture sd ratio in speech",
     "width_r_speech": "width r in speech",
+    "width_sd_ratio_speech": "width sd ratio in speech",
+    "visemes_right": "visemes read right",
     "vertex_error_mm": "vertex error, mm",
     "lve_mm": "LVE, mm",
     "pbm_gap_mm": "p b m gap, mm",

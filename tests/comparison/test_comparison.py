@@ -16,7 +16,7 @@ from speech import made_up_corpus, sound_of, write_wav
 
 from phonanim.__main__ import run as main
 from phonanim.aligners.pocketsphinx import SpeechAlignment
-from phonanim.comparison import tables, tools
+from phonanim.comparison import overview, tables, tools
 from phonanim.comparison.fit import is_cached
 from phonanim.comparison.folds import make_folds
 from phonanim.comparison.pages import generalization_page
@@ -346,7 +346,7 @@ def test_other_tools(tmp_path: Path) -> None:
     path.write_text(json.dumps({"phonanim default": clips, "other": worse}))
     rows = tools.tools_table(tools.read_tools(path), seed=0)
     column = rows[0].index("vertex error, mm")
-    assert [row[0] for row in rows] == ["tool", "phonanim", "other"]
+    assert [row[0] for row in rows] == ["tool", "phonanim, with articulation", "other"]
     assert rows[1][column].startswith("1.055 [1.0")
     assert rows[2][column].startswith("1.555 [")
     assert float(rows[2][column].partition("p ")[2]) < 0.01
@@ -356,6 +356,16 @@ def test_other_tools(tmp_path: Path) -> None:
         tools.read_tools(path)
     with pytest.raises(ModelError, match="nothing.json: cannot be read"):
         tools.read_tools(tmp_path / "nothing.json")
+
+
+def test_a_tool_on_the_first_page_has_size_and_legibility_beside_r() -> None:
+    measured = {"aperture_r_speech": 0.8, "aperture_sd_ratio_speech": 0.25, "visemes_right": 0.757}
+    clips = {str(n): dict.fromkeys(tools.COLUMNS) | measured for n in range(6)}
+    header, row = tools.tools_table({tools.OURS: clips}, seed=0)
+    shown = overview._tool_row(header, row)
+    assert shown[:4] == ["phonanim, with articulation, on the head", "", "0.800 [0.800, 0.800]", "0.25"]
+    assert shown[4:] == ["", "", "", "76% [76%, 76%]", ""]
+    assert len(shown) == len(overview.HEADER)
 
 
 def test_a_report_of_nothing(tmp_path: Path) -> None:
