@@ -15,8 +15,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.animation.smooth import CLOSED
-from phonanim.face.contacts import lip_functionals
 from phonanim.face.model import INNER_LIP_PAIRS
 from phonanim.options import Options, Overlay
 from phonanim.pipeline import AnimationResult, animate_detailed
@@ -26,7 +24,6 @@ from phonanim.rig.landmarks import shipped_landmarks
 from phonanim.speech.inventory import INVENTORY
 
 Array = NDArray[np.float64]
-PAIRS = len(INNER_LIP_PAIRS)
 SETTINGS = {
     "smooth 0.05 s": {"smooth": 0.05},
     "smooth 0.1 s": {"smooth": 0.1},
@@ -43,10 +40,10 @@ def gaps(result: AnimationResult, landmark_rig: LandmarkRig) -> Array:
     return np.asarray((posed[:, upper, 1] - posed[:, lower, 1]).max(axis=1))
 
 
-def closed(result: AnimationResult) -> NDArray[np.bool_]:
-    """The frames in which the reference face's lips are closed."""
-    weights, offset = lip_functionals(result.face)
-    return np.asarray((result.modes @ weights[:PAIRS].T + offset[:PAIRS]).max(axis=1) < CLOSED)
+def closed(path: Path) -> NDArray[np.bool_]:
+    """The frames in which articulation closes the lips, (frames,)."""
+    lips = animate_detailed(path, Options(rig="articulation", unknown="nearest", life=0)).animation
+    return np.asarray(lips.channel("lip_gap") <= 0)
 
 
 def jerk(result: AnimationResult) -> float:
@@ -66,12 +63,12 @@ def main() -> None:
     seconds = sum(float(one.animation.times[-1]) for one in plain)
     print(f"{len(paths)} lines, {seconds:.0f} s\n")
     print("| setting | jerk | p b m f v | parted at closures | parted in p b m f v |\n|---|---|---|---|---|")
-    lips = INVENTORY.codes(("p", "b", "m", "f", "v"))
+    lips, shut = INVENTORY.codes(("p", "b", "m", "f", "v")), [closed(path) for path in paths]
     for name, setting in SETTINGS.items():
         after = [animate_detailed(path, Options(unknown="nearest", life=0, **setting)) for path in paths]
         more = [gaps(b, landmark_rig) - gaps(a, landmark_rig) for a, b in zip(plain, after, strict=True)]
         held = [np.isin(one.track.sample(one.animation.times), lips) for one in plain]
-        firm = [m[h & closed(one)] for m, h, one in zip(more, held, plain, strict=True)]
+        firm = [m[h & s] for m, h, s in zip(more, held, shut, strict=True)]
         count = sum(int(np.isin(one.track.codes, lips).sum()) for one in plain)
         left = sum(map(jerk, after)) / sum(map(jerk, plain))
         worst = [
