@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
@@ -10,6 +10,7 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from phonanim.errors import ModelError
 from phonanim.media.audio import Sound
 from phonanim.regressors import (
     Examples,
@@ -29,9 +30,42 @@ Self = TypeVar("Self", bound="MeanOfModels")
 
 @dataclass(frozen=True)
 class Config:
-    """`members` are tables: kind, weight, and the settings of that kind."""
+    """`members` are tables: kind, weight, and the settings of that kind.
+
+    Members with several styles have the same ones. Raises ModelError where they differ, and for a member
+    without a kind.
+    """
 
     members: tuple[dict[str, Any], ...] = ()
+
+    def __post_init__(self) -> None:
+        if not all("kind" in member for member in self.members):
+            raise ModelError("a member has no kind; give each one, such as kind = 'dnn'")
+        for name in ("styles", "style"):
+            found = sorted({member.get(name, 0) for member in self._styled})
+            if len(found) > 1:
+                listed = " and ".join(map(str, found))
+                raise ModelError(f"members have {name} = {listed}; give all the same one, or styles = 1")
+
+    @property
+    def styles(self) -> int:
+        """The number of styles that its members have learned; 1 without any."""
+        return max((member["styles"] for member in self._styled), default=1)
+
+    @property
+    def style(self) -> int:
+        """The style that is predicted."""
+        return max((member.get("style", 0) for member in self._styled), default=0)
+
+    @property
+    def _styled(self) -> list[dict[str, Any]]:
+        return [member for member in self.members if _has_styles(member)]
+
+
+def _has_styles(member: dict[str, Any]) -> bool:
+    """Whether the table of a member has several styles; its types are checked later."""
+    styles = member.get("styles", 1)
+    return isinstance(styles, int) and styles > 1
 
 
 @dataclass(frozen=True)
@@ -50,6 +84,20 @@ class MeanOfModels:
         """Modes at instants, (times,) seconds -> (times, modes)."""
         parts = [m.predict(track, times, sound) for m in self.members]
         return np.asarray(np.average(parts, axis=0, weights=self.weights), np.float32)
+
+    def with_settings(self: Self, **settings: Any) -> Self:
+        """The same models in another `style`. Raises ModelError for a style or a setting that they lack."""
+        for name in settings:
+            if name != "style":
+                raise ModelError(f"the model does not sample: leave out --{name}")
+        if self.config.styles < 2:
+            raise ModelError("the models have no styles: leave out --style")
+        tables, members = list(self.config.members), list(self.members)
+        for number, table in enumerate(tables):
+            if _has_styles(table):
+                tables[number] = {**table, **settings}
+                members[number] = _with_settings(members[number], table["kind"], settings)
+        return replace(self, config=Config(tuple(tables)), members=tuple(members))
 
     def tensors(self) -> Tensors:
         """Every member's tensors, under its number."""
@@ -100,6 +148,13 @@ class MeanOfModels:
             for kind, weight, settings in zip(kinds, weights, configs, strict=True)
         )
         return cls(Config(filled), tuple(members), weights)
+
+
+def _with_settings(member: Any, kind: str, settings: dict[str, Any]) -> Regressor:
+    if not hasattr(member, "with_settings"):
+        raise ModelError(f"the member {kind} has no with_settings, by which its style is chosen")
+    changed: Regressor = member.with_settings(**settings)
+    return changed
 
 
 def _members(config: Config) -> tuple[list[str], list[Any], tuple[float, ...]]:

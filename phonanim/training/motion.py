@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -45,12 +45,11 @@ def fit_motion(
     if isinstance(target, Sensors):
         target = with_zeros(target, corpus, train)
     styles = style_names(corpus, train, settings.styles)
-    values = with_styles(recipe, len(styles))
-    named = styles if values.get("styles", 1) > 1 else ()
+    made = make_config(recipe.kind, with_styles(recipe.kind, recipe.settings or {}, len(styles)), str(config))
+    named = styles if getattr(made, "styles", 1) > 1 else ()
     learned, held_out = (
         motion_examples(corpus, target, clips, named, settings.styles) for clips in (train, held)
     )
-    made = make_config(recipe.kind, values, str(config))
     check_inputs(recipe.kind, made, corpus, learned, config)
     fit: Any = regressor_class(recipe.kind).fit
     if journal and getattr(regressor_class(recipe.kind), "resumable", False):
@@ -95,12 +94,17 @@ def style_names(corpus: MotionCorpus, clips: Sequence[int] | NDArray[np.int64], 
     return tuple(sorted({style_name(corpus.clips[int(clip)], by) for clip in clips}))
 
 
-def with_styles(recipe: Recipe, count: int) -> dict[str, Any]:
-    """The settings of a recipe; a kind that has styles gets as many as the corpus, unless it names some."""
-    values = dict(recipe.settings or {})
-    if "styles" in getattr(regressor_class(recipe.kind).config_class, "__dataclass_fields__", {}):
-        values.setdefault("styles", count)
-    return values
+def with_styles(kind: str, values: Mapping[str, Any], count: int) -> dict[str, Any]:
+    """The settings of a kind, which has as many styles as the corpus unless they say otherwise.
+
+    So have the members of an ensemble, each of a kind of its own.
+    """
+    known = getattr(regressor_class(kind).config_class, "__dataclass_fields__", {})
+    filled = {"styles": count, **values} if "styles" in known else dict(values)
+    members = values.get("members") if "members" in known else None
+    if isinstance(members, list) and all(isinstance(one, dict) and "kind" in one for one in members):
+        filled["members"] = [with_styles(one["kind"], one, count) for one in members]
+    return filled
 
 
 def check_inputs(kind: str, values: Any, corpus: MotionCorpus, learned: Examples, config: Path) -> None:
