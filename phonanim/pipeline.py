@@ -87,7 +87,7 @@ def animate(
         audio: The recording; the one beside the alignment by default, with the same stem.
         settings: Single options by name, such as `rig="arkit"` or `fps=30`; they override `options`.
             `style` sets the options of a style, such as "clear", or is a style that the model has learned, by
-            its name or its number.
+            its name ("learned:clear" where a preset has that name, too) or its number.
 
     Raises:
         PhonanimError: The error of the step that fails: OptionError for an unknown option, AlignmentError
@@ -99,8 +99,9 @@ def animate(
     """
     if "style" in settings:
         model = str(settings.get("model", (options or DEFAULTS).model))
-        number, dials = choose_style(str(settings.pop("style")), model, read_styles())
-        settings = {**dials, **({} if number is None else {"model_style": number}), **settings}
+        chosen = choose_style(str(settings.pop("style")), model, read_styles())
+        learned = {} if chosen.number is None else {"model_style": chosen.number}
+        settings = {**chosen.dials, **learned, **settings}
     options = make_options(options, settings)
     for dial in DIALS:
         check_dial(dial, getattr(options, dial))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
@@ -19,11 +19,15 @@ from phonanim.animation.option_parsing import (
     parse_smoothing,
 )
 from phonanim.animation.rates import parse_rate
+from phonanim.commands import Console
 from phonanim.commands._numbers import Number
 from phonanim.commands._renamed import renamed_option
 from phonanim.core.threads import use_one_thread
 from phonanim.errors import OptionError
 from phonanim.options import DEFAULTS, Emotion, Options, Overlay
+
+if TYPE_CHECKING:
+    from phonanim.articulation.styles import ChosenStyle
 
 
 def option_callback(parse: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
@@ -196,7 +200,8 @@ OPTIONS = (
         "--style",
         metavar="STYLE",
         help="mumbled, casual, neutral, clear, shouted, whispered, sung, quiet: named settings of "
-        "the scaling options; or a style that a model has learned, by name or number.",
+        "the scaling options; or a style that a model has learned, by name (learned:NAME where the name "
+        "alone means another) or number.",
         show_default=False,
     ),
     click.option(
@@ -275,18 +280,16 @@ OPTIONS = (
 )
 
 
-def read_style(style: str | None, model: str, styles: Path | None) -> tuple[int | None, Mapping[str, float]]:
-    """The number of a style that a model has learned, or the dials that are not given directly.
+def read_style(style: str | None, model: str, styles: Path | None) -> ChosenStyle:
+    """A style with the dials that are not given directly. Raises OptionError for an unknown one."""
+    from phonanim.articulation.styles import ChosenStyle, choose_style, read_styles
 
-    Raises OptionError for an unknown style.
-    """
     if style is None:
-        return None, {}
-    from phonanim.articulation.styles import choose_style, read_styles
-
+        return ChosenStyle()
     source = click.get_current_context().get_parameter_source
-    number, dials = choose_style(style, model, read_styles(styles))
-    return number, {dial: gain for dial, gain in dials.items() if source(dial) is ParameterSource.DEFAULT}
+    chosen = choose_style(style, model, read_styles(styles))
+    free = {dial: gain for dial, gain in chosen.dials.items() if source(dial) is ParameterSource.DEFAULT}
+    return replace(chosen, dials=free)
 
 
 def animation_options(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -295,10 +298,12 @@ def animation_options(function: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(function)
     def wrapped(*args: Any, **given: Any) -> Any:
-        number, dials = read_style(given.pop("style"), given["model"], given.get("styles"))
-        given |= {**dials, "model_style": number}
+        chosen = read_style(given.pop("style"), given["model"], given.get("styles"))
+        given |= {**chosen.dials, "model_style": chosen.number}
         if "styles" in given:  # lines of a table may set their own styles
-            given["styled"] = dials
+            given["styled"] = chosen
+        if chosen.note:
+            Console(given["as_json"], given["quiet"]).print(f"--style {chosen.name}: {chosen.note}")
         options = Options(
             **{field.name: given.pop(field.name) for field in fields(Options) if field.name in given}
         )

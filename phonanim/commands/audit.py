@@ -10,6 +10,7 @@ import click
 
 from phonanim.commands import Console, console_options
 from phonanim.commands._renamed import renamed_option
+from phonanim.core.catalog import DEFAULT_MODEL
 
 if TYPE_CHECKING:
     from phonanim.dubbing.audit import Finding
@@ -32,6 +33,12 @@ FOUND = 1
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="TOML or CSV with the characters that a table names, as for phonanim batch.",
 )
+@click.option(
+    "--model",
+    default=DEFAULT_MODEL,
+    metavar="MODEL",
+    help="The --model of the run, for cells with a style that it has learned.",
+)
 @click.option("--workers", type=click.IntRange(1, 512), help="Number of processes; one per core by default.")
 @click.option("--verify", is_flag=True, help="Read every file again, also those of the same size and time.")
 @console_options
@@ -40,6 +47,7 @@ def command(
     delivered: str,
     styles: Path | None,
     characters: Path | None,
+    model: str,
     workers: int | None,
     verify: bool,
     console: Console,
@@ -62,9 +70,15 @@ def command(
     from phonanim.dubbing.lines import read_lines
     from phonanim.dubbing.row import Common
     from phonanim.dubbing.storage import parse_place
+    from phonanim.options import Options
 
     folder = parse_place(delivered)
-    common = Common(styles=read_styles(styles), characters=read_characters(characters), corrections=folder)
+    common = Common(
+        Options(model=model),
+        read_styles(styles),
+        characters=read_characters(characters),
+        corrections=folder,
+    )
     lines = read_lines(source, common)
     findings = audit(lines, folder, workers or count_cores(), verify)
     totals = count_problems(findings)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,6 +16,7 @@ from phonanim.commands._options import animation_options
 from phonanim.commands._run_file import KeptCommand, keep_arguments
 
 if TYPE_CHECKING:
+    from phonanim.articulation.styles import ChosenStyle
     from phonanim.dubbing.lines import Lines
     from phonanim.dubbing.row import Common
     from phonanim.dubbing.run import Engine
@@ -71,7 +71,7 @@ def command(
     options: Options,
     styles: Path | None,
     characters: Path | None,
-    styled: Mapping[str, float],
+    styled: ChosenStyle,
     exports: dict[str, object],
     names: Path | None,
     edits: str | None,
@@ -131,7 +131,7 @@ def plan_lines(
     options: Options,
     styles: Path | None,
     characters: Path | None,
-    styled: Mapping[str, float],
+    styled: ChosenStyle,
     exports: dict[str, object],
     edits: str | None,
     console: Console,

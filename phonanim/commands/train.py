@@ -50,6 +50,7 @@ def command(
       phonanim train phisanet.toml --plot
       phonanim train facediffuser.toml --device auto --precision bf16
     """
+    from phonanim.articulation.styles import read_styles, spell_learned
     from phonanim.core.catalog import learned_styles
     from phonanim.training.losses import check_drawable, draw_losses
     from phonanim.training.recipe import read_recipe
@@ -63,6 +64,6 @@ def command(
     styles = learned_styles(folder)
     console.print(f"wrote {', '.join(map(str, (folder, *pictures)))}; animate with --model {folder}")
     if styles:
-        console.print(f"styles, for --style: {', '.join(styles)}")
+        console.print(f"styles, for --style: {', '.join(spell_learned(styles, read_styles()))}")
     facts = {"model": str(folder), "styles": list(styles), "pictures": list(map(str, pictures))}
     console.print_result(facts)

@@ -58,14 +58,15 @@ def read_lines(source: str, common: Common) -> Lines:
         lines = _checked(table.rows, path.parent, common, f"{source}: has no rows", damaged)
     elif path.is_dir() or WILD.search(str(path)):
         root, found = (path, _walked(path)) if path.is_dir() else (_root(path), _matched(path))
-        files, spoken, remarks = split_files(found[0]) if path.is_dir() else (found[0], {}, [])
+        files, spoken, apart = split_files(found[0]) if path.is_dir() else (found[0], {}, [])
         none = f"has no {' or '.join(ALIGNMENTS)}" if path.is_dir() else "matches no alignment"
         rows = [*_rows_of(root, files), *_spoken_rows(root, spoken)]
         lines = _checked(rows, root, common, f"{source}: {none}", found[1])
-        notes = [*found[2], *remarks]
+        notes = [*found[2], *apart]
     else:
         raise _useless(source, path)
-    return replace(lines, notes=(*notes, *_spoken(lines.lines), *_idle_edits(common.edits, lines.lines)))
+    remarks = (*common.remarks, *_spoken(lines.lines), *_idle_edits(common.edits, lines.lines))
+    return replace(lines, notes=(*notes, *remarks))
 
 
 def _spoken(lines: Sequence[Line]) -> list[str]:

@@ -18,7 +18,7 @@ from phonanim.animation.option_parsing import (
 )
 from phonanim.animation.overlay import is_pose
 from phonanim.animation.rates import parse_rate
-from phonanim.articulation.styles import DIALS, Styles, find_style, parse_dial, read_styles
+from phonanim.articulation.styles import DIALS, ChosenStyle, Styles, choose_style, parse_dial, read_styles
 from phonanim.core.catalog import CARD
 from phonanim.dubbing.characters import Characters
 from phonanim.dubbing.line import Line
@@ -32,6 +32,7 @@ from phonanim.inputs.level import parse_level
 from phonanim.life.parsing import parse_emotions, parse_life, parse_look_at, parse_seed
 from phonanim.media.audio import RECORDINGS, SUFFIXES
 from phonanim.options import DEFAULTS, Options, Overlay
+from phonanim.pipeline import model_with_settings
 from phonanim.rig.names import NameTable
 from phonanim.rig.read import find_rig
 from phonanim.speech.clock import parse_offset, parse_unit
@@ -68,9 +69,9 @@ class Common:
     `exports` are options of output formats; `edits` is a folder with an animator's changes to each line,
     `<output>.edits.json`; `corrections` one with `<output>.corrections.json`, usually the output folder,
     where a review leaves them, or else in the folder of edits;
-    `styled` are the dials that the style of the run has set; `characters` are
-    the names that a cell of `character` may have; `names` is a table of the names of shapes. `known` are the
-    options of the rows so far, by their cells.
+    `styled` is the style of the run with the dials that it has set; `characters` are the names that a cell of
+    `character` may have; `names` is a table of the names of shapes. `known` are the options of the rows so
+    far, by their cells, and `remarks` what they leave to say, once each.
     """
 
     options: Options = DEFAULTS
@@ -78,16 +79,17 @@ class Common:
     exports: Mapping[str, Any] = field(default_factory=dict)
     edits: Place | None = None
     corrections: Place | None = None
-    styled: Mapping[str, float] = field(default_factory=dict)
+    styled: ChosenStyle = field(default_factory=ChosenStyle)
     characters: Characters = field(default_factory=Characters)
     names: NameTable | None = None
     known: dict[tuple[object, ...], Options] = field(default_factory=dict, repr=False, compare=False)
+    remarks: dict[str, None] = field(default_factory=dict, repr=False, compare=False)
 
 
 def parse_row(id: str, row: Row, root: Place, common: Common, speaks: bool = True) -> Line:
     """The line of a row, whose paths are relative to `root`; `speaks` is whether text alone is spoken.
 
-    Raises OptionError for invalid cells, RigError for a rig that is not there.
+    Raises OptionError for invalid cells, RigError and ModelError for a rig and a style that are not there.
     """
     cells = _with_recording(common.characters.fill(row.cells))
     spoken = "alignment" not in cells
@@ -189,11 +191,9 @@ def _exports(cells: Mapping[str, str], root: Place) -> dict[str, Any]:
 def _overrides(cells: Mapping[str, str], root: Place, common: Common) -> dict[str, Any]:
     """The options that the cells override; if several set the same option, the style has least priority."""
     chosen: dict[str, Any] = {}
-    if "style" in cells:  # instead of the style of the run
-        chosen = {dial: getattr(DEFAULTS, dial) for dial in common.styled}
-        chosen |= find_style(cells["style"], common.styles)
     chosen |= {name: cells[name] for name in TEXTS if name in cells} | _rig(cells, common)
     chosen |= resolve_files(root, chosen)
+    chosen |= _style(cells, chosen.get("model", common.options.model), common)
     if "rig" in chosen:
         _check_rig(chosen["rig"])
     if chosen.get("unknown", "error") not in UNKNOWN:
@@ -211,6 +211,24 @@ def _overrides(cells: Mapping[str, str], root: Place, common: Common) -> dict[st
     if "overlay" in cells:
         chosen["overlays"] = tuple(_overlay(text, root) for text in cells["overlay"].split(";"))
     return chosen
+
+
+def _style(cells: Mapping[str, str], model: str, common: Common) -> dict[str, Any]:
+    """The options of the style in a cell, or of the run's where it is learned and the row has another model.
+
+    Raises OptionError for an unknown style, ModelError for one that the model does not have.
+    """
+    styled = common.styled
+    other_model = styled.number is not None and model != common.options.model
+    if "style" not in cells and not other_model:
+        return {}
+    found = choose_style(cells.get("style", styled.name), model, common.styles)
+    if found.number is not None:
+        model_with_settings(Options(model=model, model_style=found.number))
+    if found.note:
+        common.remarks.setdefault(f"style {found.name}: {found.note}")
+    unstyled = {dial: getattr(DEFAULTS, dial) for dial in styled.dials}
+    return {**unstyled, **found.dials, "model_style": found.number}
 
 
 def _rig(cells: Mapping[str, str], common: Common) -> dict[str, str]:
