@@ -31,8 +31,11 @@ FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 @click.option("--mask", "masks", multiple=True, metavar="[REGION=]FILE", help="Vertices of a region.")
 @click.option("--alignment", type=PATH, help="Alignment file, or a folder of them matched by stem.")
 @click.option(
-    "--language", default="auto", help="Label set of the alignment; with --lips-read: of the words."
+    "--language",
+    default="auto",
+    help="Label set of the alignment, or of the labels of sensors; with --lips-read: of the words.",
 )
+@click.option("--axes", help="Directions of x, y and z of sensors in EMU bundles, such as left,back,up.")
 @click.option("--template", type=PATH, help="The mesh at rest, or a folder or .pkl of one per subject.")
 @click.option("--reference-template", type=PATH, help="Mesh at rest of the reference, if it is another face.")
 @click.option("--sound", type=PATH, help="Sound of the line, or a folder matched by stem: adds SLCC.")
@@ -57,6 +60,7 @@ def command(
     masks: tuple[str, ...],
     alignment: Path | None,
     language: str,
+    axes: str | None,
     template: Path | None,
     reference_template: Path | None,
     sound: Path | None,
@@ -94,7 +98,7 @@ def command(
     if lips_read:
         if not words:
             raise click.UsageError("--lips-read needs the words that the network can recognize: --words LIST")
-        check_unused("--lips-read, which reads pictures", **given)
+        check_unused("--lips-read, which reads pictures", **given, axes=axes)
         with console.progress("reading lips") as progress:
             found = read_lips(predictions, reference, alignment, lips_read, words, language, progress)
         console.print_result(*found)
@@ -120,8 +124,9 @@ def command(
     with console.progress("scoring") as progress:
         if is_articulography(reference):
             check_unused("sensors of articulography", **given, alignment=alignment)
-            rows = score_sensors(predictions, reference)
+            rows = score_sensors(predictions, reference, language, axes)
         else:
+            check_unused("a reference without sensors", axes=axes)
             pairs = pair_files(predictions, reference)
             rows, diversities = score_all(
                 pairs, rates, settings, rests, alignment, language, progress, maps.add
@@ -137,13 +142,15 @@ def command(
     )
 
 
-def score_sensors(predictions: Path, reference: Path) -> dict[str, Scores]:
+def score_sensors(
+    predictions: Path, reference: Path, language: str = "auto", axes: str | None = None
+) -> dict[str, Scores]:
     """The scores of articulation against sensors, by file; files of a folder go by the recordings' names."""
     from phonanim.ema.scoring import find_recordings, recording_of, score_recording
     from phonanim.errors import EvaluationError, PhonanimError
     from phonanim.evaluation.predictions import line_name, motions_of, read_motion
 
-    recordings = find_recordings(reference)
+    recordings = find_recordings(reference, language, axes)
     paths = [predictions]
     if predictions.is_dir():
         paths = [path for path in motions_of(predictions) if line_name(path) in recordings]

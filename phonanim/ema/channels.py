@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 from phonanim.core.decode import DAMAGE, DecodeError, decode_number, read_arrays
 from phonanim.ema.articulation import Articulation, orient_axes, standard_name
-from phonanim.ema.utterances import load_utterances
-from phonanim.errors import CorpusError
+from phonanim.ema.utterances import load_utterances, read_spoken
+from phonanim.errors import CorpusError, OptionError
 from phonanim.inputs.alignment import read_alignment
 from phonanim.metrics import speech_mask
-from phonanim.speech.language import to_phones
 from phonanim.speech.phones import PhoneTrack
 from phonanim.targets.sensors import mouth_channels
 
@@ -39,7 +38,7 @@ class Recording:
     """The motion of a mouth: `curves` (samples,) by channel at `times` (samples,) seconds of `track`.
 
     Each curve has its own offset, as sensors do. `speech` (samples,) is a mask of speech; `in_mm` is whether
-    the unit is millimetres or unknown.
+    the unit is millimetres or unknown. `notes` say what was guessed.
     """
 
     name: str
@@ -49,11 +48,15 @@ class Recording:
     speech: NDArray[np.bool_]
     curves: dict[str, Array]
     in_mm: bool
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Sensed:
-    """Sensors of a recording, x forward, y left, z up, with its phones; `audio` is its sound, if any."""
+    """Sensors of a recording, x forward, y left, z up, with its phones; `audio` is its sound, if any.
+
+    `notes` say what was guessed.
+    """
 
     name: str
     speaker: str
@@ -61,6 +64,7 @@ class Sensed:
     track: PhoneTrack
     in_mm: bool
     audio: Path | None = None
+    notes: tuple[str, ...] = ()
 
 
 def sensor_channels(articulation: Articulation) -> dict[str, Array]:
@@ -72,25 +76,31 @@ def sensor_channels(articulation: Articulation) -> dict[str, Array]:
     return mouth_channels(articulation.positions, tuple(map(standard_name, articulation.names)))
 
 
-def load_recordings(folder: Path) -> list[Recording]:
+def load_recordings(folder: Path, language: str = "auto", axes: str | None = None) -> list[Recording]:
     """Recordings of a folder of EMU bundles, or of .npz arrays next to TextGrids of the same stem.
+
+    `language` is that of the labels. `axes` are the directions of x, y and z in EMU bundles, found by the
+    positions of the sensors without it.
 
     An .npz has `sensors` and `xyz` (samples, sensors, 3) mm, forward, left, up; or it has `columns`, and an
     array of standardized midsagittal columns (samples, columns) for each utterance, x towards the back.
-    Raises CorpusError.
+    Raises CorpusError, LabelError, and OptionError for axes of .npz.
     """
-    return [_recording(sensed) for sensed in load_sensed(folder)]
+    return [_recording(sensed) for sensed in load_sensed(folder, language, axes)]
 
 
-def load_sensed(folder: Path) -> list[Sensed]:
-    """The sensors of the recordings of such a folder. Raises CorpusError."""
-    found = [one for path in sorted(folder.glob("*.npz")) for one in _arrays(path)]
+def load_sensed(folder: Path, language: str = "auto", axes: str | None = None) -> list[Sensed]:
+    """The sensors of the recordings of such a folder. Raises CorpusError, LabelError, OptionError."""
+    found = [one for path in sorted(folder.glob("*.npz")) for one in _arrays(path, language)]
+    if found and axes:
+        raise OptionError(f"{folder}: an .npz of sensors has axes of its own; leave out --axes")
     return found or [
-        Sensed(u.name, folder.name, u.articulation, u.track, True, u.audio) for u in load_utterances(folder)
+        Sensed(u.name, folder.name, u.articulation, u.track, True, u.audio, u.notes)
+        for u in load_utterances(folder, language, axes)
     ]
 
 
-def _arrays(path: Path) -> Iterator[Sensed]:
+def _arrays(path: Path, language: str) -> Iterator[Sensed]:
     try:
         arrays = read_arrays(path)
         rate = decode_number(arrays["hz"].item(), "hz", 1.0, FASTEST) if "hz" in arrays else 0.0
@@ -100,11 +110,11 @@ def _arrays(path: Path) -> Iterator[Sensed]:
     if {"sensors", "xyz", "hz"} <= set(arrays):
         names = tuple(str(name) for name in arrays["sensors"])
         sensors = Articulation(names, arrays["xyz"].astype(np.float64), rate, source=str(path))
-        yield _beside(path, path.stem, path.stem, sensors, in_mm=True)
+        yield _beside(path, path.stem, path.stem, sensors, True, language)
     elif {"columns", "hz"} <= set(arrays):
         for name in sorted(set(arrays) - {"columns", "hz"}):
             sensors = _columns(path, [str(c) for c in arrays["columns"]], arrays[name], rate)
-            yield _beside(path, name, path.stem, sensors, in_mm=False)
+            yield _beside(path, name, path.stem, sensors, False, language)
 
 
 def _check_arrays(arrays: dict[str, NDArray[Any]]) -> None:
@@ -128,15 +138,15 @@ def _columns(path: Path, columns: list[str], table: Array, rate: float) -> Artic
     return orient_axes(Articulation(names, places, rate, source=str(path)), "back,left,up")
 
 
-def _beside(path: Path, name: str, speaker: str, sensors: Articulation, in_mm: bool) -> Sensed:
-    alignment = read_alignment(path.with_name(f"{name}.TextGrid"))
+def _beside(path: Path, name: str, speaker: str, sensors: Articulation, in_mm: bool, language: str) -> Sensed:
+    track, notes = read_spoken(read_alignment(path.with_name(f"{name}.TextGrid")), language)
     sounds = [path.with_name(name + suffix) for suffix in SOUNDS]
     audio = next((sound for sound in sounds if sound.is_file()), None)
-    return Sensed(name, speaker, sensors, to_phones(alignment, "english")[0], in_mm, audio)
+    return Sensed(name, speaker, sensors, track, in_mm, audio, notes)
 
 
 def _recording(one: Sensed) -> Recording:
     curves, times = sensor_channels(one.sensors), one.sensors.times
     said = speech_mask(one.track, times) & (times < one.track.duration)
     tracked = np.all([np.isfinite(curve) for curve in curves.values()], axis=0)
-    return Recording(one.name, one.speaker, one.track, times, said & tracked, curves, one.in_mm)
+    return Recording(one.name, one.speaker, one.track, times, said & tracked, curves, one.in_mm, one.notes)

@@ -13,9 +13,9 @@ from phonanim.core.decode import map_array
 from phonanim.core.files import atomic_path, make_folder_within
 from phonanim.corpus.motion import MotionClip, MotionCorpus, save_motion_corpus
 from phonanim.corpus.motion_build import card_of, guess_splits, read_imported
-from phonanim.ema.articulation import OUR_AXES, Articulation, rename_sensors, standard_name
+from phonanim.ema.articulation import Articulation, rename_sensors, standard_name
 from phonanim.ema.channels import Sensed, load_sensed
-from phonanim.ema.orientation import find_axes
+from phonanim.ema.orientation import axes_or_ours
 from phonanim.ema.preparation import fill_gaps, resample_sensors
 from phonanim.ema.report import Preparation, prepare_sensors
 from phonanim.ema.scoring import has_arrays
@@ -32,7 +32,6 @@ MOST_LOST = 0.2  # share of lost samples of a sensor above which a recording is 
 DEFAULT = Preparation(rate=RATE)
 SOUNDS = (".wav", ".flac")
 MOTION = "sensors"  # folder of the motion of the corpus, beside that of an import
-SEEN = 20  # recordings by which axes are found
 ORDER = ("TT", "TB", "TD", "BL", "BR", "UL", "LL", "LC", "LI", "LJ")
 
 
@@ -61,7 +60,7 @@ def build_sensor_corpus(
     listed, guessed = read_listed(folder), list[str]()
     if has_arrays(folder):
         check_arrays_options(preparation)
-        sensed = load_sensed(folder)
+        sensed = load_sensed(folder, language)
     else:
         sensed = load_prepared(folder, preparation, language, guessed)
     guessed += listed.guessed
@@ -147,14 +146,10 @@ def load_prepared(folder: Path, preparation: Preparation, language: str, guessed
 
 def axes_of(spokens: Sequence[Spoken], names: tuple[str, ...], guessed: list[str]) -> str:
     """The directions of x, y and z by the positions of the sensors; `guessed` gets a line that says so."""
-    raw = (spoken.sensors() for spoken in spokens[:SEEN])
-    found = find_axes(rename_sensors(one, names) if names else one for one in raw)
-    guessed.append(
-        f"x, y and z are {found}, as lips and tongue lie; --axes gives others"
-        if found
-        else f"which way x, y and z point is not known, {OUR_AXES} is assumed; --axes gives others"
-    )
-    return found or OUR_AXES
+    raw = (spoken.sensors() for spoken in spokens)
+    axes, told = axes_or_ours(rename_sensors(one, names) if names else one for one in raw)
+    guessed.append(told)
+    return axes
 
 
 def find_sound(folder: Path, name: str) -> Path | None:

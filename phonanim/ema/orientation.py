@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
-from phonanim.ema.articulation import DIRECTIONS, Articulation, standard_name
+from phonanim.ema.articulation import DIRECTIONS, OUR_AXES, Articulation, standard_name
 
 Array = NDArray[np.float64]
 CLEAR = 1.3  # how much longer than the next an axis has to be, which a head bent by 37 degrees still is
+SEEN = 20  # recordings by which axes are found
 LEAST = 2.0  # mm between sensors that are apart
 TONGUE = ("TD", "TB", "TT")  # from the back
 
@@ -35,6 +37,17 @@ def find_axes(recordings: Iterable[Articulation]) -> str | None:
     words = {(axis, sign): word for word, (axis, sign) in DIRECTIONS.items()}
     found = (int(np.abs(column).argmax()) for column in rows.T)
     return ",".join(words[axis, float(rows[axis, own])] for own, axis in enumerate(found))
+
+
+def axes_or_ours(recordings: Iterable[Articulation]) -> tuple[str, str]:
+    """The directions of x, y and z by the first recordings, and a line that says so.
+
+    Where the sensors do not show them they are taken for forward, left and up.
+    """
+    found = find_axes(islice(recordings, SEEN))
+    if found:
+        return found, f"x, y and z are {found}, as lips and tongue lie; --axes gives others"
+    return OUR_AXES, f"which way x, y and z point is not known, {OUR_AXES} is assumed; --axes gives others"
 
 
 def mean_places(recordings: Iterable[Articulation]) -> Mapping[str, Array]:

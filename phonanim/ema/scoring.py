@@ -37,10 +37,10 @@ def has_arrays(folder: Path) -> bool:
     return any(map(is_articulography, sorted(folder.glob("*.npz"))))
 
 
-def find_recordings(path: Path) -> dict[str, Recording]:
-    """Recordings by name: all of a folder, or those of one file. Raises CorpusError."""
+def find_recordings(path: Path, language: str = "auto", axes: str | None = None) -> dict[str, Recording]:
+    """Recordings by name: all of a folder, or those of one file. Raises what `load_recordings` raises."""
     folder, name = (path, "") if path.is_dir() else (path.parent, path.name.removesuffix(EMU))
-    found = {one.name: one for one in load_recordings(folder)}
+    found = {one.name: one for one in load_recordings(folder, language, axes)}
     if not name:
         return found
     stem = path.stem if path.suffix == ".npz" else name
@@ -79,9 +79,10 @@ def score_recording(predicted: Motion, recording: Recording) -> Scores:
     curves = {name: np.interp(times, predicted.times, curve) for name, curve in ours.items()}
     measures = channel_measures(curves, recording.curves, said, recording.in_mm)
     rate = 1 / float(np.diff(times).mean())
-    scores = Scores(measures, int(said.sum()), rate, "articulation_error_mm")
+    scores = Scores(measures, int(said.sum()), rate, "articulation_error_mm", notes=recording.notes)
     if not recording.in_mm:
-        return replace(scores, notes=("the unit of the sensors is unknown: only r is scored",))
+        unknown = "the unit of the sensors is unknown: only r is scored"
+        return replace(scores, notes=(*recording.notes, unknown))
     error = channel_error(curves, recording.curves, said)[said]
     phones, classes = (tuple(table(error, times[said], recording.track)) for table in (by_phone, by_class))
     return replace(scores, phones=phones, classes=classes)

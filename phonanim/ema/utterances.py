@@ -12,17 +12,18 @@ from numpy.typing import NDArray
 
 from phonanim.core.decode import DAMAGE, decode_number, read_array, read_json
 from phonanim.ema.articulation import Articulation, orient_axes
+from phonanim.ema.orientation import axes_or_ours
 from phonanim.ema.readers import read_articulation
 from phonanim.errors import CorpusError
 from phonanim.inputs.alignment import read_alignment
 from phonanim.speech.alignment import Alignment
-from phonanim.speech.language import to_phones
+from phonanim.speech.language import read_phones
 from phonanim.speech.phones import PhoneTrack
 
 Array = NDArray[np.float64]
 RUN_ON = 1.0  # seconds; a longer last segment includes the silence after the speech
 LAST = 0.12  # seconds that such a segment is shortened to
-EMU, EMU_AXES = "_bndl.json", "left,back,up"
+EMU = "_bndl.json"
 AXES = 3
 SENSORS = (".pos", ".mat")
 ALIGNMENTS = (".TextGrid", ".textgrid", ".lab", ".phn", ".csv", ".json", ".eaf")
@@ -41,7 +42,8 @@ class Spoken:
 class Utterance:
     """`aperture` (samples,) mm is the vertical distance of the lip sensors at `times` (samples,) s.
 
-    `speech` (samples,) is a mask of speech, `audio` is the recording, `articulation` has all sensors.
+    `speech` (samples,) is a mask of speech, `audio` is the recording, `articulation` has all sensors. `notes`
+    say what was guessed.
     """
 
     name: str
@@ -52,11 +54,32 @@ class Utterance:
     speech: NDArray[np.bool_]
     audio: Path
     articulation: Articulation
+    notes: tuple[str, ...] = ()
 
 
-def load_utterances(folder: Path) -> list[Utterance]:
-    """Every utterance of a folder of EMU bundles (in German) with lip sensors next to them."""
-    return [_utterance(spoken, folder) for spoken in find_spoken(folder)]
+def load_utterances(folder: Path, language: str = "auto", axes: str | None = None) -> list[Utterance]:
+    """Every utterance of a folder of EMU bundles with lip sensors next to them.
+
+    Without `axes`, the directions of x, y and z, they are found by the positions of the sensors. Raises
+    CorpusError, LabelError, and OptionError for axes.
+    """
+    found = find_spoken(folder)
+    told: tuple[str, ...] = ()
+    if axes is None:
+        axes, how = axes_or_ours(spoken.sensors() for spoken in found)
+        told = (how,)
+    return [_utterance(spoken, folder, language, axes, told) for spoken in found]
+
+
+def read_spoken(alignment: Alignment, language: str) -> tuple[PhoneTrack, tuple[str, ...]]:
+    """The phones of an alignment, and notes, one of which says the language that was guessed.
+
+    Raises LabelError.
+    """
+    reading = read_phones(alignment, language)
+    guessed = reading.language.by == "labels"
+    how = f"the labels are read as {reading.language.language.name}; --language gives another"
+    return reading.track, (*(how,) * guessed, *reading.notes)
 
 
 def find_spoken(folder: Path) -> list[Spoken]:
@@ -135,14 +158,16 @@ def _motion(path: Path, names: tuple[str, ...], rate: float) -> Articulation:
     return Articulation(names, values, rate, source=str(path))
 
 
-def _utterance(spoken: Spoken, folder: Path) -> Utterance:
-    articulation, alignment = orient_axes(spoken.sensors(), EMU_AXES), spoken.alignment()
-    track, times = to_phones(alignment, "german")[0], articulation.times
-    said = [i for i in alignment.intervals if i.label and not i.label.startswith("&")]
+def _utterance(spoken: Spoken, folder: Path, language: str, axes: str, told: tuple[str, ...]) -> Utterance:
+    articulation = orient_axes(spoken.sensors(), axes)
+    track, notes = read_spoken(spoken.alignment(), language)
+    times, said = articulation.times, np.flatnonzero(track.codes)
     aperture = articulation.sensor("UL")[:, 2] - articulation.sensor("LL")[:, 2]
-    speech = (times >= said[0].start) & (times < said[-1].end) & np.isfinite(aperture)
-    audio = folder / f"{spoken.name}.wav"
-    return Utterance(spoken.name, track, times, articulation.rate, aperture, speech, audio, articulation)
+    speech = np.isfinite(aperture) & bool(len(said))
+    if len(said):
+        speech &= (times >= track.bounds[said[0]]) & (times < track.bounds[said[-1] + 1])
+    audio, rate = folder / f"{spoken.name}.wav", articulation.rate
+    return Utterance(spoken.name, track, times, rate, aperture, speech, audio, articulation, (*told, *notes))
 
 
 def _without_run_on(alignment: Alignment) -> Alignment:

@@ -73,7 +73,10 @@ def test_unknown_units_have_r_alone(take: Animation, recording: Recording) -> No
     scores = score_recording(take, replace(recording, in_mm=False))
     assert all(name.endswith("_r") for name in scores.measures)
     assert scores.phones == ()
-    assert "only r" in scores.notes[0]
+    assert scores.notes == (
+        "the labels are read as english; --language gives another",
+        "the unit of the sensors is unknown: only r is scored",
+    )
 
 
 def test_what_cannot_be_scored_is_said(take: Animation, recording: Recording) -> None:
@@ -94,6 +97,8 @@ def test_the_command_takes_files_and_folders(take: Animation, folder: Path, tmp_
         assert result.exit_code == 0, result.output
         found = json.loads(result.stdout)["files"]["one.npz"]["measures"]
         assert found["articulation_jaw_r"] > 0.99
+    result = CliRunner().invoke(command, [str(out), "--reference", str(folder), "--axes", "back,left,up"])
+    assert f"{folder}: an .npz of sensors has axes of its own; leave out --axes" in str(result.exception)
     (out / "one.npz").rename(out / "other.npz")
     result = CliRunner().invoke(command, [str(out), "--reference", str(folder)])
     assert "no file has the name of a recording" in str(result.exception)

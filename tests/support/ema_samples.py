@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +42,22 @@ def still(*points: tuple[float, float, float], names: str, samples: int = 10) ->
     """Sensors that rest, at 100 Hz."""
     positions = np.tile(np.array(points, float), (samples, 1, 1))
     return Articulation(tuple(names.split()), positions, 100.0, source="made up")
+
+
+def bundle(path: Path, *intervals: tuple[float, float, str], rate: int = 16000) -> None:
+    """The labels of an EMU bundle: one level of segments."""
+    items = [
+        {
+            "id": number,
+            "sampleStart": round(start * rate),
+            "sampleDur": round((end - start) * rate) - 1,
+            "labels": [{"name": "Segment", "value": label}],
+        }
+        for number, (start, end, label) in enumerate(intervals, start=1)
+    ]
+    level = {"name": "Segment", "type": "SEGMENT", "items": items}
+    annotation = {"name": path.stem, "annotates": "", "sampleRate": rate, "levels": [level], "links": []}
+    path.write_text(json.dumps({"ssffFiles": [], "annotation": annotation}), "utf-8")
 
 
 def textgrid(path: Path, *intervals: tuple[float, float, str]) -> None:
