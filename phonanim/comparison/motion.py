@@ -34,7 +34,7 @@ from phonanim.face.masks import parse_masks
 
 Rows = NDArray[np.int64]
 Sums = dict[str, dict[str, list[Any]]]  # by "fold/frames", measure and piece
-OF_LANDMARKS = ("ema", "tools", "legibility", "mouths", "conditions", "sweeps")
+OF_LANDMARKS = ("ema", "tools", "legibility", "published", "mouths", "conditions", "sweeps")
 """Keys of a plan that need a corpus of landmarks."""
 
 

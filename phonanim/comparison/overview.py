@@ -8,7 +8,7 @@ from typing import Any
 from phonanim.comparison import legibility, tools
 from phonanim.comparison.plan import Plan
 from phonanim.comparison.run import seeded_rows
-from phonanim.comparison.tables import Table, interval_text
+from phonanim.comparison.tables import SHOWN, Table, interval_text
 from phonanim.corpus.corpus import Corpus
 from phonanim.evaluation.statistics import pooled_sd_ratio
 from phonanim.metrics import speech_mask
@@ -26,7 +26,8 @@ HEADER = [
 def overview_table(document: Document, plan: Plan) -> Table:
     """One row per model, then models with articulation, then other tools and captured motion."""
     read = legibility.read_legibility(plan.legibility) if plan.legibility else {"films": [], "sensors": []}
-    names = dict(zip(document["models"], plan.models, strict=True))
+    known = [*plan.models, *document.get("published", {"models": ()})["models"]]
+    names = {SHOWN.get(name, name): name for name in known}
     rows = [
         _model_row(document, shown, name, read)
         for kind in KINDS

@@ -7,6 +7,7 @@ from typing import Any
 from phonanim.comparison import legibility, tables, tools
 from phonanim.comparison.mouths import WHERE
 from phonanim.comparison.plan import Plan
+from phonanim.comparison.published import published_text
 from phonanim.comparison.run import model_rows, seeded_rows
 from phonanim.comparison.scores import measure_value
 from phonanim.comparison.tables import Table
@@ -181,7 +182,8 @@ def cost_page(document: Document, plan: Plan) -> list[Part]:
     """What a model costs."""
     table = tables.cost_table(document)
     note = plan.notes.get("cost", "")
-    return ["## Speed and size", note, table, _effort(document["effort"]), _picture("cost")]
+    parts: list[Part] = ["## Speed and size", note, published_text(document), table]
+    return [*parts, _effort(document["effort"]), _picture("cost")]
 
 
 def _effort(effort: dict[str, float]) -> str:

@@ -56,6 +56,7 @@ class Plan:
     also trained on the joint modes, `test_only` those that are not trained again for withheld words and
     phones. `seeds` are those of the trainings, one of each recipe for each; without them, each recipe is
     trained once, with its own; `one_seed` are models that are trained with the first of them only.
+    `published` is the test_sums.json of another comparison, whose models are rows too (published.py).
     `conditions` are other sounds of the test clips (comparison/conditions.py). `masks` are files of vertices
     or controls by region, for corpora of these.
     """
@@ -69,6 +70,7 @@ class Plan:
     ema: Path | None = None
     tools: Path | None = None
     legibility: Path | None = None
+    published: Path | None = None
     mouths: tuple[str, ...] = ()
     test_only: tuple[str, ...] = ()
     seed: int = 0
@@ -91,7 +93,7 @@ def read_plan(path: Path) -> Plan:
         if key not in table:
             raise ModelError(f"{path}: lacks {key!r}; see benchmarks/compare.toml")
     folder = path.parent
-    for key in ("corpus", "ema", "tools", "legibility"):
+    for key in ("corpus", "ema", "tools", "legibility", "published"):
         if key in table:
             table[key] = folder / table[key]
     table["models"] = {name: _model(where, path, name) for name, where in table["models"].items()}

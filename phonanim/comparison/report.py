@@ -12,6 +12,7 @@ from phonanim.comparison.fit import load_cached_corpus, reference_face
 from phonanim.comparison.overview import overview_table, spoken_seconds
 from phonanim.comparison.pages import CAPTIONS, Part, all_pages
 from phonanim.comparison.plan import Plan
+from phonanim.comparison.published import published_text, write_published
 from phonanim.comparison.tables import SHOWN, markdown
 from phonanim.core.decode import read_json
 from phonanim.core.files import make_folder_within, write_text
@@ -43,15 +44,16 @@ def read_document(work: Path) -> Document:
 
 
 def write_report(document: Document, plan: Plan, folder: Path) -> Path:
-    """Write benchmark.md into a folder; into benchmark/ its figures, the pages of long tables, and
-    benchmark.json, which has all tables.
+    """Write benchmark.md into a folder; into benchmark/ its figures, the pages of long tables, all tables
+    (benchmark.json), and the sums of the test clips (test_sums.json), which another plan may name.
     """
+    write_published(document, make_folder_within(folder / DATA, folder))
     document = with_shown_names(document)
     corpus = load_cached_corpus(plan.corpus)
     face = reference_face(plan.corpus, tuple(corpus.clips_of("train").tolist()))
     clip = corpus.clips.index(document["folds"]["test"]["clips"][0])
     captured = face.project(corpus.landmarks[corpus.rows([clip])])[:, 0]
-    figures = draw_all(document, face, corpus.fps, captured, "raw", make_folder_within(folder / DATA, folder))
+    figures = draw_all(document, face, corpus.fps, captured, "raw", folder / DATA)
     pages = all_pages(document, plan, figures)
     return write_pages(_overview(document, plan, pages, spoken_seconds(corpus)), pages, folder)
 
@@ -128,9 +130,14 @@ def _overview(
     command = "```\nphonanim compare benchmarks/compare.toml -o docs --work work/compare\n```"
     made = f"The tables are made by a plan ([comparing models](comparison.md)), such as\n\n{command}"
     parts: list[Part] = ["# Benchmark", opening, made, picture, table, legend]
+    parts += [text for text in [published_text(document)] if text]
     if plan.notes.get("overview"):
         parts += ["## What the table shows", plan.notes["overview"]]
-    data = f"All tables as JSON: [benchmark.json]({DATA}/benchmark.json)."
+    data = (
+        f"All tables as JSON: [benchmark.json]({DATA}/benchmark.json). The sums of every test clip, with "
+        "which a model of your own joins these tables ([how](comparison.md#a-plan-of-your-own)): "
+        f"[test_sums.json]({DATA}/test_sums.json)."
+    )
     return [*parts, "## The long tables", "\n".join(links), data]
 
 

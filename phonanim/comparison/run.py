@@ -28,6 +28,7 @@ from phonanim.comparison.fit import (
 from phonanim.comparison.folds import Fold, make_folds
 from phonanim.comparison.mouths import WHERE, mouth_jobs, mouth_scores, pixel_bound
 from phonanim.comparison.plan import Plan
+from phonanim.comparison.published import add_published
 from phonanim.comparison.scores import Scores, scores_by_frames
 from phonanim.comparison.sweeps import run_sweeps, sweep_jobs
 from phonanim.comparison.tools import read_tools
@@ -49,24 +50,13 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
     """
     corpus = load_cached_corpus(plan.corpus)
     found = list(make_folds(plan, corpus))
+    document = _opening(plan, corpus, found)
     jobs = [job for fold in found for job in _jobs(plan, fold, work)]
     jobs += [*mouth_jobs(plan, corpus, work), *sweep_jobs(plan, corpus, work)]
     inputs = clip_inputs(plan, corpus, work, lambda done: progress("aligning", done))
     fit_all(jobs, workers, lambda done: progress("training", done))
     begin = time.process_time()
-    document: Document = {
-        "reference": plan.reference,
-        "seed": plan.seed,
-        "corpus": {
-            "clips": len(corpus.clips),
-            "fps": corpus.fps,
-            "frames": int(corpus.frames.sum()),
-            **corpus.provenance,
-        },
-        "folds": {f.name: {"train": len(f.train), "clips": [corpus.clips[c] for c in f.test]} for f in found},
-        "conditions": describe_conditions(plan, inputs, corpus),
-        "models": {},
-    }
+    document["conditions"] = describe_conditions(plan, inputs, corpus)
     for number, name in enumerate(plan.models):
         document["models"][name] = _score_model(plan, name, found, inputs, work, corpus)
         progress("scoring", (number + 1) / len(plan.models))
@@ -78,6 +68,28 @@ def compare(plan: Plan, work: Path, workers: int, progress: Progress = lambda wh
         document["tools"] = read_tools(plan.tools)
     document["sweeps"] = run_sweeps(plan, corpus, work)
     document["effort"] = training_cost(jobs) | {"scoring_s": round(time.process_time() - begin, 1)}
+    return add_published(document, plan.published) if plan.published else document
+
+
+def _opening(plan: Plan, corpus: Corpus, found: list[Fold]) -> Document:
+    """The document without scores. Raises ModelError where the published file has other clips or the same
+    names, before anything is trained.
+    """
+    folds = {f.name: {"train": len(f.train), "clips": [corpus.clips[c] for c in f.test]} for f in found}
+    document: Document = {
+        "reference": plan.reference,
+        "seed": plan.seed,
+        "corpus": {
+            "clips": len(corpus.clips),
+            "fps": corpus.fps,
+            "frames": int(corpus.frames.sum()),
+            **corpus.provenance,
+        },
+        "folds": folds,
+        "models": {},
+    }
+    if plan.published:
+        add_published({**document, "models": dict.fromkeys(plan.models)}, plan.published)
     return document
 
 
