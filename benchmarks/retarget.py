@@ -14,8 +14,9 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,7 @@ Array = NDArray[np.float64]
 
 LIPS = {"aperture": lip_aperture, "width": lip_width, "protrusion": lip_protrusion}
 BILABIALS = ("p", "b", "m")
+SOLVED = ("arkit", "vrm", "oculus15")  # rigs whose articulation is timed
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,7 @@ def main() -> None:
         for source in clips.modes
         for name, controls in maps(clips, landmark_rig, rig).items()
     ]
-    speeds = {how: speed(clips.face, rig, how, chosen.timed) for how in ("poses", "direct")}
+    speeds = speeds_of(clips, rig, chosen.timed)
     if chosen.json:
         print(json.dumps({"rows": rows, "frames_per_second": speeds}, indent=1))
     else:
@@ -138,13 +140,19 @@ def with_accents(clips: Clips, rig: Rig, modes: Array) -> Array:
 
 def articulated(clips: Clips, rig: Rig, modes: Array) -> Array:
     """What `animate` makes of the modes by default: the face and targets of the phones, solved on the rig."""
+    return np.concatenate([solved() for solved in mouths(clips, rig, modes)]).astype(np.float64)
+
+
+def mouths(clips: Clips, rig: Rig, modes: Array) -> list[Callable[[], Array]]:
+    """For each clip what solves its mouth on a rig."""
     pieces = np.split(modes, np.cumsum(clips.lengths)[:-1])
     closed, found = contacts.closed_shape(clips.face), []
     for piece, track in zip(pieces, clips.tracks, strict=True):
         times = (np.arange(len(piece)) + 0.5) / clips.fps
         mouth = blend_articulation(clips.face.instance(piece), clips.face, closed, track, times)
-        found.append(retarget(piece, clips.face, rig, "articulation", track, times, articulation=mouth))
-    return np.concatenate(found).astype(np.float64)
+        words = (piece, clips.face, rig, "articulation", track, times)
+        found.append(partial(retarget, *words, articulation=mouth))
+    return found
 
 
 def measure(clips: Clips, source: str, landmark_rig: LandmarkRig, controls: Array) -> dict[str, Any]:
@@ -166,15 +174,26 @@ def measure(clips: Clips, source: str, landmark_rig: LandmarkRig, controls: Arra
     return result
 
 
-def speed(face: FaceModel, rig: Rig, how: Any, frames: int) -> float:
-    """Frames per second of retargeting alone, the best of three."""
-    modes = np.random.default_rng(0).normal(size=(frames, len(face.std))).astype(np.float32)
+def speeds_of(clips: Clips, rig: Rig, frames: int) -> dict[str, float]:
+    """Frames per second of a processor: retargeting alone, by modes and, clip by clip, by articulation."""
+    face, modes = clips.face, clips.modes["captured"]
+    noise = np.random.default_rng(0).normal(size=(frames, len(face.std))).astype(np.float32)
+    ways = {how: partial(retarget, noise, face, rig, how) for how in ("poses", "direct")}
+    found = {how: frames / least([run]) for how, run in ways.items()}
+    for name in SOLVED:
+        found[f"articulation, {name}"] = len(modes) / least(mouths(clips, load_rig(name), modes))
+    return found
+
+
+def least(runs: Sequence[Callable[[], Array]]) -> float:
+    """Seconds of a processor that all runs take, the best of three tries."""
     taken = []
     for _ in range(3):
-        start = time.perf_counter()
-        retarget(modes, face, rig, how)
-        taken.append(time.perf_counter() - start)
-    return frames / min(taken)
+        start = time.process_time()
+        for run in runs:
+            run()
+        taken.append(time.process_time() - start)
+    return min(taken)
 
 
 def show(rows: list[dict[str, Any]], speeds: dict[str, float]) -> None:
@@ -183,7 +202,8 @@ def show(rows: list[dict[str, Any]], speeds: dict[str, float]) -> None:
     print("|" + "---|" * (1 + len(rows)))
     for key in [key for key in rows[0] if key not in ("motion", "map")]:
         print("|", " | ".join([key, *(f"{row[key]:.3f}" for row in rows)]), "|")
-    print("\n" + ", ".join(f"{how}: {fps / 1e6:.1f} M frames/s" for how, fps in speeds.items()))
+    print("\nframes for a second of a processor:")
+    print("; ".join(f"{how} {fps:,.0f}" for how, fps in speeds.items()))
 
 
 if __name__ == "__main__":

@@ -61,12 +61,12 @@ for n in range(int(float(sys.argv[1]) * 60)):
     late.append(time.monotonic() - start - n / 60)
 print(json.dumps(late))
 """
-OPTIONS = Options(language="english")
+OPTIONS, SPEECH = Options(language="english"), Options(language="english", life=0)  # with life, and alone
 
 
 def streamed(intervals: tuple[Interval, ...], look_ahead: float | None) -> NDArray[np.float32]:
     """Frames of a line whose phones come one by one."""
-    stream = PhoneStream(OPTIONS, look_ahead)
+    stream = PhoneStream(SPEECH, look_ahead)
     found = []
     for interval in intervals:
         stream.push(interval.label, interval.start, interval.end)
@@ -77,13 +77,13 @@ def streamed(intervals: tuple[Interval, ...], look_ahead: float | None) -> NDArr
 
 def look_ahead(folder: Path) -> None:
     """Root mean square of what a stream leaves of the whole line, in controls and in their motion."""
-    model, rig = load_model(OPTIONS.model), load_cached_rig(OPTIONS.rig)
+    model, rig = load_model(SPEECH.model), load_cached_rig(SPEECH.rig)
     errors: dict[float | None, list[NDArray[np.float32]]] = {look: [] for look in LOOKS}
     moved = []
     for path in sorted(folder.rglob("*.TextGrid"))[:LINES]:
         alignment = read_alignment(path)
         track, _ = to_phones(alignment, "english")
-        whole = predict_controls(track, model, rig, OPTIONS, frame_count(track.duration, FPS))[1]
+        whole = predict_controls(track, model, rig, SPEECH, frame_count(track.duration, FPS))[1]
         moved.append(whole - whole.mean(axis=0))
         for look, found in errors.items():
             made = streamed(alignment.intervals, look)

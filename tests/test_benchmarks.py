@@ -56,6 +56,11 @@ def test_each_tells_its_use(
     assert "usage: " in capsys.readouterr().out.lower()
 
 
+def test_each_is_named_where_its_figures_are() -> None:
+    pages = "".join(page.read_text("utf-8") for page in (FOLDER.parent / "docs").rglob("*.md"))
+    assert [name for name in SCRIPTS if f"benchmarks/{name}" not in pages] == []
+
+
 @pytest.fixture(scope="module")
 def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Recordings with textgrid/ and audio/, and their corpus, whose faces are those of the default model."""
