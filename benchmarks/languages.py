@@ -28,8 +28,8 @@ sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
 
 from label_lines import Notation, read_dictionary, read_notations, speller  # noqa: E402
 
-from phonanim.speech.labels import load_language  # noqa: E402
 from phonanim.speech.language_choice import rank_languages  # noqa: E402
+from phonanim.speech.language_files import load_language  # noqa: E402
 from phonanim.speech.language_names import find_language  # noqa: E402
 
 SETS = Path(__file__).parent / "mfa_label_sets.tsv"

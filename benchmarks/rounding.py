@@ -14,7 +14,7 @@ from pathlib import Path
 
 import phonanim
 from phonanim.aligners.espeak import reading_language, speak
-from phonanim.speech.labels import load_language
+from phonanim.speech.language_files import load_language
 from phonanim.speech.textgrid import write_textgrid
 
 LINES = {

@@ -21,7 +21,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
 
 from label_lines import Notation, read_notations, speller, weighted_words  # noqa: E402
 
-from phonanim.speech.labels import load_language  # noqa: E402
+from phonanim.speech.language_files import load_language  # noqa: E402
 
 FOLDER = ROOT / "lexicon" / "frequencies"
 SENTENCE = 7  # words between two silences

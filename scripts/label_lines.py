@@ -29,7 +29,8 @@ from typing import Any
 from label_spelling import jamo, julius, jyutping, kana, korean_romanized, openjtalk, pinyin
 
 from phonanim.speech.ipa import Articulation, ipa_diacritics, parse_ipa
-from phonanim.speech.labels import Language, load_language
+from phonanim.speech.labels import Language
+from phonanim.speech.language_files import load_language
 from phonanim.speech.sampa import to_ipa
 from phonanim.speech.visible_phones import PLACES
 

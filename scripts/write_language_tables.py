@@ -14,7 +14,8 @@ sys.path.insert(0, str(ROOT))
 
 from phonanim.speech.inventory import LEXICON  # noqa: E402
 from phonanim.speech.ipa import Articulation, ipa_symbols  # noqa: E402
-from phonanim.speech.labels import language_names, load_language  # noqa: E402
+from phonanim.speech.language_files import load_language  # noqa: E402
+from phonanim.speech.language_names import language_names  # noqa: E402
 from phonanim.speech.visible_phones import constriction, lip_closure, lip_spread, to_visible_phones  # noqa: E402
 
 PAGE = ROOT / "docs" / "language_tables.md"

@@ -19,7 +19,7 @@ from phonanim.readers import read_recording
 from phonanim.readers._words import SPREAD
 from phonanim.speech.alignment import Interval, Recording
 from phonanim.speech.alignment_file import open_alignment_file
-from phonanim.speech.labels import load_language
+from phonanim.speech.language_files import load_language
 from phonanim.speech.language_names import is_auto, one_expected
 from phonanim.speech.spoken_words import is_sound
 

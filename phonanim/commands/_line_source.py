@@ -105,7 +105,7 @@ def make_alignment(
 
 def voice_of(voice: str | None, options: Options) -> str | None:
     """The voice that is named, or that of the language; None for English."""
-    from phonanim.speech.labels import load_language
+    from phonanim.speech.language_files import load_language
     from phonanim.speech.language_names import is_auto
 
     code = None if is_auto(options.language) else load_language(options.language).code

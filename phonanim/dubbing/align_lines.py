@@ -14,7 +14,7 @@ from phonanim.dubbing.storage import Place
 from phonanim.errors import OptionError
 from phonanim.options import Options
 from phonanim.readers import LINES
-from phonanim.speech.labels import load_language
+from phonanim.speech.language_files import load_language
 from phonanim.speech.language_names import is_auto, one_expected
 from phonanim.speech.textgrid import write_textgrid
 

@@ -20,7 +20,7 @@ from phonanim.metrics import edit_distance
 from phonanim.speech.cmu_dictionary import find_cmu_dictionary
 from phonanim.speech.espeak_phones import pronounce_words, reading_language
 from phonanim.speech.inventory import INVENTORY
-from phonanim.speech.labels import load_language
+from phonanim.speech.language_files import load_language
 from phonanim.speech.language_names import is_auto, one_expected
 from phonanim.speech.pronunciations import load_pronunciations
 from phonanim.speech.spelling import sound_out

@@ -8,7 +8,7 @@ from functools import cache, lru_cache
 
 from phonanim.core.lexicon import LEXICON
 from phonanim.media.espeak import ask_espeak
-from phonanim.speech.labels import load_language
+from phonanim.speech.language_files import load_language
 from phonanim.speech.language_names import find_language
 from phonanim.speech.spoken_text import espeak_voice, readable_word
 

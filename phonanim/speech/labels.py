@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, lru_cache
-from typing import Any, Literal
+from typing import Literal
 from unicodedata import normalize
 
-from phonanim.core.decode import DAMAGE, read_toml
-from phonanim.core.lexicon import LEXICON, find_tables
-from phonanim.errors import LabelError
-from phonanim.speech.alignment_file import quote_label
+from phonanim.core.decode import read_toml
+from phonanim.core.lexicon import LEXICON
 from phonanim.speech.inventory import INVENTORY
-from phonanim.speech.language_names import find_language, language_names
 from phonanim.speech.segments import SILENT
 
 Kind = Literal["phone", "closure", "silence", "noise"]
@@ -99,7 +95,7 @@ class Language:
 
     def written_in_ipa(self) -> Language:
         """The language for alignments in IPA."""
-        return self if not self.in_ipa or self.notation else load_language(f"{self.name}:{IPA}")
+        return self if not self.in_ipa or self.notation else in_notation_of_ipa(self)
 
     @lru_cache(maxsize=4096)  # noqa: B019 - the few languages live as long as the program
     def resolve(self, label: str) -> Sound | None:
@@ -116,7 +112,7 @@ class Language:
             if spelling in self.phones:
                 return Sound(_codes(self.phones[spelling]))
             if spelling in self.ipa:
-                return Sound(_codes_of_ipa(self.ipa[spelling]))
+                return Sound(codes_of_ipa(self.ipa[spelling]))
             if spelling in self.closures:
                 return Sound(_codes(self.closures[spelling]), "closure")
         return None
@@ -190,25 +186,8 @@ def _sound(names: tuple[str, ...], alphabet: str = "") -> Sound:
 
 
 @cache
-def load_language(name: str) -> Language:
-    """The language with a name, a code ("de", "deu", "de-AT") or a model name ("german_mfa").
-
-    Raises LabelError, which suggests the nearest names, when there is no such language.
-    """
-    bare, _, notation = name.rpartition(":")
-    if bare and notation == IPA:
-        return _written_in_ipa(load_language(bare))
-    stem = find_language(name) or _coded(name)
-    if stem is not None:
-        return _read_language(stem)
-    from difflib import get_close_matches
-
-    near = ", ".join(get_close_matches(name.lower(), language_names(), cutoff=0.0))
-    mend = f"nearest: {near}, or auto, or --fallback-language ipa where the labels are IPA"
-    raise LabelError(f'there is no language "{quote_label(name)}"; {mend}')
-
-
-def _written_in_ipa(language: Language) -> Language:
+def in_notation_of_ipa(language: Language) -> Language:
+    """The same language with the letters that stand for other sounds in IPA than in its romanization."""
     kept = {label: sound for label, sound in language.ipa.items() if label not in language.in_ipa}
     return replace(language, ipa=kept | dict(language.in_ipa), notation=IPA)
 
@@ -219,13 +198,6 @@ def _is_ipa(label: str) -> bool:
     return any(
         first <= letter <= last for letter in normalize("NFC", label[:LONGEST]) for first, last in IPA_BLOCKS
     )
-
-
-def _coded(name: str) -> str | None:
-    """The language on PHONANIM_PATH whose file has this code, or the code before the first hyphen."""
-    own = [stem for stem, path in find_tables("languages").items() if LEXICON not in path.parents]
-    codes = {name.lower(), re.split("[_-]", name.lower())[0]}
-    return next((stem for stem in own if _read_language(stem).code.lower() in codes), None)
 
 
 @lru_cache(maxsize=4096)
@@ -248,65 +220,11 @@ def _bare(label: str) -> str:
     return label if label in _silences() else label.strip(BRACKETS) or label
 
 
-@cache
-def _read_language(name: str) -> Language:
-    """Read the language file of a name. Raises LabelError when a file of the user is not a valid language."""
-    file = LEXICON / "languages" / f"{name}.toml"
-    path = file if file.is_file() else find_tables("languages")[name]
-    try:
-        language = _build_language(name, read_toml(path))
-        if LEXICON not in path.parents:  # the tests check the languages of the package
-            _check_sounds(language)
-    except (OSError, *DAMAGE) as error:
-        reason = f"has no {error}" if isinstance(error, KeyError) else error
-        raise LabelError(
-            f"{path}: is not a valid language: {reason}; docs/languages.md describes the file"
-        ) from error
-    return language
-
-
-def _check_sounds(language: Language) -> None:
-    """Raise ValueError for a label that is neither a phone of the inventory nor IPA."""
-    for phones in (*language.phones.values(), *language.closures.values()):
-        for phone in phones.split():
-            if phone not in INVENTORY.phones:
-                raise ValueError(f"{phone!r} is not one of the phones {' '.join(INVENTORY.phones)}")
-    for sounds in (*language.ipa.values(), *language.in_ipa.values()):
-        _codes_of_ipa(sounds)
-    for alphabet in language.alphabets:
-        if alphabet not in ALPHABETS:
-            raise ValueError(f"{alphabet!r} is not one of the alphabets {', '.join(ALPHABETS)}")
-
-
-def _build_language(name: str, table: dict[str, Any]) -> Language:
-    fold = bool(table.get("fold", False))
-
-    def entries(key: str) -> dict[str, str]:
-        pairs = table.get(key, {}).items()
-        return {normalize("NFC", label.lower() if fold else label): text for label, text in pairs}
-
-    return Language(
-        name=name,
-        title=table["title"],
-        code=table["code"],
-        alphabets=tuple(table.get("alphabets", ())),
-        phones=entries("phones"),
-        ipa=entries("ipa"),
-        closures=entries("closures"),
-        in_ipa=entries("in_ipa"),
-        labels={aligner: tuple(text.split()) for aligner, text in table.get("labels", {}).items()},
-        ignore=table.get("ignore", ""),
-        fold=fold,
-        rounding=float(table.get("rounding", 1.0)),
-        front=table.get("front", ""),
-    )
-
-
 def _codes(names: str) -> tuple[int, ...]:
     return tuple(map(INVENTORY.code, names.split()))
 
 
-def _codes_of_ipa(sounds: str) -> tuple[int, ...]:
+def codes_of_ipa(sounds: str) -> tuple[int, ...]:
     """Codes of IPA sounds that are separated by spaces. Raises ValueError when one is not IPA."""
     names = [_read_ipa(sound) for sound in sounds.split()]
     if not all(names):

@@ -10,8 +10,9 @@ import numpy as np
 from phonanim.errors import LabelError
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.alignment_file import quote_label
-from phonanim.speech.labels import SILENCE_SOUND, Language, Sound, is_silent, load_language
+from phonanim.speech.labels import SILENCE_SOUND, Language, Sound, is_silent
 from phonanim.speech.language_choice import choose_language
+from phonanim.speech.language_files import load_language
 from phonanim.speech.language_names import language_names
 from phonanim.speech.letters import needs_package
 from phonanim.speech.phones import PhoneTrack

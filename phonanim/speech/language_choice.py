@@ -22,7 +22,8 @@ from phonanim.speech.label_frequencies import (
     notations,
     united_notations,
 )
-from phonanim.speech.labels import LONGEST, Language, is_silent, load_language
+from phonanim.speech.labels import LONGEST, Language, is_silent
+from phonanim.speech.language_files import load_language
 from phonanim.speech.language_names import language_names, language_weights
 from phonanim.speech.letters import script_languages
 

@@ -17,7 +17,8 @@ from phonanim.speech.alignment_file import AlignmentFile, quote_label
 from phonanim.speech.cmu_dictionary import find_cmu_dictionary
 from phonanim.speech.espeak_phones import pronounce_words
 from phonanim.speech.intervals import Interval, Recording, Tier
-from phonanim.speech.labels import is_silent, load_language
+from phonanim.speech.labels import is_silent
+from phonanim.speech.language_files import load_language
 from phonanim.speech.language_names import is_auto, one_expected
 from phonanim.speech.ruled_words import list_some, says_something, share_time, spell_by_rules
 from phonanim.speech.spelling import sound_out

@@ -9,8 +9,9 @@ from typing import Any, Literal
 from phonanim.errors import LabelError
 from phonanim.speech.alignment import Alignment
 from phonanim.speech.alignment_file import quote_label
-from phonanim.speech.labels import Language, load_language
+from phonanim.speech.labels import Language
 from phonanim.speech.language_choice import SURE, rank_languages
+from phonanim.speech.language_files import load_language
 from phonanim.speech.language_names import AUTO, expected_languages, is_auto
 
 By = Literal["labels", "option", "format", "fallback"]

@@ -11,7 +11,7 @@ from functools import cache
 from phonanim.core.lexicon import LEXICON
 from phonanim.errors import OptionError
 from phonanim.speech.kana import can_read, read_japanese
-from phonanim.speech.labels import load_language
+from phonanim.speech.language_files import load_language
 from phonanim.speech.language_names import find_language
 from phonanim.speech.numbers import spell_number
 from phonanim.speech.written_forms import in_english_words

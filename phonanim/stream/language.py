@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from phonanim.speech.labels import is_silent, load_language
+from phonanim.speech.labels import is_silent
 from phonanim.speech.language_choice import LanguageChoice, rank_languages
+from phonanim.speech.language_files import load_language
 from phonanim.speech.language_names import expected_languages, is_auto
 from phonanim.speech.reading import doubt_of, share_of
 

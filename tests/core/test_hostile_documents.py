@@ -18,7 +18,7 @@ from phonanim.corpus.corpus import load_corpus, read_clips
 from phonanim.errors import CorpusError, PhonanimError
 from phonanim.evaluation.predictions import read_motion
 from phonanim.face.masks import read_mask, read_masks
-from phonanim.speech.labels import _read_language, load_language
+from phonanim.speech.language_files import _read_language, load_language
 from phonanim.study.results import read_results
 from phonanim.study.takes import read_takes
 from phonanim.study.tally import read_counts

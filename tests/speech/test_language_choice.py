@@ -8,9 +8,9 @@ from phonanim.speech import language_choice
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.inventory import INVENTORY
 from phonanim.speech.label_frequencies import notations
-from phonanim.speech.labels import load_language
 from phonanim.speech.language import read_phones
 from phonanim.speech.language_choice import language_probabilities, rank_languages, recognized_share
+from phonanim.speech.language_files import load_language
 from phonanim.speech.language_names import language_names
 from phonanim.speech.reading import describe_language
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from phonanim.errors import LabelError
-from phonanim.speech.labels import load_language
+from phonanim.speech.language_files import load_language
 from phonanim.speech.language_names import find_language, language_names, language_weights
 
 

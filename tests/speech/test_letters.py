@@ -13,8 +13,8 @@ from phonanim.speech import letters
 from phonanim.speech.alignment import Alignment, Interval
 from phonanim.speech.bilabials import says_shut, shut_segments
 from phonanim.speech.inventory import INVENTORY
-from phonanim.speech.labels import load_language
 from phonanim.speech.language import read_phones
+from phonanim.speech.language_files import load_language
 from phonanim.speech.letters import script_languages, script_of, spell_hangul, spell_kana
 from phonanim.speech.phones import PhoneTrack
 
