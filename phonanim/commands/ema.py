@@ -60,7 +60,8 @@ def report(
       phonanim ema report pos/ -o report/ --names TD,TB,TT,-,LI,UL,LL,NA,EL,ER,-,- --reference NA,EL,ER
     """
     from phonanim.ema.figures import check_plots, draw_report
-    from phonanim.ema.report import make_report, report_summary, write_report
+    from phonanim.ema.report import make_report
+    from phonanim.ema.report_files import report_summary, write_report
     from phonanim.ema.utterances import find_spoken
 
     if plots:
