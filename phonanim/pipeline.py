@@ -20,20 +20,19 @@ from phonanim.animation.motion import (
     articulates,
     predict_controls,
 )
-from phonanim.animation.overlay import apply_overlays, hash_overlays
+from phonanim.animation.overlay import apply_overlays
 from phonanim.animation.own_motion import (
     animate_controls,
     own_rig_note,
     sensed_motion,
     unused_own_options,
 )
+from phonanim.animation.provenance import take_provenance
 from phonanim.animation.rates import check_rate, frame_count
 from phonanim.animation.smooth import closure_mask, smooth_controls
 from phonanim.animation.style import is_stepped_rig, unused_option_warnings
 from phonanim.articulation.styles import DIALS, check_dial, choose_style, read_styles
 from phonanim.core.catalog import find_model
-from phonanim.core.files import content_hash
-from phonanim.core.version import __version__
 from phonanim.errors import ModelError, OptionError
 from phonanim.exporters import load
 from phonanim.face.model import FaceModel
@@ -150,7 +149,7 @@ def animate_detailed(
         phones=line.alignment.intervals,
         words=line.alignment.words,
         audio=line.audio,
-        provenance=_provenance(path, options, (*line.notes, *remarks)) | _known(line),
+        provenance=take_provenance(path, options, (*line.notes, *remarks), line),
         articulation=None if motion.articulation is None else motion.articulation.values.astype(np.float32),
     )
     return AnimationResult(
@@ -185,7 +184,7 @@ def _animate_controls(
     frames = frame_count(line.track.duration, options.fps)
     values = target.decode(model.predict(line.track, options.fps, frames, sound=line.sound))
     notes = (*line.notes, *unused_own_options(options), *own_rig_note(target, options))
-    provenance = _provenance(path, options, notes) | _known(line)
+    provenance = take_provenance(path, options, notes, line)
     return animate_controls(values, target, options, **_spoken_parts(line), provenance=provenance)
 
 
@@ -207,7 +206,7 @@ def _animate_sensors(
         fps=options.fps,
         rig=rig.name,
         **_spoken_parts(line),
-        provenance=_provenance(path, options, notes) | _known(line),
+        provenance=take_provenance(path, options, notes, line),
         articulation=motion.articulation.values.astype(np.float32),
     )
 
@@ -284,32 +283,6 @@ def load_cached_model(name: str) -> regressors.Model:
 load_cached_rig = lru_cache(maxsize=64)(load_rig)
 
 
-@lru_cache(maxsize=8)
-def model_hash(name: str) -> str:
-    """A hash of all files in a model's folder."""
-    return content_hash(find_model(name))
-
-
-def _provenance(path: Path, options: Options, notes: tuple[str, ...]) -> dict[str, Any]:
-    return {
-        "tool": f"phonanim {__version__}",
-        "input": path.name,
-        "input_sha256": content_hash(path),
-        "model_sha256": model_hash(options.model),
-        "options": options.plain(),
-        "overlays_sha256": hash_overlays(options.overlays),
-        **({"features_sha256": content_hash(Path(options.features))} if options.features else {}),
-        "notes": list(notes),
-    }
-
-
 def _whispered(line: SpeechInput) -> tuple[str, ...]:
     remark = "the recording is whispered, so the mouth does not follow its level"
     return (remark,) if line.loudness is not None and line.loudness.whispered else ()
-
-
-def _known(line: SpeechInput) -> dict[str, Any]:
-    """The language that the labels were read as, and the hash of a recording that moved the face."""
-    moved = line.sound is not None or line.voice is not None
-    recorded = {"audio_sha256": content_hash(line.audio)} if moved and line.audio else {}
-    return ({"language": line.language.facts()} if line.language else {}) | recorded

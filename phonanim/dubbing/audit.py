@@ -11,6 +11,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
+from phonanim.animation.provenance import model_hash
 from phonanim.core.threads import use_one_thread
 from phonanim.dubbing.align_lines import alignment_place, sound_place
 from phonanim.dubbing.ledger import read_ledger
@@ -27,7 +28,6 @@ from phonanim.errors import OptionError, PhonanimError
 from phonanim.exporters import find_exporter, load, suffixes
 from phonanim.inputs.speech_input import read_with_options
 from phonanim.media.audio import audio_duration
-from phonanim.pipeline import model_hash
 
 FEW = 16  # lines that are not worth a process
 

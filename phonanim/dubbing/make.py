@@ -7,6 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import cast
 
+from phonanim.animation.provenance import model_hash
 from phonanim.core.files import content_hash, make_folder_within
 from phonanim.core.plugins import describe_failure
 from phonanim.correcting import animate_corrected
@@ -34,7 +35,6 @@ from phonanim.pipeline import (
     AnimationResult,
     load_cached_model,
     load_cached_rig,
-    model_hash,
 )
 from phonanim.rig.names import known_names
 from phonanim.speech.pronunciations import load_pronunciations

@@ -10,6 +10,7 @@ from typing import Any
 
 from phonanim.aligners.espeak import speaker_version
 from phonanim.animation.overlay import find_overlay
+from phonanim.animation.provenance import model_hash
 from phonanim.core.files import content_hash
 from phonanim.core.lexicon import LEXICON, find_tables
 from phonanim.core.plugins import plugin_packages
@@ -22,7 +23,6 @@ from phonanim.dubbing.stamps import INPUTS, OUTPUTS, Stamp, stamp_file
 from phonanim.dubbing.storage import Place, Remote, is_url, parse_place, place_hash
 from phonanim.errors import OptionError, PhonanimError, RigError
 from phonanim.options import Options, Overlay
-from phonanim.pipeline import model_hash
 from phonanim.rig.read import FILES, find_rig, read_document
 
 
