@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -140,19 +140,28 @@ def with_accents(clips: Clips, rig: Rig, modes: Array) -> Array:
 
 def articulated(clips: Clips, rig: Rig, modes: Array) -> Array:
     """What `animate` makes of the modes by default: the face and targets of the phones, solved on the rig."""
-    return np.concatenate([solved() for solved in mouths(clips, rig, modes)]).astype(np.float64)
-
-
-def mouths(clips: Clips, rig: Rig, modes: Array) -> list[Callable[[], Array]]:
-    """For each clip what solves its mouth on a rig."""
     pieces = np.split(modes, np.cumsum(clips.lengths)[:-1])
-    closed, found = contacts.closed_shape(clips.face), []
-    for piece, track in zip(pieces, clips.tracks, strict=True):
-        times = (np.arange(len(piece)) + 0.5) / clips.fps
-        mouth = blend_articulation(clips.face.instance(piece), clips.face, closed, track, times)
-        words = (piece, clips.face, rig, "articulation", track, times)
-        found.append(partial(retarget, *words, articulation=mouth))
-    return found
+    solvers = [solver(clips, rig, *pair) for pair in zip(pieces, clips.tracks, strict=True)]
+    return np.concatenate([solve_line() for solve_line in solvers]).astype(np.float64)
+
+
+def solver(clips: Clips, rig: Rig, modes: Array, track: PhoneTrack) -> Callable[[], Array]:
+    """What solves the mouth of a line on a rig."""
+    face, times = clips.face, (np.arange(len(modes)) + 0.5) / clips.fps
+    mouth = blend_articulation(face.instance(modes), face, contacts.closed_shape(face), track, times)
+    return partial(retarget, modes, face, rig, "articulation", track, times, articulation=mouth)
+
+
+def joined(clips: Clips) -> PhoneTrack:
+    """The phones of all clips as one line."""
+    ends = np.cumsum(clips.lengths) / clips.fps
+    bounds = [
+        begin + track.bounds[1:] * (end - begin) / track.duration
+        for track, begin, end in zip(clips.tracks, [0.0, *ends[:-1]], ends, strict=True)
+    ]
+    labels = tuple(label for track in clips.tracks for label in track.labels)
+    codes = np.concatenate([track.codes for track in clips.tracks])
+    return PhoneTrack(codes, np.concatenate([[0.0], *bounds]), labels)
 
 
 def measure(clips: Clips, source: str, landmark_rig: LandmarkRig, controls: Array) -> dict[str, Any]:
@@ -175,23 +184,22 @@ def measure(clips: Clips, source: str, landmark_rig: LandmarkRig, controls: Arra
 
 
 def speeds_of(clips: Clips, rig: Rig, frames: int) -> dict[str, float]:
-    """Frames per second of a processor: retargeting alone, by modes and, clip by clip, by articulation."""
-    face, modes = clips.face, clips.modes["captured"]
+    """Frames for a second of a processor: by modes, and by articulation of all clips as one line."""
+    face, modes, track = clips.face, clips.modes["captured"], joined(clips)
     noise = np.random.default_rng(0).normal(size=(frames, len(face.std))).astype(np.float32)
     ways = {how: partial(retarget, noise, face, rig, how) for how in ("poses", "direct")}
-    found = {how: frames / least([run]) for how, run in ways.items()}
+    found = {how: frames / least(run) for how, run in ways.items()}
     for name in SOLVED:
-        found[f"articulation, {name}"] = len(modes) / least(mouths(clips, load_rig(name), modes))
+        found[f"articulation, {name}"] = len(modes) / least(solver(clips, load_rig(name), modes, track))
     return found
 
 
-def least(runs: Sequence[Callable[[], Array]]) -> float:
-    """Seconds of a processor that all runs take, the best of three tries."""
+def least(run: Callable[[], Array]) -> float:
+    """Seconds of a processor that it takes, the best of three tries."""
     taken = []
     for _ in range(3):
         start = time.process_time()
-        for run in runs:
-            run()
+        run()
         taken.append(time.process_time() - start)
     return min(taken)
 
