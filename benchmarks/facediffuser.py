@@ -157,7 +157,7 @@ def speed(folder: Path, corpus_folder: Path, output: Path, count: int, seconds: 
     corpus = load_corpus(corpus_folder)
     parts = [read_sound(corpus.audio[int(clip)]) for clip in corpus.clips_of("train")[:2]]
     samples = np.concatenate([part.samples for part in parts])[: round(seconds * parts[0].rate)]
-    sound, model = Sound(samples, parts[0].rate), trained(folder).changed(steps=count)
+    sound, model = Sound(samples, parts[0].rate), trained(folder).with_settings(steps=count)
     grid = step_times(sound.duration, model.config.rate)
     encoder = cached_encoder(model.config.encoder)
     _, encoding = timed(lambda: encode(encoder, sound))
@@ -205,8 +205,9 @@ def every_step_recognized(model: FaceDiffuser, sound: Sound) -> Floats:
 def table(config: Path, results: Path) -> None:
     """Print the tables of the rows at hand, as Markdown."""
     rows = read_rows(results)
+    known = rows.get("variants", {})
     for heading, names in tomllib.loads(config.read_text("utf-8"))["tables"].items():
-        show(heading, "variant", {name: rows["variants"][name] for name in names if name in rows["variants"]})
+        show(heading, "variant", {name: known[name] for name in names if name in known})
     show("steps", "steps", rows.get("steps", {}))
     show("speed", "sampling", rows.get("speed", {}))
 
