@@ -4,8 +4,8 @@
 
 Every member is trained on nine tenths of the training clips, without the second fold of words, and without
 the withheld phones of the plan, and measured on what was left out. Nothing looks at the test clips. The
-published network is no member of a mixture: it is there for comparison, with its seven epochs of plain descent
-(some 13 minutes of a processor a fold) and as a copy of 3 x 256 units that is trained for longer.
+published network is no member of a mixture: it is there for comparison, with its seven epochs of plain
+descent (some 13 minutes of a processor a fold) and as a copy of 3 x 256 units that is trained for longer.
 """
 
 from __future__ import annotations
