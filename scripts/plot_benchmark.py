@@ -100,18 +100,22 @@ def conditions(figure: Any, tables: list[dict[str, Any]]) -> None:
 
 
 def sweep(figure: Any, tables: list[dict[str, Any]], name: str) -> None:
-    """Error by setting."""
+    """Error by setting: over all frames, and in speech where the page has a second table."""
     first = {"window": "reach", "features": "features", "amount": "clips"}[name]
-    (found,) = [one for one in tables if one["page"] == "sweeps" and one["rows"][0][0] == first]
-    rows = found["rows"]
+    found = [one for one in tables if one["page"] == "sweeps" and one["rows"][0][0] == first]
     label = "shape MSE, mm²"
-    series = {
+    panels = dict(zip(("all frames", "speech"), (series(one["rows"], label) for one in found), strict=False))
+    title, x_label = found[0]["heading"], SETTINGS.get(first, first)
+    plots.draw_sweep(figure, title, x_label, label, panels)
+
+
+def series(rows: Rows, label: str) -> dict[str, dict[str, float]]:
+    """The columns of a table of a sweep: errors by setting."""
+    return {
         "" if heading == label else heading: {row[0]: float(row[place]) for row in rows[1:]}
         for place, heading in enumerate(rows[0])
         if place
     }
-    title, x_label = found["heading"], SETTINGS.get(first, first)
-    plots.draw_sweep(figure, title, x_label, label, {"all frames": series})
 
 
 if __name__ == "__main__":

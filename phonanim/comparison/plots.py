@@ -175,7 +175,8 @@ def draw_sweep(
     every[0].set_ylabel(y_label)
     figure.suptitle(title, fontsize="medium")
     if list(panels[next(iter(panels))]) != [""]:
-        every[0].legend(fontsize="small", ncols=2)
+        handles, labels = every[0].get_legend_handles_labels()  # below, where no curve runs
+        figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize="small", frameon=False)
 
 
 def _is_number(text: str) -> bool:
