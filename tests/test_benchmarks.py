@@ -29,6 +29,8 @@ CLIPS = 8
 @pytest.fixture
 def script(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
     """Run a script as `python benchmarks/NAME WORD...` does, in this process."""
+    stems = {path.stem for path in FOLDER.glob("*.py")}
+    hidden = {name: sys.modules.pop(name) for name in stems & set(sys.modules)}  # tests/support has a `takes`
     known, environment = set(sys.modules), dict(os.environ)
 
     def run(name: str, *words: str) -> None:
@@ -44,6 +46,7 @@ def script(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
     for name in set(sys.modules) - known:  # they have names that others may have too
         if Path(getattr(sys.modules[name], "__file__", None) or "").parent == FOLDER:
             del sys.modules[name]
+    sys.modules.update(hidden)
     os.environ.clear()
     os.environ.update(environment)
 
