@@ -16,7 +16,7 @@ from phonanim.rig.names import COPIED
 from phonanim.speech.spoken_text import prepare_text
 
 MANY = 100_000  # a search of the square of it takes a minute
-SECONDS = 8.0  # of the processor; all of these take less than one on a computer of 2020
+SECONDS = 25.0  # of the processor; a slow and busy computer takes eight for the longest of these
 
 
 @pytest.mark.parametrize(
