@@ -25,10 +25,10 @@ DIGITS = 6  # significant ones of a published sum
 def write_published(document: Document, folder: Path) -> Path:
     """Write test_sums.json into a folder: the models of a document with the sums of every test clip."""
     models = {
-        name: {**row, "scores": {VARIANT: _rounded(_of_fold(row["scores"].get(VARIANT, {})))}}
+        name: {key: row[key] for key in row if key != "ema"}
+        | {"scores": {VARIANT: _rounded(_of_fold(row["scores"].get(VARIANT, {})))}}
         for name, row in document["models"].items()
     }
-    models = {name: {key: row[key] for key in row if key != "ema"} for name, row in models.items()}
     found = {"corpus": document["corpus"], "folds": {FOLD: document["folds"][FOLD]}, "models": models}
     path = folder / FILE
     write_text(path, json.dumps(found, separators=(",", ":")) + "\n")
@@ -44,16 +44,18 @@ def add_published(document: Document, path: Path) -> Document:
     try:
         found = read_json(path)
         theirs, models = found["folds"][FOLD], found["models"]
-        listed = {name: row["scores"][VARIANT] for name, row in models.items()}
+        whole = all(row["scores"][VARIANT] and row["driven_by"] for row in models.values())
     except (OSError, *DAMAGE) as error:
         raise ModelError(f"{path}: published: cannot be read as sums of a comparison ({error})") from error
+    if not whole:
+        raise ModelError(f"{path}: published: a model has no sums of the test clips; publish it again")
     mine = document["folds"].get(FOLD)
     if mine is None or theirs != mine or _frames(found) != _frames(document):
         raise ModelError(
             f"{path}: published: its models have other test clips than the plan; use the corpus "
             "and the fold test of that comparison"
         )
-    twice = sorted(set(listed) & set(document["models"]))
+    twice = sorted(set(models) & set(document["models"]))
     if twice:
         raise ModelError(f"{path}: published: has a model {twice[0]!r} too; rename it in the plan")
     return {

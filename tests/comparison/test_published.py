@@ -104,4 +104,9 @@ def test_what_is_no_published_comparison(folder: Path, tmp_path: Path) -> None:
         (tmp_path / "wrong.json").write_text(text)
         with pytest.raises(ModelError, match=r"wrong.json: published: cannot be read as sums"):
             add_published(document, tmp_path / "wrong.json")
+    found = json.loads((folder / "first/benchmark/test_sums.json").read_text())
+    found["models"] = {"empty": {"scores": {"raw": {}}, "driven_by": "phones"}}
+    (tmp_path / "wrong.json").write_text(json.dumps(found))
+    with pytest.raises(ModelError, match="a model has no sums of the test clips"):
+        add_published(document, tmp_path / "wrong.json")
     assert read_plan(folder / "second.toml").published == folder / "first/benchmark/test_sums.json"
